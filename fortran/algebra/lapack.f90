@@ -1,0 +1,29 @@
+!> Explicit interfaces of the LAPACK routines in use.
+module dda_lapack
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: dpbtrf, dpbtrs
+
+   interface
+      !> Cholesky factor of a symmetric positive definite band matrix.
+      subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, kd, ldab
+         real(wp), intent(inout) :: ab(ldab, *)
+         integer, intent(out) :: info
+      end subroutine dpbtrf
+
+      !> Solve with the factor of dpbtrf.
+      subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, kd, nrhs, ldab, ldb
+         real(wp), intent(in) :: ab(ldab, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dpbtrs
+   end interface
+
+end module dda_lapack

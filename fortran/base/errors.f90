@@ -1,0 +1,35 @@
+!> Failure as a value: the library never stops its host.
+!>
+!> A procedure that can fail takes `type(error_type), allocatable, intent(out) :: error`;
+!> unallocated means success.  The kind becomes the exit status of the executable.
+module dda_errors
+   implicit none
+   private
+   public :: error_type, fail
+   public :: error_input, error_check, error_convergence, error_solver, error_file, error_interrupted
+
+   !> What went wrong, where, and what to try.
+   type :: error_type
+      integer :: kind                          !< one of the `error_…` constants
+      character(len=:), allocatable :: message !< one sentence or more, for a person
+   end type error_type
+
+   integer, parameter :: error_input = 1        !< the input cannot be run
+   integer, parameter :: error_check = 2        !< a pre-check refuses the run
+   integer, parameter :: error_convergence = 3  !< a step does not close
+   integer, parameter :: error_solver = 4       !< the linear system cannot be solved
+   integer, parameter :: error_file = 5         !< a file cannot be read or written
+   integer, parameter :: error_interrupted = 6  !< stopped on request, results so far kept
+
+contains
+
+   !> Set an error.
+   pure subroutine fail(error, kind, message)
+      type(error_type), allocatable, intent(out) :: error
+      integer, intent(in) :: kind
+      character(len=*), intent(in) :: message
+
+      error = error_type(kind, message)
+   end subroutine fail
+
+end module dda_errors

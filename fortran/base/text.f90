@@ -1,0 +1,99 @@
+!> Numbers and names as text, for messages.
+module dda_text
+   use dda_kinds, only: wp, long
+   implicit none
+   private
+   public :: to_text, lower_case, quoted
+
+   !> A number written in as few characters as a reader needs.
+   interface to_text
+      module procedure integer_to_text
+      module procedure long_to_text
+      module procedure real_to_text
+   end interface to_text
+
+contains
+
+   pure function integer_to_text(value) result(text)
+      integer, intent(in) :: value
+      character(len=:), allocatable :: text
+
+      text = long_to_text(int(value, long))
+   end function integer_to_text
+
+   pure function long_to_text(value) result(text)
+      integer(long), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+
+      write (buffer, '(i0)') value
+      text = trim(buffer)
+   end function long_to_text
+
+   !> Six significant digits, plain notation where it is short.
+   pure function real_to_text(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer
+
+      if (value == 0.0_wp) then
+         text = '0'
+      else if (abs(value) >= 1.0e-3_wp .and. abs(value) < 1.0e6_wp) then
+         write (buffer, '(f0.6)') value
+         text = without_trailing_zeros(with_leading_zero(trim(buffer)))
+      else
+         write (buffer, '(es13.5e3)') value
+         text = trim(adjustl(buffer))
+      end if
+   end function real_to_text
+
+   pure function with_leading_zero(digits) result(text)
+      character(len=*), intent(in) :: digits
+      character(len=:), allocatable :: text
+
+      text = digits
+      if (digits(1:1) == '.') text = '0'//digits
+      if (len(digits) > 1) then
+         if (digits(1:2) == '-.') text = '-0'//digits(2:)
+      end if
+   end function with_leading_zero
+
+   pure function without_trailing_zeros(digits) result(text)
+      character(len=*), intent(in) :: digits
+      character(len=:), allocatable :: text
+      integer :: last
+
+      last = len(digits)
+      if (index(digits, '.') > 0) then
+         do while (digits(last:last) == '0')
+            last = last - 1
+         end do
+         if (digits(last:last) == '.') last = last - 1
+      end if
+      text = digits(:last)
+   end function without_trailing_zeros
+
+   pure function lower_case(text) result(lowered)
+      character(len=*), intent(in) :: text
+      character(len=len(text)) :: lowered
+      integer :: i, code
+
+      do i = 1, len(text)
+         code = iachar(text(i:i))
+         if (code >= iachar('A') .and. code <= iachar('Z')) code = code + 32
+         lowered(i:i) = achar(code)
+      end do
+   end function lower_case
+
+   !> Text in quotes, blanks trimmed, cut if a hostile input made it very long.
+   pure function quoted(text) result(inside)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: inside
+      integer, parameter :: longest = 80
+
+      inside = trim(text)
+      if (len(inside) > longest) inside = inside(:longest)//'…'
+      inside = "'"//inside//"'"
+   end function quoted
+
+end module dda_text

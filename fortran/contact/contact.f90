@@ -1,0 +1,130 @@
+!> Contacts: a vertex of one block against an edge of another, with springs and a history.
+!>
+!> Lists are rebuilt every step from geometry; what a contact has lived through (state, shear
+!> stretch, bond) is handed on from the list of the step before.
+module dda_contact
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: contacts_type, reserve, contact_open, contact_slide, contact_stick
+
+   integer, parameter :: contact_open = 0   !< no force
+   integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
+   integer, parameter :: contact_stick = 2  !< normal and shear spring
+
+   !> A list of contacts as structure of arrays; entries 1 … n count.
+   type :: contacts_type
+      integer :: n = 0
+      ! Who touches whom
+      integer, allocatable :: vertex(:)        !< vertex that touches
+      integer, allocatable :: edge(:)          !< edge touched, named by its first vertex
+      integer, allocatable :: corner(:)        !< vertex met corner to corner, else 0
+      integer, allocatable :: block_v(:)       !< block of the vertex
+      integer, allocatable :: block_e(:)       !< block of the edge
+      integer, allocatable :: pair(:)          !< near pair that the two blocks are
+      integer, allocatable :: joint(:)         !< joint material
+      ! Geometry at the start of the step
+      real(wp), allocatable :: gap(:)          !< signed distance to the edge, m, negative = penetration
+      real(wp), allocatable :: normal(:,:)     !< [2,n] outward normal of the edge
+      real(wp), allocatable :: normal_v(:,:)   !< [6,n] ∂gap/∂q of the vertex block
+      real(wp), allocatable :: normal_e(:,:)   !< [6,n] −∂gap/∂q of the edge block
+      real(wp), allocatable :: shear_v(:,:)    !< [6,n] ∂slip/∂q of the vertex block
+      real(wp), allocatable :: shear_e(:,:)    !< [6,n] −∂slip/∂q of the edge block
+      ! History
+      integer, allocatable :: state(:)         !< open, slide or stick
+      logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
+      logical, allocatable :: was_bonded(:)    !< at the start of the step
+      real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
+      real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
+      ! The iteration: what is assumed, and what the solution answers
+      real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
+      real(wp), allocatable :: slide_answer(:) !< what the law answers to it, N/m
+      integer, allocatable :: answer(:)        !< state that the solution calls for
+      real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m
+      real(wp), allocatable :: slip(:)         !< slip during the step, linear in d, m
+      real(wp), allocatable :: overload(:)     !< by how much a bond is over its strength, as a ratio
+      real(wp), allocatable :: normal_force(:) !< compression positive, N/m
+      real(wp), allocatable :: shear_force(:)  !< resists slip of the vertex along the edge, N/m
+   end type contacts_type
+
+contains
+
+   !> Make room for at least `wanted` contacts; what is in the list stays.
+   subroutine reserve(contacts, wanted)
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: wanted
+      integer :: room
+
+      if (allocated(contacts%vertex)) then
+         if (size(contacts%vertex) >= wanted) return
+      end if
+      room = wanted + wanted/4 + 8
+      call grow_list(contacts%vertex, room)
+      call grow_list(contacts%edge, room)
+      call grow_list(contacts%corner, room)
+      call grow_list(contacts%block_v, room)
+      call grow_list(contacts%block_e, room)
+      call grow_list(contacts%pair, room)
+      call grow_list(contacts%joint, room)
+      call grow_list(contacts%state, room)
+      call grow_flags(contacts%bonded, room)
+      call grow_flags(contacts%was_bonded, room)
+      call grow_values(contacts%gap, room)
+      call grow_values(contacts%bond_length, room)
+      call grow_values(contacts%stretch, room)
+      call grow_list(contacts%answer, room)
+      call grow_values(contacts%slide_force, room)
+      call grow_values(contacts%slide_answer, room)
+      call grow_values(contacts%new_gap, room)
+      call grow_values(contacts%slip, room)
+      call grow_values(contacts%overload, room)
+      call grow_values(contacts%normal_force, room)
+      call grow_values(contacts%shear_force, room)
+      call grow_rows(contacts%normal, 2, room)
+      call grow_rows(contacts%normal_v, 6, room)
+      call grow_rows(contacts%normal_e, 6, room)
+      call grow_rows(contacts%shear_v, 6, room)
+      call grow_rows(contacts%shear_e, 6, room)
+   end subroutine reserve
+
+   subroutine grow_list(list, room)
+      integer, allocatable, intent(inout) :: list(:)
+      integer, intent(in) :: room
+      integer, allocatable :: larger(:)
+
+      allocate (larger(room), source=0)
+      if (allocated(list)) larger(:size(list)) = list
+      call move_alloc(larger, list)
+   end subroutine grow_list
+
+   subroutine grow_flags(list, room)
+      logical, allocatable, intent(inout) :: list(:)
+      integer, intent(in) :: room
+      logical, allocatable :: larger(:)
+
+      allocate (larger(room), source=.false.)
+      if (allocated(list)) larger(:size(list)) = list
+      call move_alloc(larger, list)
+   end subroutine grow_flags
+
+   subroutine grow_values(list, room)
+      real(wp), allocatable, intent(inout) :: list(:)
+      integer, intent(in) :: room
+      real(wp), allocatable :: larger(:)
+
+      allocate (larger(room), source=0.0_wp)
+      if (allocated(list)) larger(:size(list)) = list
+      call move_alloc(larger, list)
+   end subroutine grow_values
+
+   subroutine grow_rows(list, rows, room)
+      real(wp), allocatable, intent(inout) :: list(:,:)
+      integer, intent(in) :: rows, room
+      real(wp), allocatable :: larger(:,:)
+
+      allocate (larger(rows, room), source=0.0_wp)
+      if (allocated(list)) larger(:, :size(list, 2)) = list
+      call move_alloc(larger, list)
+   end subroutine grow_rows
+
+end module dda_contact

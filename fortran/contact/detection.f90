@@ -1,0 +1,297 @@
+!> Which vertex meets which edge now, from the probes of the last search.
+!>
+!> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: of the up to four
+!> (vertex, edge) choices at two corners, those whose edge can separate the two blocks are entrance
+!> edges (Shi's first-entrance theory), and the one of least penetration acts.  Corners of parallel
+!> edges give one contact, on the edge that holds the foot: so blocks of equal width stacked on each
+!> other get two contacts per joint, one at each end.
+module dda_detection
+   use dda_kinds, only: wp, pi
+   use dda_blocks, only: blocks_type, next_vertex, previous_vertex, direction_row
+   use dda_neighbours, only: neighbours_type
+   use dda_contact, only: contacts_type, reserve
+   implicit none
+   private
+   public :: detection_type, prepare_detection, detect_contacts
+
+   real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp  !< edges nearer than this are parallel
+   real(wp), parameter :: parallel_sine = sin(parallel_angle)
+   real(wp), parameter :: same_direction = cos(2*parallel_angle)
+   real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
+   real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
+
+   !> Distances that steer the detection; constants of a run.
+   type :: detection_type
+      real(wp) :: distance = 0.0_wp      !< least distance at which a contact is listed, m
+      real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
+   end type detection_type
+
+   !> One (vertex, edge) choice.
+   type :: choice_type
+      integer :: vertex, edge
+      real(wp) :: normal(2)    !< outward normal of the edge
+      real(wp) :: gap          !< m
+      real(wp) :: overshoot    !< how far the foot lies beyond the edge, m, ≤ 0 on it
+      real(wp) :: separation   !< least sine of the angle between the edge and the vertex' own edges
+   end type choice_type
+
+contains
+
+   !> Sizes of corners: a share of the shorter edge at each vertex, at most the contact distance.
+   subroutine prepare_detection(detection, blocks, distance)
+      type(detection_type), intent(out) :: detection
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: distance
+      real(wp) :: here(2)
+      integer :: v
+
+      detection%distance = distance
+      allocate (detection%corner(size(blocks%owner)))
+      do v = 1, size(detection%corner)
+         here = blocks%reference(:, v)
+         detection%corner(v) = min(distance, corner_share*min(norm2(blocks%reference(:, next_vertex(blocks, v)) - here), &
+            norm2(blocks%reference(:, previous_vertex(blocks, v)) - here)))
+      end do
+   end subroutine prepare_detection
+
+   !> List all contacts nearer than `distance` (m), with geometry; history is left blank.
+   subroutine detect_contacts(contacts, blocks, neighbours, detection, distance)
+      type(contacts_type), intent(inout) :: contacts
+      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(in) :: neighbours
+      type(detection_type), intent(in) :: detection
+      real(wp), intent(in) :: distance
+      integer :: p, v, w
+      logical :: met
+
+      contacts%n = 0
+      do p = 1, neighbours%n_probes
+         v = neighbours%probe(1, p)
+         w = nearest_corner(blocks, neighbours, p, distance)
+         if (w > 0) then
+            if (within_corner(blocks, detection, v, w)) then
+               if (v < w) call meet_corner(contacts, blocks, neighbours, p, w, detection%corner(v), distance, .true.)
+               cycle
+            end if
+         end if
+         call meet_edges(contacts, blocks, neighbours, p, distance, met)
+         if (.not. met .and. v < w) then
+            call meet_corner(contacts, blocks, neighbours, p, w, detection%corner(v), distance, .false.)
+         end if
+      end do
+   end subroutine detect_contacts
+
+   !> The convex vertex of the other block nearest to the probe's vertex, within `distance`; else 0.
+   pure integer function nearest_corner(blocks, neighbours, p, distance) result(nearest)
+      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(in) :: neighbours
+      integer, intent(in) :: p
+      real(wp), intent(in) :: distance
+      real(wp) :: least, apart
+      integer :: i, k, w
+
+      nearest = 0
+      least = distance**2
+      do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
+         w = neighbours%edge(i)
+         do k = 1, 2
+            if (k == 2) w = next_vertex(blocks, w)
+            apart = sum((blocks%vertex(:, neighbours%probe(1, p)) - blocks%vertex(:, w))**2)
+            if (apart >= least .or. .not. neighbours%convex(w)) cycle
+            least = apart
+            nearest = w
+         end do
+      end do
+   end function nearest_corner
+
+   pure logical function within_corner(blocks, detection, v, w)
+      type(blocks_type), intent(in) :: blocks
+      type(detection_type), intent(in) :: detection
+      integer, intent(in) :: v, w
+
+      within_corner = sum((blocks%vertex(:, v) - blocks%vertex(:, w))**2) < min(detection%corner(v), detection%corner(w))**2
+   end function within_corner
+
+   !> A vertex against one edge of another block.
+   pure function examine(blocks, vertex, edge) result(choice)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: vertex, edge
+      type(choice_type) :: choice
+      real(wp) :: start(2), along(2), from(2), length, foot
+
+      start = blocks%vertex(:, edge)
+      along = blocks%vertex(:, next_vertex(blocks, edge)) - start
+      length = norm2(along)
+      along = along/length
+      from = blocks%vertex(:, vertex) - start
+      foot = dot_product(along, from)
+      choice%vertex = vertex
+      choice%edge = edge
+      choice%normal = [along(2), -along(1)]
+      choice%gap = dot_product(choice%normal, from)
+      choice%overshoot = max(-foot, foot - length)
+      choice%separation = 0.0_wp
+   end function examine
+
+   !> Vertex to edge.  A convex block is entered through one edge, that of least penetration; a notch
+   !> may hold a vertex with two.
+   subroutine meet_edges(contacts, blocks, neighbours, p, distance, met)
+      type(contacts_type), intent(inout) :: contacts
+      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(in) :: neighbours
+      integer, intent(in) :: p
+      real(wp), intent(in) :: distance
+      logical, intent(out) :: met
+      type(choice_type) :: choice, best
+      integer :: i
+
+      met = .false.
+      best%gap = -huge(1.0_wp)
+      do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
+         choice = examine(blocks, neighbours%probe(1, p), neighbours%edge(i))
+         if (choice%overshoot > 0.0_wp .or. abs(choice%gap) > distance) cycle
+         if (neighbours%convex_block(blocks%owner(choice%edge))) then
+            if (choice%gap > best%gap) best = choice
+         else if (.not. hidden(blocks, neighbours, p, choice)) then
+            call add_contact(contacts, blocks, choice, neighbours%probe(2, p), 0)
+            met = .true.
+         end if
+      end do
+      if (best%gap > -huge(1.0_wp)) then
+         call add_contact(contacts, blocks, best, neighbours%probe(2, p), 0)
+         met = .true.
+      end if
+   end subroutine meet_edges
+
+   !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
+   !> a convex corner, or on the other face of a thin part.
+   pure logical function hidden(blocks, neighbours, p, choice)
+      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(in) :: neighbours
+      integer, intent(in) :: p
+      type(choice_type), intent(in) :: choice
+      type(choice_type) :: other
+      integer :: i
+      logical :: across
+
+      hidden = .false.
+      if (choice%gap >= 0.0_wp) return
+      do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
+         other = examine(blocks, choice%vertex, neighbours%edge(i))
+         if (other%overshoot > 0.0_wp .or. other%gap <= choice%gap) cycle
+         across = next_vertex(blocks, other%edge) == choice%edge .and. neighbours%convex(choice%edge)
+         across = across .or. (next_vertex(blocks, choice%edge) == other%edge .and. neighbours%convex(other%edge))
+         if (across .or. dot_product(other%normal, choice%normal) < -0.5_wp) hidden = .true.
+      end do
+   end function hidden
+
+   !> Vertex to vertex.  Far from each other (not `close`), only if neither has its foot on an edge.
+   subroutine meet_corner(contacts, blocks, neighbours, p, w, size, distance, close)
+      type(contacts_type), intent(inout) :: contacts
+      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(in) :: neighbours
+      integer, intent(in) :: p, w
+      real(wp), intent(in) :: size, distance
+      logical, intent(in) :: close
+      type(choice_type) :: choice(4)
+      integer :: v, best
+
+      v = neighbours%probe(1, p)
+      choice(1) = examine_corner(blocks, v, previous_vertex(blocks, w))
+      choice(2) = examine_corner(blocks, v, w)
+      choice(3) = examine_corner(blocks, w, previous_vertex(blocks, v))
+      choice(4) = examine_corner(blocks, w, v)
+      if (.not. close .and. any(choice%overshoot <= 0.0_wp)) return
+      best = entrance(choice, tie*size)
+      if (choice(best)%gap > distance) return
+      call add_contact(contacts, blocks, choice(best), neighbours%probe(2, p), merge(w, v, choice(best)%vertex == v))
+   end subroutine meet_corner
+
+   !> As `examine`, with how well the edge separates the vertex' own block from it.
+   pure function examine_corner(blocks, vertex, edge) result(choice)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: vertex, edge
+      type(choice_type) :: choice
+      real(wp) :: before(2), after(2)
+
+      choice = examine(blocks, vertex, edge)
+      before = blocks%vertex(:, previous_vertex(blocks, vertex)) - blocks%vertex(:, vertex)
+      after = blocks%vertex(:, next_vertex(blocks, vertex)) - blocks%vertex(:, vertex)
+      choice%separation = min(dot_product(choice%normal, before)/norm2(before), dot_product(choice%normal, after)/norm2(after))
+   end function examine_corner
+
+   !> The entrance edge of least penetration; of parallel ones, that which holds the foot.
+   pure integer function entrance(choice, small) result(best)
+      type(choice_type), intent(in) :: choice(4)
+      real(wp), intent(in) :: small
+      integer :: i, j
+      logical :: displaced
+
+      best = 0
+      do i = 1, 4
+         if (choice(i)%separation < -parallel_sine) cycle
+         displaced = .false.
+         do j = 1, 4
+            if (choice(j)%separation < -parallel_sine .or. .not. parallel(choice, i, j)) cycle
+            if (choice(j)%overshoot < choice(i)%overshoot - small .and. choice(i)%overshoot > small) displaced = .true.
+         end do
+         if (displaced) cycle
+         if (best == 0) best = i
+         if (choice(i)%gap > choice(best)%gap + small) best = i
+      end do
+      if (best == 0) best = maxloc(choice%separation, 1)
+   end function entrance
+
+   !> Choices i and j push the two blocks apart in the same direction.
+   pure logical function parallel(choice, i, j)
+      type(choice_type), intent(in) :: choice(4)
+      integer, intent(in) :: i, j
+
+      parallel = dot_product(choice(i)%normal, choice(j)%normal)*merge(1, -1, (i <= 2) .eqv. (j <= 2)) > same_direction
+   end function parallel
+
+   !> Append a contact with its gap and the rows that move gap and slip.
+   subroutine add_contact(contacts, blocks, choice, pair, corner)
+      type(contacts_type), intent(inout) :: contacts
+      type(blocks_type), intent(in) :: blocks
+      type(choice_type), intent(in) :: choice
+      integer, intent(in) :: pair    !< which near pair the two blocks are
+      integer, intent(in) :: corner  !< vertex met corner to corner, else 0
+      real(wp) :: normal(2), tangent(2), offset_v(2), foot(2), reference(2), reach_e(2)
+      integer :: c, i, j, next
+
+      call reserve(contacts, contacts%n + 1)
+      c = contacts%n + 1
+      contacts%n = c
+      i = blocks%owner(choice%vertex)
+      j = blocks%owner(choice%edge)
+      next = next_vertex(blocks, choice%edge)
+      normal = choice%normal
+      tangent = [-normal(2), normal(1)]
+      contacts%vertex(c) = choice%vertex
+      contacts%edge(c) = choice%edge
+      contacts%corner(c) = corner
+      contacts%block_v(c) = i
+      contacts%block_e(c) = j
+      contacts%pair(c) = pair
+      contacts%gap(c) = choice%gap
+      contacts%normal(:, c) = normal
+
+      ! ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation
+      ! taken at the vertex, so that the pair of shear forces carries no moment.
+      offset_v = blocks%vertex(:, choice%vertex) - blocks%position(1:2, i)
+      reach_e = blocks%vertex(:, choice%vertex) - blocks%position(1:2, j)
+      foot = reach_e - choice%gap*normal
+      associate (from => blocks%vertex(:, choice%edge), to => blocks%vertex(:, next))
+         reference = blocks%reference(:, choice%edge) + (blocks%reference(:, next) - blocks%reference(:, choice%edge)) &
+            *dot_product(blocks%vertex(:, choice%vertex) - from, tangent)/norm2(to - from)
+      end associate
+      associate (own => blocks%reference(:, choice%vertex), axes_v => blocks%axes(:, :, i), axes_e => blocks%axes(:, :, j))
+         contacts%normal_v(:, c) = direction_row(axes_v, offset_v, own, normal)
+         contacts%shear_v(:, c) = direction_row(axes_v, offset_v, own, tangent)
+         contacts%normal_e(:, c) = direction_row(axes_e, foot, reference, normal)
+         contacts%shear_e(:, c) = direction_row(axes_e, reach_e, reference, tangent)
+      end associate
+   end subroutine add_contact
+
+end module dda_detection

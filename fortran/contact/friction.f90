@@ -1,0 +1,102 @@
+!> The law of one contact: unilateral normal spring, elastic–perfectly-plastic Coulomb slider, bond.
+!>
+!> Without dead band: a contact presses exactly when it penetrates, so the normal spring has the convex
+!> potential ½ k min(gap, 0)² and cannot create energy.  The shear force is elastic in the slip since
+!> the contact stuck, up to a bound that follows the normal force of the same iteration.
+module dda_friction
+   use dda_kinds, only: wp, pi
+   use dda_contact, only: contact_open, contact_slide, contact_stick
+   use dda_material, only: joint_type
+   implicit none
+   private
+   public :: laws_type, law_type, response_type, set_laws, law_of, respond
+
+   !> Stiffness of all contacts and strength of each joint material.
+   type :: laws_type
+      real(wp) :: normal_stiffness = 0.0_wp     !< k_n, N/m per metre of thickness
+      real(wp) :: shear_stiffness = 0.0_wp      !< k_s
+      real(wp), allocatable :: friction(:)      !< [joints] tan φ
+      real(wp), allocatable :: cohesion(:)      !< [joints] Pa
+      real(wp), allocatable :: tension(:)       !< [joints] Pa
+   end type laws_type
+
+   !> What a contact is made of.
+   type :: law_type
+      real(wp) :: normal_stiffness    !< k_n, N/m per metre of thickness
+      real(wp) :: shear_stiffness     !< k_s
+      real(wp) :: friction            !< tan φ
+      real(wp) :: cohesion_force      !< cohesion × length while bonded, else 0, N/m
+      real(wp) :: tension_force       !< tensile strength × length while bonded, else 0, N/m
+      logical :: bonded               !< holds tension as long as the bond lasts
+   end type law_type
+
+   !> What it answers to a gap and a slip.
+   type :: response_type
+      integer :: state         !< open, slide or stick
+      real(wp) :: normal_force !< compression positive
+      real(wp) :: shear_force  !< k_s × elastic stretch, within the bound
+      real(wp) :: bound        !< largest shear force
+      real(wp) :: overload     !< by how much a bond is over its strength, as a ratio; ≤ 0 holds
+   end type response_type
+
+contains
+
+   pure subroutine set_laws(laws, joints, normal_stiffness, shear_ratio)
+      type(laws_type), intent(out) :: laws
+      type(joint_type), intent(in) :: joints(:)
+      real(wp), intent(in) :: normal_stiffness
+      real(wp), intent(in) :: shear_ratio  !< k_n / k_s
+
+      laws%normal_stiffness = normal_stiffness
+      laws%shear_stiffness = normal_stiffness/shear_ratio
+      laws%friction = tan(joints%friction_angle*pi/180.0_wp)
+      laws%cohesion = joints%cohesion
+      laws%tension = joints%tensile_strength
+   end subroutine set_laws
+
+   !> The law of a contact of a joint material, bonded over a length (m) or not.
+   pure function law_of(laws, joint, bonded, length) result(law)
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: joint
+      logical, intent(in) :: bonded
+      real(wp), intent(in) :: length
+      type(law_type) :: law
+
+      law = law_type(laws%normal_stiffness, laws%shear_stiffness, laws%friction(joint), 0.0_wp, 0.0_wp, bonded)
+      if (.not. bonded) return
+      law%cohesion_force = laws%cohesion(joint)*length
+      law%tension_force = laws%tension(joint)*length
+   end function law_of
+
+   !> Forces at a gap (m) and a trial elastic stretch (m) of the shear spring.
+   pure function respond(law, gap, trial_stretch) result(response)
+      type(law_type), intent(in) :: law
+      real(wp), intent(in) :: gap, trial_stretch
+      type(response_type) :: response
+      real(wp) :: trial
+
+      response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
+      if (gap >= 0.0_wp .and. .not. law%bonded) return
+      response%normal_force = -law%normal_stiffness*gap
+      response%bound = law%friction*max(response%normal_force, 0.0_wp) + law%cohesion_force
+      trial = law%shear_stiffness*trial_stretch
+      if (abs(trial) <= response%bound .or. law%bonded) then
+         response%state = contact_stick
+         response%shear_force = trial
+      else
+         response%state = contact_slide
+         response%shear_force = sign(response%bound, trial)
+      end if
+      if (law%bonded) response%overload = overload_of(law, response)
+   end function respond
+
+   !> Over 0 where tension passes the strength or shear passes the bound.
+   pure real(wp) function overload_of(law, response)
+      type(law_type), intent(in) :: law
+      type(response_type), intent(in) :: response
+
+      overload_of = max(-response%normal_force - law%tension_force, abs(response%shear_force) - response%bound) &
+         /max(law%tension_force, law%cohesion_force, tiny(1.0_wp))
+   end function overload_of
+
+end module dda_friction

@@ -1,0 +1,152 @@
+!> What a contact has lived through passes to its successor in the next step's list.
+!>
+!> The successor is the same vertex on the same edge; or, when a contact travels round a corner or
+!> from edge to edge, one between the same two blocks that involves the same vertex and pushes in
+!> nearly the same direction.  Each history is handed on once.
+module dda_history
+   use dda_kinds, only: wp
+   use dda_contact, only: contacts_type, contact_open, contact_stick
+   implicit none
+   private
+   public :: history_type, prepare_history, inherit
+
+   real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< 45°
+
+   !> Where the old contacts of each vertex are.
+   type :: history_type
+      integer, allocatable :: head(:)   !< [vertices] first old contact of a vertex, as 2c or 2c+1
+      integer, allocatable :: next(:)   !< [2·contacts+1] the next one
+      logical, allocatable :: taken(:)  !< [contacts] already handed on
+   end type history_type
+
+contains
+
+   subroutine prepare_history(history, vertices)
+      type(history_type), intent(out) :: history
+      integer, intent(in) :: vertices
+
+      allocate (history%head(vertices), source=0)
+      allocate (history%next(1), history%taken(0))
+   end subroutine prepare_history
+
+   !> Give the new list the histories of the old one; contacts without one start open and unbonded.
+   subroutine inherit(new, old, history)
+      type(contacts_type), intent(inout) :: new
+      type(contacts_type), intent(in) :: old
+      type(history_type), intent(inout) :: history
+      integer :: c, from
+
+      call index_by_vertex(history, old)
+      do c = 1, new%n
+         new%state(c) = merge(contact_stick, contact_open, new%gap(c) < 0.0_wp)
+         new%bonded(c) = .false.
+         new%bond_length(c) = 0.0_wp
+         new%stretch(c) = 0.0_wp
+         new%slide_force(c) = 0.0_wp
+         from = exact_predecessor(new, old, history, c)
+         if (from > 0) call hand_on(new, old, history, c, from)
+      end do
+      do c = 1, new%n
+         from = near_predecessor(new, old, history, c)
+         if (from > 0) call hand_on(new, old, history, c, from)
+      end do
+      call forget_index(history, old)
+   end subroutine inherit
+
+   !> Chain the old contacts to their vertices (the one that touches and the corner it met).
+   subroutine index_by_vertex(history, old)
+      type(history_type), intent(inout) :: history
+      type(contacts_type), intent(in) :: old
+      integer :: c
+
+      if (size(history%taken) < old%n) then
+         deallocate (history%next, history%taken)
+         allocate (history%next(2*size(old%vertex) + 1), history%taken(size(old%vertex)))
+      end if
+      do c = old%n, 1, -1
+         history%taken(c) = .false.
+         history%next(2*c) = history%head(old%vertex(c))
+         history%head(old%vertex(c)) = 2*c
+         if (old%corner(c) == 0) cycle
+         history%next(2*c + 1) = history%head(old%corner(c))
+         history%head(old%corner(c)) = 2*c + 1
+      end do
+   end subroutine index_by_vertex
+
+   subroutine forget_index(history, old)
+      type(history_type), intent(inout) :: history
+      type(contacts_type), intent(in) :: old
+      integer :: c
+
+      do c = 1, old%n
+         history%head(old%vertex(c)) = 0
+         if (old%corner(c) > 0) history%head(old%corner(c)) = 0
+      end do
+   end subroutine forget_index
+
+   !> Old contact of the same vertex on the same edge; 0 if there is none.
+   pure integer function exact_predecessor(new, old, history, c) result(found)
+      type(contacts_type), intent(in) :: new, old
+      type(history_type), intent(in) :: history
+      integer, intent(in) :: c
+      integer :: link
+
+      found = 0
+      link = history%head(new%vertex(c))
+      do while (link > 0 .and. found == 0)
+         if (old%vertex(link/2) == new%vertex(c) .and. old%edge(link/2) == new%edge(c)) found = link/2
+         link = history%next(link)
+      end do
+   end function exact_predecessor
+
+   !> Old contact of the same two blocks through one of the same vertices, pushing the same way.
+   pure integer function near_predecessor(new, old, history, c) result(found)
+      type(contacts_type), intent(in) :: new, old
+      type(history_type), intent(in) :: history
+      integer, intent(in) :: c
+      integer :: k, link
+
+      found = 0
+      if (exact_predecessor(new, old, history, c) > 0) return
+      do k = 1, 2
+         link = 0
+         if (k == 1) link = history%head(new%vertex(c))
+         if (k == 2 .and. new%corner(c) > 0) link = history%head(new%corner(c))
+         do while (link > 0 .and. found == 0)
+            if (succeeds(new, c, old, link/2) .and. .not. history%taken(link/2)) found = link/2
+            link = history%next(link)
+         end do
+      end do
+   end function near_predecessor
+
+   pure logical function succeeds(new, c, old, o)
+      type(contacts_type), intent(in) :: new, old
+      integer, intent(in) :: c, o
+      real(wp) :: facing
+
+      facing = dot_product(new%normal(:, c), old%normal(:, o))
+      succeeds = .false.
+      if (new%block_v(c) == old%block_v(o) .and. new%block_e(c) == old%block_e(o)) then
+         succeeds = facing > same_direction
+      else if (new%block_v(c) == old%block_e(o) .and. new%block_e(c) == old%block_v(o)) then
+         succeeds = -facing > same_direction
+      end if
+   end function succeeds
+
+   !> The slip of a vertex along an edge has the same sign when the two blocks change roles, so the
+   !> stretch is handed on as it is.
+   subroutine hand_on(new, old, history, c, from)
+      type(contacts_type), intent(inout) :: new
+      type(contacts_type), intent(in) :: old
+      type(history_type), intent(inout) :: history
+      integer, intent(in) :: c, from
+
+      history%taken(from) = .true.
+      new%state(c) = old%state(from)
+      new%bonded(c) = old%bonded(from)
+      new%bond_length(c) = old%bond_length(from)
+      new%stretch(c) = old%stretch(from)
+      new%slide_force(c) = old%slide_force(from)
+   end subroutine hand_on
+
+end module dda_history

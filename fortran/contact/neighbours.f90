@@ -1,0 +1,258 @@
+!> Who may touch whom: block pairs by a grid of cells in O(n), then probes for each pair.
+!>
+!> A probe is a convex vertex and the edges of another block that lie within reach of it.  The list
+!> holds as long as no vertex has travelled more than the margin that was searched beyond need.
+module dda_neighbours
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, next_vertex, is_convex
+   implicit none
+   private
+   public :: neighbours_type, find_neighbours
+
+   !> Near pairs and probes.
+   type :: neighbours_type
+      integer :: n_pairs = 0
+      integer :: n_probes = 0
+      integer, allocatable :: pair(:,:)      !< [2, pairs] near blocks, first < second
+      integer, allocatable :: probe(:,:)     !< [2, probes] vertex, pair
+      integer, allocatable :: first_edge(:)  !< [probes+1] first of a probe's edges
+      integer, allocatable :: edge(:)        !< edges of the probes, named by first vertex
+      logical, allocatable :: convex(:)      !< [vertices] angle below 180°
+      logical, allocatable :: convex_block(:) !< [n] all its angles are
+      real(wp) :: reach = 0.0_wp             !< distance searched, m
+      real(wp) :: travel = 0.0_wp            !< farthest that a vertex may have moved since, m
+   end type neighbours_type
+
+   !> Square cells over the boxes of all blocks.
+   type :: grid_type
+      real(wp) :: origin(2), cell
+      integer :: shape(2)
+      integer, allocatable :: first(:), member(:)
+   end type grid_type
+
+contains
+
+   !> Find all pairs and probes within `reach` (m).
+   subroutine find_neighbours(neighbours, blocks, reach)
+      type(neighbours_type), intent(inout) :: neighbours
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: reach
+      real(wp), allocatable :: box(:,:)
+
+      if (.not. allocated(neighbours%convex)) call note_convexity(neighbours, blocks)
+      allocate (box(4, blocks%n))
+      call bound_blocks(blocks, 0.5_wp*reach, box)
+      call find_pairs(neighbours, blocks%n, box)
+      call find_probes(neighbours, blocks, reach)
+      neighbours%reach = reach
+      neighbours%travel = 0.0_wp
+   end subroutine find_neighbours
+
+   subroutine note_convexity(neighbours, blocks)
+      type(neighbours_type), intent(inout) :: neighbours
+      type(blocks_type), intent(in) :: blocks
+      integer :: v, b
+
+      allocate (neighbours%convex(size(blocks%owner)), neighbours%convex_block(blocks%n))
+      do v = 1, size(blocks%owner)
+         neighbours%convex(v) = is_convex(blocks, v)
+      end do
+      do b = 1, blocks%n
+         neighbours%convex_block(b) = all(neighbours%convex(blocks%first(b):blocks%first(b + 1) - 1))
+      end do
+   end subroutine note_convexity
+
+   !> Boxes (xmin, ymin, xmax, ymax) grown by a margin.
+   subroutine bound_blocks(blocks, margin, box)
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: margin
+      real(wp), intent(out) :: box(:,:)
+      integer :: b
+
+      do b = 1, blocks%n
+         associate (vertex => blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1))
+            box(1:2, b) = minval(vertex, 2) - margin
+            box(3:4, b) = maxval(vertex, 2) + margin
+         end associate
+      end do
+   end subroutine bound_blocks
+
+   !> Pairs of overlapping boxes; each is met in the cell that holds the corner of their overlap.
+   subroutine find_pairs(neighbours, n, box)
+      type(neighbours_type), intent(inout) :: neighbours
+      integer, intent(in) :: n
+      real(wp), intent(in) :: box(:,:)
+      type(grid_type) :: grid
+      integer :: cell, i, j, a, b
+
+      call fill_grid(grid, n, box)
+      neighbours%n_pairs = 0
+      if (.not. allocated(neighbours%pair)) allocate (neighbours%pair(2, 4*n + 8))
+      do cell = 1, size(grid%first) - 1
+         do i = grid%first(cell), grid%first(cell + 1) - 1
+            do j = i + 1, grid%first(cell + 1) - 1
+               a = grid%member(i)
+               b = grid%member(j)
+               if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
+               if (cell_of(grid, max(box(1:2, a), box(1:2, b))) /= cell) cycle
+               call append_column(neighbours%pair, neighbours%n_pairs, [min(a, b), max(a, b)])
+            end do
+         end do
+      end do
+   end subroutine find_pairs
+
+   !> A grid of about n cells, each listing the boxes that reach into it.
+   subroutine fill_grid(grid, n, box)
+      type(grid_type), intent(out) :: grid
+      integer, intent(in) :: n
+      real(wp), intent(in) :: box(:,:)
+      real(wp) :: extent(2)
+      integer :: cells, pass, b, column, row, cell, low(2), high(2)
+
+      grid%origin = minval(box(1:2, :n), 2)
+      extent = maxval(box(3:4, :n), 2) - grid%origin
+      grid%cell = max(1.5_wp*sum(box(3:4, :n) - box(1:2, :n))/(2*n), sqrt(product(extent)/(2*n + 1)), &
+         maxval(extent)/(2*n + 1), tiny(1.0_wp))
+      grid%shape = 1 + int(extent/grid%cell)
+      cells = product(grid%shape)
+      allocate (grid%first(cells + 1), source=0)
+      do pass = 1, 2
+         do b = 1, n
+            low = cell_index(grid, box(1:2, b))
+            high = cell_index(grid, box(3:4, b))
+            do row = low(2), high(2)
+               do column = low(1), high(1)
+                  cell = 1 + column + row*grid%shape(1)
+                  if (pass == 2) grid%member(grid%first(cell)) = b
+                  grid%first(cell) = grid%first(cell) + 1
+               end do
+            end do
+         end do
+         call turn_counts_to_starts(grid%first, pass)
+         if (pass == 1) allocate (grid%member(grid%first(cells + 1)))
+      end do
+   end subroutine fill_grid
+
+   !> After counting: starts of each cell; after filling: shift the advanced starts back.
+   pure subroutine turn_counts_to_starts(first, pass)
+      integer, intent(inout) :: first(:)
+      integer, intent(in) :: pass
+      integer :: cell, start, count
+
+      if (pass == 2) then
+         first = [1, first(:size(first) - 1)]
+         return
+      end if
+      start = 1
+      do cell = 1, size(first)
+         count = first(cell)
+         first(cell) = start
+         start = start + count
+      end do
+   end subroutine turn_counts_to_starts
+
+   pure function cell_index(grid, point) result(index)
+      type(grid_type), intent(in) :: grid
+      real(wp), intent(in) :: point(2)
+      integer :: index(2)
+
+      index = max(0, min(grid%shape - 1, int((point - grid%origin)/grid%cell)))
+   end function cell_index
+
+   pure integer function cell_of(grid, point)
+      type(grid_type), intent(in) :: grid
+      real(wp), intent(in) :: point(2)
+      integer :: index(2)
+
+      index = cell_index(grid, point)
+      cell_of = 1 + index(1) + index(2)*grid%shape(1)
+   end function cell_of
+
+   !> For each pair, the convex vertices of one near edges of the other.
+   subroutine find_probes(neighbours, blocks, reach)
+      type(neighbours_type), intent(inout) :: neighbours
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: reach
+      integer :: p
+
+      if (.not. allocated(neighbours%probe)) then
+         allocate (neighbours%probe(2, 8*blocks%n + 8), neighbours%first_edge(8*blocks%n + 9))
+         allocate (neighbours%edge(16*blocks%n + 16))
+      end if
+      neighbours%n_probes = 0
+      neighbours%first_edge(1) = 1
+      do p = 1, neighbours%n_pairs
+         call probe_block(neighbours, blocks, p, neighbours%pair(1, p), neighbours%pair(2, p), reach)
+         call probe_block(neighbours, blocks, p, neighbours%pair(2, p), neighbours%pair(1, p), reach)
+      end do
+   end subroutine find_probes
+
+   !> Vertices of block a against edges of block b.
+   subroutine probe_block(neighbours, blocks, pair, a, b, reach)
+      type(neighbours_type), intent(inout) :: neighbours
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: pair, a, b
+      real(wp), intent(in) :: reach
+      real(wp) :: low(2), high(2)
+      integer :: v, e, edges
+
+      low = minval(blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1), 2) - reach
+      high = maxval(blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1), 2) + reach
+      do v = blocks%first(a), blocks%first(a + 1) - 1
+         if (.not. neighbours%convex(v)) cycle
+         if (any(blocks%vertex(:, v) < low) .or. any(blocks%vertex(:, v) > high)) cycle
+         edges = neighbours%first_edge(neighbours%n_probes + 1) - 1
+         do e = blocks%first(b), blocks%first(b + 1) - 1
+            if (distance_to_edge(blocks, v, e) <= reach) call append_number(neighbours%edge, edges, e)
+         end do
+         if (edges < neighbours%first_edge(neighbours%n_probes + 1)) cycle
+         call append_column(neighbours%probe, neighbours%n_probes, [v, pair])
+         edges = edges + 1
+         e = neighbours%n_probes
+         call append_number(neighbours%first_edge, e, edges)
+      end do
+   end subroutine probe_block
+
+   pure real(wp) function distance_to_edge(blocks, v, e)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: v, e
+      real(wp) :: from(2), along(2), ratio
+
+      from = blocks%vertex(:, v) - blocks%vertex(:, e)
+      along = blocks%vertex(:, next_vertex(blocks, e)) - blocks%vertex(:, e)
+      ratio = min(1.0_wp, max(0.0_wp, dot_product(from, along)/dot_product(along, along)))
+      distance_to_edge = norm2(from - ratio*along)
+   end function distance_to_edge
+
+   !> Append to a list that doubles when it is full.
+   subroutine append_column(list, count, column)
+      integer, allocatable, intent(inout) :: list(:,:)
+      integer, intent(inout) :: count
+      integer, intent(in) :: column(2)
+      integer, allocatable :: larger(:,:)
+
+      if (count == size(list, 2)) then
+         allocate (larger(2, 2*count + 8))
+         larger(:, :count) = list
+         call move_alloc(larger, list)
+      end if
+      count = count + 1
+      list(:, count) = column
+   end subroutine append_column
+
+   subroutine append_number(list, count, number)
+      integer, allocatable, intent(inout) :: list(:)
+      integer, intent(inout) :: count
+      integer, intent(in) :: number
+      integer, allocatable :: larger(:)
+
+      if (count == size(list)) then
+         allocate (larger(2*count + 8))
+         larger(:count) = list
+         call move_alloc(larger, list)
+      end if
+      count = count + 1
+      list(count) = number
+   end subroutine append_number
+
+end module dda_neighbours

@@ -1,0 +1,194 @@
+!> Open–close iteration: find the contact states that the solution itself calls for.
+!>
+!> Assume states, solve, see what each contact answers, change, repeat.  Both open–closed and
+!> slip–stick changes count.  Convergence is judged by force: the largest difference between the
+!> force that was assumed in a contact and the one that its law answers.
+module dda_open_close
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type, error_convergence, fail
+   use dda_anderson, only: anderson_type, forget, accelerate
+   use dda_assembly, only: system_type, assemble_contacts
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_friction, only: laws_type, response_type, law_of, respond
+   use dda_line_search, only: descend
+   use dda_solver, only: solver_type, factorise, solve
+   implicit none
+   private
+   public :: iteration_type, close_contacts
+
+
+   !> Settings and outcome of the iteration of one step.
+   type :: iteration_type
+      integer :: max_iterations = 200
+      real(wp) :: relative_tolerance = 1.0e-9_wp   !< of the largest force
+      real(wp) :: weight = 0.0_wp                  !< largest block weight, N/m
+      real(wp) :: noise = 0.0_wp                   !< contact force that rounding of places makes, N/m
+      integer :: iterations = 0                    !< solves of this step
+      integer :: changes = 0                       !< states changed in this step
+      integer :: broken = 0                        !< bonds broken in this step
+      real(wp) :: residual = 0.0_wp                !< largest force difference, N/m
+      real(wp) :: tolerance = 0.0_wp               !< that it had to reach
+      integer :: worst = 0                         !< contact with that difference
+      type(anderson_type) :: slide_memory          !< of the fixed point of the slide forces
+   end type iteration_type
+
+contains
+
+   !> Iterate until every contact answers what it was assumed to do.
+   subroutine close_contacts(iteration, system, solver, contacts, laws, error)
+      type(iteration_type), intent(inout) :: iteration
+      type(system_type), intent(inout) :: system
+      type(solver_type), intent(inout) :: solver
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      type(error_type), allocatable, intent(out) :: error
+      integer :: changed, i
+
+      iteration%iterations = 0
+      iteration%changes = 0
+      iteration%broken = 0
+      call forget(iteration%slide_memory)
+      changed = 1
+      do i = 1, iteration%max_iterations
+         iteration%iterations = i
+         call solve_assumed(system, solver, contacts, laws, changed > 0, error)
+         if (allocated(error)) return
+         call ask_contacts(iteration, system%d, contacts, laws)
+         if (iteration%residual <= iteration%tolerance) then
+            call break_bonds(iteration, contacts, changed)
+            if (changed == 0) return
+         end if
+         call globalise(iteration, system, contacts, laws)
+         call adopt_answers(iteration, contacts, changed)
+         iteration%changes = iteration%changes + changed
+      end do
+      call fail(error, error_convergence, 'the open–close iteration does not converge')
+   end subroutine close_contacts
+
+   !> Where states change, do not go up: shorten the way from the last d if the energy rises on it.
+   subroutine globalise(iteration, system, contacts, laws)
+      type(iteration_type), intent(inout) :: iteration
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      logical :: shortened
+
+      if (iteration%iterations == 1) return
+      if (all(contacts%answer(:contacts%n) == contacts%state(:contacts%n))) return
+      call descend(system, contacts, laws, shortened)
+      if (shortened) call ask_contacts(iteration, system%d, contacts, laws)
+   end subroutine globalise
+
+   !> Solve for d with the contacts in their assumed states.
+   subroutine solve_assumed(system, solver, contacts, laws, new_matrix, error)
+      type(system_type), intent(inout) :: system
+      type(solver_type), intent(inout) :: solver
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      logical, intent(in) :: new_matrix  !< .false. if only slide forces changed since the last solve
+      type(error_type), allocatable, intent(out) :: error
+
+      call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, new_matrix)
+      if (new_matrix) call factorise(solver, system%matrix, error)
+      if (allocated(error)) return
+      system%previous_d = system%d
+      call solve(solver, system%rhs, system%d, error)
+   end subroutine solve_assumed
+
+   !> What each contact answers to d, and how far that is from what was assumed.
+   subroutine ask_contacts(iteration, d, contacts, laws)
+      type(iteration_type), intent(inout) :: iteration
+      real(wp), intent(in) :: d(:,:)
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      type(response_type) :: response
+      real(wp) :: difference, largest
+      integer :: c
+
+      iteration%residual = 0.0_wp
+      iteration%worst = 0
+      largest = iteration%weight
+      do c = 1, contacts%n
+         associate (d_v => d(:, contacts%block_v(c)), d_e => d(:, contacts%block_e(c)))
+            contacts%new_gap(c) = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d_v) &
+               - dot_product(contacts%normal_e(:, c), d_e)
+            contacts%slip(c) = dot_product(contacts%shear_v(:, c), d_v) - dot_product(contacts%shear_e(:, c), d_e)
+         end associate
+         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c)), &
+            contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c))
+         difference = max(abs(response%normal_force - assumed_normal(contacts, laws, c)), &
+            abs(response%shear_force - assumed_shear(contacts, laws, c)))
+         if (difference > iteration%residual) then
+            iteration%residual = difference
+            iteration%worst = c
+         end if
+         contacts%answer(c) = response%state
+         contacts%normal_force(c) = response%normal_force
+         contacts%shear_force(c) = response%shear_force
+         contacts%overload(c) = response%overload
+         largest = max(largest, abs(response%normal_force), abs(response%shear_force))
+      end do
+      iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
+   end subroutine ask_contacts
+
+   !> Normal force that the solve assumed in contact c.
+   pure real(wp) function assumed_normal(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: c
+
+      assumed_normal = 0.0_wp
+      if (contacts%state(c) /= contact_open) assumed_normal = -laws%normal_stiffness*contacts%new_gap(c)
+   end function assumed_normal
+
+   !> Shear force that the solve assumed in contact c.
+   pure real(wp) function assumed_shear(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: c
+
+      assumed_shear = 0.0_wp
+      if (contacts%state(c) == contact_stick) assumed_shear = laws%shear_stiffness*(contacts%stretch(c) + contacts%slip(c))
+      if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c)
+   end function assumed_shear
+
+   !> Break the bonds that the converged solution overloads; the iteration then goes on without them.
+   subroutine break_bonds(iteration, contacts, broken)
+      type(iteration_type), intent(inout) :: iteration
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(out) :: broken
+      integer :: c
+
+      broken = 0
+      do c = 1, contacts%n
+         if (.not. contacts%bonded(c) .or. contacts%overload(c) <= 0.0_wp) cycle
+         contacts%bonded(c) = .false.
+         broken = broken + 1
+      end do
+      iteration%broken = iteration%broken + broken
+   end subroutine break_bonds
+
+   !> Assume what the contacts answered; count the changes that alter the matrix.
+   !>
+   !> While no state changes, only the slide forces follow the normal forces: a fixed point, which
+   !> costs no new matrix and is accelerated.
+   subroutine adopt_answers(iteration, contacts, changed)
+      type(iteration_type), intent(inout) :: iteration
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(out) :: changed
+      integer :: n
+
+      n = contacts%n
+      changed = count(contacts%answer(:n) /= contacts%state(:n))
+      if (changed > 0) then
+         call forget(iteration%slide_memory)
+         contacts%state(:n) = contacts%answer(:n)
+         contacts%slide_force(:n) = contacts%shear_force(:n)
+      else
+         contacts%slide_answer(:n) = merge(contacts%shear_force(:n), 0.0_wp, contacts%state(:n) == contact_slide)
+         contacts%slide_force(:n) = merge(contacts%slide_force(:n), 0.0_wp, contacts%state(:n) == contact_slide)
+         call accelerate(iteration%slide_memory, contacts%slide_force(:n), contacts%slide_answer(:n))
+      end if
+   end subroutine adopt_answers
+
+end module dda_open_close

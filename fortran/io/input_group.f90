@@ -1,0 +1,103 @@
+!> Small words for reading one group: where it stands, complaints that name it, checks of values.
+module dda_input_group
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type, error_input, fail
+   use dda_namelist_groups, only: group_type
+   use dda_text, only: to_text, quoted
+   implicit none
+   private
+   public :: place_type, place_of_group, complain, complain_of_read, require_positive, require_within, require_finite
+   public :: unset, is_set, name_length
+
+   real(wp), parameter :: unset = -huge(1.0_wp)  !< stands in a variable that the input does not mention
+   integer, parameter :: name_length = 64
+
+   !> Where a value stands.
+   type :: place_type
+      character(len=:), allocatable :: text   !< "FILE, group &name (line N)"
+   end type place_type
+
+contains
+
+   pure function place_of_group(file, group) result(place)
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: group
+      type(place_type) :: place
+
+      place%text = file//', group &'//group%name//' (line '//to_text(group%line)//')'
+   end function place_of_group
+
+   pure logical elemental function is_set(value)
+      real(wp), intent(in) :: value
+
+      is_set = value /= unset
+   end function is_set
+
+   !> An input error at a place.
+   pure subroutine complain(error, place, message)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: message
+
+      if (.not. allocated(error)) call fail(error, error_input, place%text//': '//message)
+   end subroutine complain
+
+   !> What a failed namelist read means, in words.
+   pure subroutine complain_of_read(error, place, message)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: message  !< iomsg of the read
+      character(len=*), parameter :: unknown = 'Cannot match namelist object name '
+
+      if (index(message, unknown) == 1) then
+         call complain(error, place, 'there is no variable '//quoted(message(len(unknown) + 1:))//' in this group')
+      else if (index(message, 'End of file') > 0) then
+         call complain(error, place, 'the group ends in the middle of a value')
+      else
+         call complain(error, place, trim(message))
+      end if
+   end subroutine complain_of_read
+
+   pure subroutine require_positive(error, place, name, value)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value
+
+      if (allocated(error)) return
+      if (.not. is_set(value)) then
+         call complain(error, place, name//' is missing')
+      else if (.not. (value > 0.0_wp .and. value <= huge(value))) then
+         call complain(error, place, name//' = '//to_text(value)//' must be a positive number')
+      end if
+   end subroutine require_positive
+
+   pure subroutine require_within(error, place, name, value, low, high)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: value, low, high
+
+      if (allocated(error)) return
+      if (.not. (value >= low .and. value <= high)) call complain(error, place, &
+         name//' = '//to_text(value)//' must lie between '//to_text(low)//' and '//to_text(high))
+   end subroutine require_within
+
+   pure subroutine require_finite(error, place, name, values)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: values(:)
+      integer :: i
+
+      do i = 1, size(values)
+         if (allocated(error)) return
+         if (.not. is_set(values(i))) then
+            call complain(error, place, name//' is missing')
+         else if (.not. abs(values(i)) <= 1.0e30_wp) then
+            call complain(error, place, name//' = '//to_text(values(i))//' is not a usable number')
+         end if
+      end do
+   end subroutine require_finite
+
+end module dda_input_group

@@ -1,0 +1,254 @@
+!> The blocks: their shape, inertia and elasticity, and the state that moves them.
+!>
+!> A block has six generalised coordinates q = (x0, y0, θ, εx, εy, γxy): the position of its centroid,
+!> its rotation and its strain in axes that turn with it.  A material point with reference offset ρ
+!> from the centroid stands at
+!>
+!>     x = x0 + R(θ) (I + ε) ρ ,
+!>
+!> so rotation is exact, a turning block keeps its area, and no error accumulates with the steps.  The
+!> step's unknowns d (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.  In
+!> these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
+module dda_blocks
+   use dda_kinds, only: wp
+   use dda_material, only: material_type, elasticity
+   use dda_polygon, only: area_of, centroid_of, second_moments
+   implicit none
+   private
+   public :: blocks_type, set_blocks, update_geometry, next_vertex, previous_vertex, is_convex
+   public :: place_of, offset_of, direction_row, shape_matrix, reference_of, stress_of
+
+   !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
+   type :: blocks_type
+      integer :: n = 0
+      ! Constants of the run
+      integer, allocatable :: first(:)             !< [n+1] first vertex of each block
+      integer, allocatable :: owner(:)             !< [vertices] block of each vertex
+      integer, allocatable :: material(:)          !< [n]
+      integer, allocatable :: joint(:)             !< [n] joint material of its faces
+      real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
+      real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
+      real(wp), allocatable :: area(:)             !< [n] reference area, m²
+      real(wp), allocatable :: mass(:)             !< [n] kg per metre of thickness
+      real(wp), allocatable :: inertia(:,:,:)      !< [6,6,n] mass matrix M
+      real(wp), allocatable :: stiffness(:,:,:)    !< [3,3,n] area × D
+      real(wp), allocatable :: initial_stress(:,:) !< [3,n] Pa, in the block's axes
+      ! State
+      real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
+      real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
+      real(wp), allocatable :: acceleration(:,:)   !< [6,n] of the scheme (paper eq. 5)
+      ! Follows from the state
+      real(wp), allocatable :: axes(:,:,:)         !< [2,2,n] R(θ)
+      real(wp), allocatable :: gradient(:,:,:)     !< [2,2,n] R(θ)(I + ε)
+      real(wp), allocatable :: vertex(:,:)         !< [2, vertices] present place, m
+   end type blocks_type
+
+contains
+
+   !> Make the blocks from polygons at rest in their reference shape.
+   pure subroutine set_blocks(blocks, first, vertices, material, joint, materials, plane_strain)
+      type(blocks_type), intent(out) :: blocks
+      integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
+      real(wp), intent(in) :: vertices(:,:)   !< [2, any] counter-clockwise, m
+      integer, intent(in) :: material(:), joint(:)
+      type(material_type), intent(in) :: materials(:)
+      logical, intent(in) :: plane_strain
+      integer :: b
+
+      call allocate_blocks(blocks, size(first) - 1, first(size(first)) - 1)
+      blocks%first = first
+      blocks%material = material
+      blocks%joint = joint
+      do b = 1, blocks%n
+         call set_block(blocks, b, vertices(:, first(b):first(b + 1) - 1), materials(material(b)), plane_strain)
+      end do
+      call update_geometry(blocks)
+      blocks%vertex = vertices(:, :first(blocks%n + 1) - 1)
+   end subroutine set_blocks
+
+   pure subroutine allocate_blocks(blocks, n, vertices)
+      type(blocks_type), intent(inout) :: blocks
+      integer, intent(in) :: n, vertices
+
+      blocks%n = n
+      allocate (blocks%owner(vertices), blocks%reference(2, vertices), blocks%vertex(2, vertices))
+      allocate (blocks%radius(n), blocks%area(n), blocks%mass(n), blocks%inertia(6, 6, n), blocks%stiffness(3, 3, n))
+      allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
+      allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), source=0.0_wp)
+   end subroutine allocate_blocks
+
+   pure subroutine set_block(blocks, b, polygon, material, plane_strain)
+      type(blocks_type), intent(inout) :: blocks
+      integer, intent(in) :: b
+      real(wp), intent(in) :: polygon(:,:)
+      type(material_type), intent(in) :: material
+      logical, intent(in) :: plane_strain
+      real(wp) :: centre(2)
+      integer :: from, to
+
+      from = blocks%first(b)
+      to = blocks%first(b + 1) - 1
+      centre = centroid_of(polygon)
+      blocks%owner(from:to) = b
+      blocks%reference(:, from:to) = polygon - spread(centre, 2, size(polygon, 2))
+      blocks%radius(b) = maxval(norm2(blocks%reference(:, from:to), 1))
+      blocks%area(b) = area_of(polygon)
+      blocks%mass(b) = material%density*blocks%area(b)
+      blocks%inertia(:, :, b) = mass_matrix(blocks%mass(b), &
+         material%density*second_moments(blocks%reference(:, from:to)))
+      blocks%stiffness(:, :, b) = blocks%area(b)*elasticity(material, plane_strain)
+      blocks%initial_stress(:, b) = material%initial_stress
+      blocks%position(1:2, b) = centre
+      blocks%velocity(1:3, b) = material%initial_velocity
+   end subroutine set_block
+
+   !> M = ρ ∫ TᵀT from the mass and the second moments of mass (x², y², xy) about the centroid.
+   pure function mass_matrix(mass, moments) result(m)
+      real(wp), intent(in) :: mass, moments(3)
+      real(wp) :: m(6, 6)
+      real(wp) :: xx, yy, xy
+
+      xx = moments(1)
+      yy = moments(2)
+      xy = moments(3)
+      m = 0.0_wp
+      m(1, 1) = mass
+      m(2, 2) = mass
+      m(3:6, 3) = [xx + yy, -xy, xy, 0.5_wp*(xx - yy)]
+      m(3:6, 4) = [-xy, xx, 0.0_wp, 0.5_wp*xy]
+      m(3:6, 5) = [xy, 0.0_wp, yy, 0.5_wp*xy]
+      m(3:6, 6) = [0.5_wp*(xx - yy), 0.5_wp*xy, 0.5_wp*xy, 0.25_wp*(xx + yy)]
+   end function mass_matrix
+
+   !> Axes, deformation gradient and vertices from the coordinates q.
+   pure subroutine update_geometry(blocks)
+      type(blocks_type), intent(inout) :: blocks
+      integer :: b, v
+      real(wp) :: q(6), r(2, 2), c, s
+
+      do b = 1, blocks%n
+         q = blocks%position(:, b)
+         c = cos(q(3))
+         s = sin(q(3))
+         r = reshape([c, s, -s, c], [2, 2])
+         blocks%axes(:, :, b) = r
+         blocks%gradient(:, 1, b) = r(:, 1)*(1.0_wp + q(4)) + r(:, 2)*0.5_wp*q(6)
+         blocks%gradient(:, 2, b) = r(:, 1)*0.5_wp*q(6) + r(:, 2)*(1.0_wp + q(5))
+         do v = blocks%first(b), blocks%first(b + 1) - 1
+            blocks%vertex(:, v) = q(1:2) + blocks%gradient(:, 1, b)*blocks%reference(1, v) &
+               + blocks%gradient(:, 2, b)*blocks%reference(2, v)
+         end do
+      end do
+   end subroutine update_geometry
+
+   !> Vertex after v, counter-clockwise round its block; edge v runs from v to it.
+   pure integer function next_vertex(blocks, v)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: v
+
+      next_vertex = v + 1
+      if (next_vertex == blocks%first(blocks%owner(v) + 1)) next_vertex = blocks%first(blocks%owner(v))
+   end function next_vertex
+
+   !> Vertex before v.
+   pure integer function previous_vertex(blocks, v)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: v
+
+      previous_vertex = v - 1
+      if (v == blocks%first(blocks%owner(v))) previous_vertex = blocks%first(blocks%owner(v) + 1) - 1
+   end function previous_vertex
+
+   !> The block's angle at vertex v is less than 180°.
+   pure logical function is_convex(blocks, v)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: v
+      real(wp) :: before(2), after(2)
+
+      before = blocks%reference(:, v) - blocks%reference(:, previous_vertex(blocks, v))
+      after = blocks%reference(:, next_vertex(blocks, v)) - blocks%reference(:, v)
+      is_convex = before(1)*after(2) - before(2)*after(1) > 0.0_wp
+   end function is_convex
+
+   !> Present offset from the centroid, m, of the material point with reference offset ρ.
+   pure function offset_of(blocks, b, reference) result(offset)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: b
+      real(wp), intent(in) :: reference(2)
+      real(wp) :: offset(2)
+
+      offset = blocks%gradient(:, 1, b)*reference(1) + blocks%gradient(:, 2, b)*reference(2)
+   end function offset_of
+
+   !> Present place, m, of the material point with reference offset ρ.
+   pure function place_of(blocks, b, reference) result(place)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: b
+      real(wp), intent(in) :: reference(2)
+      real(wp) :: place(2)
+
+      place = blocks%position(1:2, b) + offset_of(blocks, b, reference)
+   end function place_of
+
+   !> Reference offset ρ of the material point that now stands at `place`.
+   pure function reference_of(blocks, b, place) result(reference)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: b
+      real(wp), intent(in) :: place(2)
+      real(wp) :: reference(2)
+      real(wp) :: offset(2), determinant
+
+      offset = place - blocks%position(1:2, b)
+      associate (f => blocks%gradient(:, :, b))
+         determinant = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
+         reference(1) = (f(2, 2)*offset(1) - f(1, 2)*offset(2))/determinant
+         reference(2) = (f(1, 1)*offset(2) - f(2, 1)*offset(1))/determinant
+      end associate
+   end function reference_of
+
+   !> Row directionᵀT of the material point ρ: what moves it along a direction (paper eq. 4).
+   pure function direction_row(axes, offset, reference, direction) result(row)
+      real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
+      real(wp), intent(in) :: offset(2)     !< present offset from the centroid
+      real(wp), intent(in) :: reference(2)  !< reference offset ρ
+      real(wp), intent(in) :: direction(2)
+      real(wp) :: row(6)
+      real(wp) :: along(2)
+
+      along(1) = axes(1, 1)*direction(1) + axes(2, 1)*direction(2)
+      along(2) = axes(1, 2)*direction(1) + axes(2, 2)*direction(2)
+      row(1:2) = direction
+      row(3) = direction(2)*offset(1) - direction(1)*offset(2)
+      row(4) = along(1)*reference(1)
+      row(5) = along(2)*reference(2)
+      row(6) = 0.5_wp*(along(1)*reference(2) + along(2)*reference(1))
+   end function direction_row
+
+   !> Shape matrix T [2,6] of the material point ρ of block b.
+   pure function shape_matrix(blocks, b, reference) result(t)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: b
+      real(wp), intent(in) :: reference(2)
+      real(wp) :: t(2, 6)
+      real(wp) :: offset(2)
+
+      offset = offset_of(blocks, b, reference)
+      t(1, :) = direction_row(blocks%axes(:, :, b), offset, reference, [1.0_wp, 0.0_wp])
+      t(2, :) = direction_row(blocks%axes(:, :, b), offset, reference, [0.0_wp, 1.0_wp])
+   end function shape_matrix
+
+   !> Stress (σx, σy, τxy) of block b in the model's axes, Pa.
+   pure function stress_of(blocks, b) result(stress)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: b
+      real(wp) :: stress(3)
+      real(wp) :: own(3), tensor(2, 2), r(2, 2)
+
+      own = blocks%initial_stress(:, b) + matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b))/blocks%area(b)
+      r = blocks%axes(:, :, b)
+      tensor = reshape([own(1), own(3), own(3), own(2)], [2, 2])
+      tensor = matmul(r, matmul(tensor, transpose(r)))
+      stress = [tensor(1, 1), tensor(2, 2), tensor(1, 2)]
+   end function stress_of
+
+end module dda_blocks

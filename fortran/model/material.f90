@@ -1,0 +1,61 @@
+!> What blocks and joints are made of.
+module dda_material
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: material_type, joint_type, elasticity, wave_speeds
+
+   !> Block material: isotropic and linear elastic.
+   type :: material_type
+      character(len=64) :: name = ''
+      real(wp) :: density = 0.0_wp             !< kg/m³
+      real(wp) :: young_modulus = 0.0_wp       !< Pa
+      real(wp) :: poisson_ratio = 0.0_wp       !< –
+      real(wp) :: initial_stress(3) = 0.0_wp   !< σx, σy, τxy at the start, Pa, tension positive
+      real(wp) :: initial_velocity(3) = 0.0_wp !< u̇, v̇ (m/s), ṙ (rad/s) at the start
+   end type material_type
+
+   !> Joint material: Coulomb friction, with cohesion and tension until it breaks.
+   type :: joint_type
+      character(len=64) :: name = ''
+      real(wp) :: friction_angle = 0.0_wp   !< degrees
+      real(wp) :: cohesion = 0.0_wp         !< Pa
+      real(wp) :: tensile_strength = 0.0_wp !< Pa
+   end type joint_type
+
+contains
+
+   !> Elastic matrix D in σ = D ε, Pa, for (εx, εy, γxy).
+   pure function elasticity(material, plane_strain) result(d)
+      type(material_type), intent(in) :: material
+      logical, intent(in) :: plane_strain
+      real(wp) :: d(3, 3)
+      real(wp) :: e, nu
+
+      e = material%young_modulus
+      nu = material%poisson_ratio
+      if (plane_strain) then
+         e = e/(1.0_wp - nu**2)
+         nu = nu/(1.0_wp - nu)
+      end if
+      d = 0.0_wp
+      d(1, 1) = 1.0_wp
+      d(2, 2) = 1.0_wp
+      d(1, 2) = nu
+      d(2, 1) = nu
+      d(3, 3) = 0.5_wp*(1.0_wp - nu)
+      d = d*e/(1.0_wp - nu**2)
+   end function elasticity
+
+   !> P and S wave speeds, m/s, of the plane medium that `elasticity` describes.
+   pure function wave_speeds(material, plane_strain) result(speeds)
+      type(material_type), intent(in) :: material
+      logical, intent(in) :: plane_strain
+      real(wp) :: speeds(2)
+      real(wp) :: d(3, 3)
+
+      d = elasticity(material, plane_strain)
+      speeds = sqrt([d(1, 1), d(3, 3)]/material%density)
+   end function wave_speeds
+
+end module dda_material

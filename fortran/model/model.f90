@@ -1,0 +1,55 @@
+!> Everything that stands in an input file, checked and ready: what a run does not change.
+module dda_model
+   use dda_kinds, only: wp
+   use dda_settings, only: control_type, contact_settings_type, output_settings_type
+   use dda_material, only: material_type, joint_type
+   use dda_support, only: fixed_point_type, load_type, point_type
+   use dda_motion, only: motion_type
+   use dda_blocks, only: blocks_type
+   implicit none
+   private
+   public :: model_type, half_size, contact_distance, default_stiffness
+
+   !> A model; blocks stand in their first state.
+   type :: model_type
+      character(len=:), allocatable :: title
+      character(len=:), allocatable :: file          !< where it was read from
+      character(len=:), allocatable :: text          !< its input, for provenance
+      real(wp) :: origin(2) = 0.0_wp                 !< added to every place on output: the engine computes near zero
+      type(control_type) :: control
+      type(contact_settings_type) :: contact
+      type(output_settings_type) :: output
+      type(material_type), allocatable :: materials(:)
+      type(joint_type), allocatable :: joints(:)
+      type(motion_type), allocatable :: motions(:)
+      type(fixed_point_type), allocatable :: fixed_points(:)
+      type(load_type), allocatable :: loads(:)
+      type(point_type), allocatable :: points(:)
+      character(len=64), allocatable :: block_names(:)
+      type(blocks_type) :: blocks
+   end type model_type
+
+contains
+
+   !> Half of the larger side of the box round all blocks, m (w0 of the original).
+   pure real(wp) function half_size(blocks)
+      type(blocks_type), intent(in) :: blocks
+
+      half_size = 0.5_wp*maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
+   end function half_size
+
+   !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement.
+   pure real(wp) function contact_distance(model)
+      type(model_type), intent(in) :: model
+
+      contact_distance = 2.5_wp*max(model%control%max_displacement_ratio, 4.0e-4_wp)*half_size(model%blocks)
+   end function contact_distance
+
+   !> Penalty when the input gives none: 40 × the largest Young's modulus × 1 m (paper §2.2).
+   pure real(wp) function default_stiffness(materials)
+      type(material_type), intent(in) :: materials(:)
+
+      default_stiffness = 40.0_wp*maxval(materials%young_modulus)
+   end function default_stiffness
+
+end module dda_model

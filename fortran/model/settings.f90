@@ -1,0 +1,38 @@
+!> How a run is stepped, how contacts are treated, what is written.
+module dda_settings
+   use dda_kinds, only: wp, long
+   implicit none
+   private
+   public :: control_type, contact_settings_type, output_settings_type
+
+   !> Time stepping and the frame of the analysis (group &control).
+   type :: control_type
+      real(wp) :: time_step = 0.0_wp               !< Δt, s; the largest one when adaptive
+      integer(long) :: steps = 0                   !< steps of `time_step`; duration = steps·Δt
+      logical :: adaptive = .false.                !< Δt may shrink and recover
+      real(wp) :: least_time_step = 0.0_wp         !< s, when adaptive
+      real(wp) :: dynamic_factor = 1.0_wp          !< 1 fully dynamic … 0 static
+      real(wp) :: max_displacement_ratio = 0.01_wp !< of half the model size, per step
+      real(wp) :: gravity(2) = 0.0_wp              !< m/s²
+      logical :: plane_strain = .false.            !< else plane stress
+      integer :: base_motion(2) = 0                !< motions of the base as body force, x and y; 0 none
+      character(len=16) :: solver = 'auto'         !< linear solver by name
+   end type control_type
+
+   !> Contact springs and the open–close iteration (group &contact).
+   type :: contact_settings_type
+      real(wp) :: normal_stiffness = 0.0_wp    !< k_n, N/m per metre of thickness
+      real(wp) :: shear_ratio = 2.5_wp         !< k_n / k_s
+      real(wp) :: fixed_point_ratio = 100.0_wp !< stiffness of fixed points / k_n
+      integer :: max_iterations = 200          !< open–close iterations in a step
+      real(wp) :: force_tolerance = 1.0e-9_wp  !< of the largest block weight or contact force
+   end type contact_settings_type
+
+   !> The output file (group &output).
+   type :: output_settings_type
+      character(len=:), allocatable :: file     !< netCDF-4; default: the input's name with .nc
+      integer :: history_interval = 1           !< steps between samples of points and energies
+      integer :: block_interval = 0             !< steps between block and contact states; 0: first and last
+   end type output_settings_type
+
+end module dda_settings

@@ -1,0 +1,60 @@
+!> What acts on blocks from outside at material points, and the points that are measured.
+module dda_support
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: fixed_point_type, load_type, point_type, load_at
+
+   !> A material point held by a stiff spring to its first place plus a prescribed displacement.
+   type :: fixed_point_type
+      integer :: block = 0
+      real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
+      real(wp) :: place(2) = 0.0_wp                 !< first place, m
+      logical :: held(2) = .true.                   !< in x, in y
+      integer :: motion(2) = 0                      !< motion in x, in y; 0: stays
+   end type fixed_point_type
+
+   !> A force history at a material point: linear between its times, zero before and after.
+   type :: load_type
+      integer :: block = 0
+      real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
+      real(wp), allocatable :: time(:)              !< s, ascending
+      real(wp), allocatable :: force(:,:)           !< [2, times] N per metre of thickness
+   end type load_type
+
+   !> A measured point.
+   type :: point_type
+      character(len=64) :: name = ''
+      integer :: block = 0
+      real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
+      real(wp) :: place(2) = 0.0_wp                 !< first place, m
+   end type point_type
+
+contains
+
+   !> Force of a load at a time; zero before its first and after its last time.
+   pure function load_at(load, time) result(force)
+      type(load_type), intent(in) :: load
+      real(wp), intent(in) :: time
+      real(wp) :: force(2)
+      real(wp) :: ratio
+      integer :: low, high, middle
+
+      force = 0.0_wp
+      low = 1
+      high = size(load%time)
+      if (time < load%time(low) .or. time > load%time(high)) return
+      do while (high - low > 1)
+         middle = (low + high)/2
+         if (load%time(middle) <= time) then
+            low = middle
+         else
+            high = middle
+         end if
+      end do
+      ratio = 1.0_wp
+      if (load%time(high) > load%time(low)) ratio = (time - load%time(low))/(load%time(high) - load%time(low))
+      force = load%force(:, low) + ratio*(load%force(:, high) - load%force(:, low))
+   end function load_at
+
+end module dda_support

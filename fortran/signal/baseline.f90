@@ -1,0 +1,252 @@
+!> From a sampled record to a motion without drift.
+!>
+!> An offset of the accelerations, however small, grows with the square of time in the displacement.
+!> What is taken away here is a polynomial of the velocity that vanishes at the start, fitted by
+!> least squares.  Its order is two unless less is asked for: then an offset and a trend of the
+!> acceleration go, which are what instruments have, and the derivative is a straight line, so that
+!> the corrected acceleration is still piecewise linear and integrates exactly.  A higher order
+!> would break that and begin to eat the long periods of the motion.
+!>
+!> The end: after the record nothing moves, so a velocity left at the last sample would stop within
+!> one time step, a blow to the model.  Unless told otherwise the polynomial is made to pass through
+!> the last velocity, so that the corrected motion ends at rest; the displacement then reached stays.
+!> The acceleration may still step to zero there and from zero at the start; a cosine taper of the
+!> record before the fit (an option) softens that.  A first sample of a record of velocity is taken
+!> as it is: if it is not zero, the motion starts with that jump unless it is tapered.
+module dda_baseline
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type, fail, error_input
+   use dda_text, only: to_text, quoted
+   use dda_taper, only: cosine_taper
+   use dda_motion_curve, only: motion_curve_type, displacement_at, velocity_at, acceleration_at, &
+      join_accelerations, join_velocities, join_displacements
+   implicit none
+   private
+   public :: baseline_type, make_motion_curve
+   public :: motion_curve_type, displacement_at, velocity_at, acceleration_at
+
+   real(wp), parameter :: largest = 1.0e12_wp   ! of values and times: keeps sums far from overflow
+
+   !> What is done to a record.
+   type :: baseline_type
+      integer :: order = 2          !< of the polynomial taken from the velocity, 0 (nothing) to 2
+      logical :: at_rest = .true.   !< the corrected velocity is zero at the last sample (order > 0)
+      real(wp) :: taper = 0.0_wp    !< part of the record under a cosine taper, half at each end, 0 … 1
+      real(wp) :: scale = 1.0_wp    !< factor on the record
+   end type baseline_type
+
+contains
+
+   !> Make a motion of a record.
+   subroutine make_motion_curve(curve, quantity, values, time_step, error, baseline)
+      type(motion_curve_type), intent(out) :: curve
+      character(len=*), intent(in) :: quantity                 !< 'acceleration', 'velocity' or 'displacement'
+      real(wp), intent(in) :: values(:)                        !< m/s², m/s or m [samples]
+      real(wp), intent(in) :: time_step                        !< s
+      type(error_type), allocatable, intent(out) :: error
+      type(baseline_type), intent(in), optional :: baseline    !< default: order 2, at rest, no taper
+      type(baseline_type) :: wanted
+
+      if (present(baseline)) wanted = baseline
+      call check(quantity, values, time_step, wanted, error)
+      if (allocated(error)) return
+      select case (quantity)
+      case ('acceleration')
+         call from_acceleration(curve, wanted%scale*values, time_step, wanted)
+      case ('velocity')
+         call from_velocity(curve, wanted%scale*values, time_step, wanted)
+      case default
+         call from_displacement(curve, wanted%scale*values, time_step, wanted)
+      end select
+   end subroutine make_motion_curve
+
+   !> Accelerations: integrate, fit the velocity, take the derivative from the acceleration, integrate again.
+   subroutine from_acceleration(curve, acceleration, time_step, wanted)
+      type(motion_curve_type), intent(out) :: curve
+      real(wp), intent(in) :: acceleration(:), time_step
+      type(baseline_type), intent(in) :: wanted
+      real(wp) :: corrected(size(acceleration)), drift(2)
+      character(len=:), allocatable :: method
+
+      corrected = acceleration
+      method = 'accelerations joined by straight lines and integrated exactly'
+      drift = 0.0_wp
+      call apply_taper(corrected, wanted, method)
+      call join_accelerations(curve, corrected, time_step)
+      if (wanted%order > 0) then
+         drift = fit_drift(curve%velocity, wanted)
+         corrected = corrected - derivative(drift, size(corrected), time_step)
+         call join_accelerations(curve, corrected, time_step)
+      end if
+      curve%method = scale_text(wanted)//method//drift_text(drift, curve%duration, wanted)// &
+         '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
+   end subroutine from_acceleration
+
+   !> Velocities: take the fitted polynomial away, join by cubics.
+   subroutine from_velocity(curve, velocity, time_step, wanted)
+      type(motion_curve_type), intent(out) :: curve
+      real(wp), intent(in) :: velocity(:), time_step
+      type(baseline_type), intent(in) :: wanted
+      real(wp) :: corrected(size(velocity)), drift(2)
+      character(len=:), allocatable :: method
+
+      corrected = velocity
+      method = 'velocities joined by cubics with continuous acceleration and integrated exactly'
+      drift = 0.0_wp
+      call apply_taper(corrected, wanted, method)
+      if (wanted%order > 0) then
+         drift = fit_drift(corrected, wanted)
+         corrected = corrected - polynomial(drift, size(corrected))
+      end if
+      call join_velocities(curve, corrected, time_step)
+      curve%method = scale_text(wanted)//method//drift_text(drift, curve%duration, wanted)// &
+         '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
+   end subroutine from_velocity
+
+   !> Displacements are taken as they are, but begin at zero.
+   subroutine from_displacement(curve, displacement, time_step, wanted)
+      type(motion_curve_type), intent(out) :: curve
+      real(wp), intent(in) :: displacement(:), time_step
+      type(baseline_type), intent(in) :: wanted
+      character(len=:), allocatable :: method
+
+      call join_displacements(curve, displacement - displacement(1), time_step, wanted%at_rest)
+      method = 'displacements joined by quintics with continuous acceleration'
+      if (abs(displacement(1)) > 0.0_wp) method = method//', shifted by '//to_text(-displacement(1))// &
+         ' m to begin at zero'
+      if (wanted%at_rest) method = method//', at rest at both ends'
+      curve%method = scale_text(wanted)//method//'; no drift removed'
+   end subroutine from_displacement
+
+   !> Taper a series in place; the mean goes first where a baseline is removed, lest the taper make a step of it.
+   pure subroutine apply_taper(series, wanted, method)
+      real(wp), intent(inout) :: series(:)
+      type(baseline_type), intent(in) :: wanted
+      character(len=:), allocatable, intent(inout) :: method
+
+      if (.not. wanted%taper > 0.0_wp) return
+      if (wanted%order > 0) then
+         series = series - sum(series)/real(size(series), wp)
+         method = method//', mean removed'
+      end if
+      series = series*cosine_taper(size(series), wanted%taper)
+      method = method//', cosine taper over '//to_text(50.0_wp*wanted%taper)//' % of the length at each end'
+   end subroutine apply_taper
+
+   !> Least squares: v ≈ c₁ τ + c₂ τ², τ = t/T from 0 to 1.
+   pure function fit_drift(velocity, wanted) result(drift)
+      real(wp), intent(in) :: velocity(:)      ! m/s
+      type(baseline_type), intent(in) :: wanted
+      real(wp) :: drift(2)                     ! c₁, c₂ (m/s)
+      real(wp) :: tau(size(velocity)), bow(size(velocity))
+      integer :: n
+
+      n = size(velocity)
+      tau = unit_times(n)
+      drift = 0.0_wp
+      if (wanted%at_rest .or. n < 3) then
+         ! c₁ + c₂ = v(T) leaves one free function, which vanishes at both ends.
+         drift(1) = velocity(n)
+         if (wanted%order < 2 .or. n < 3) return
+         bow = tau**2 - tau
+         drift(2) = dot_product(bow, velocity - velocity(n)*tau)/dot_product(bow, bow)
+         drift(1) = drift(1) - drift(2)
+      else if (wanted%order == 1) then
+         drift(1) = dot_product(tau, velocity)/dot_product(tau, tau)
+      else
+         drift = fit_parabola(tau, velocity)
+      end if
+   end function fit_drift
+
+   !> Both functions free: two normal equations.
+   pure function fit_parabola(tau, velocity) result(drift)
+      real(wp), intent(in) :: tau(:), velocity(:)
+      real(wp) :: drift(2)
+      real(wp) :: square, cube, fourth, first, second, determinant
+
+      square = sum(tau**2)
+      cube = sum(tau**3)
+      fourth = sum(tau**4)
+      first = dot_product(tau, velocity)
+      second = dot_product(tau**2, velocity)
+      ! From 1/21 of the product at n = 3 to 1/16 of it for long records: far from singular.
+      determinant = square*fourth - cube**2
+      drift = [first*fourth - second*cube, second*square - first*cube]/determinant
+   end function fit_parabola
+
+   pure function unit_times(count) result(tau)
+      integer, intent(in) :: count
+      real(wp) :: tau(count)
+      integer :: i
+
+      tau = [(real(i - 1, wp)/real(count - 1, wp), i=1, count)]
+   end function unit_times
+
+   pure function polynomial(drift, count) result(velocity)
+      real(wp), intent(in) :: drift(2)
+      integer, intent(in) :: count
+      real(wp) :: velocity(count)              ! m/s
+
+      velocity = unit_times(count)
+      velocity = velocity*(drift(1) + velocity*drift(2))
+   end function polynomial
+
+   pure function derivative(drift, count, time_step) result(acceleration)
+      real(wp), intent(in) :: drift(2), time_step
+      integer, intent(in) :: count
+      real(wp) :: acceleration(count)          ! m/s²
+
+      acceleration = (drift(1) + 2.0_wp*drift(2)*unit_times(count))/(real(count - 1, wp)*time_step)
+   end function derivative
+
+   pure function scale_text(wanted) result(text)
+      type(baseline_type), intent(in) :: wanted
+      character(len=:), allocatable :: text
+
+      text = ''
+      if (abs(wanted%scale - 1.0_wp) > 0.0_wp) text = 'scaled by '//to_text(wanted%scale)//'; '
+   end function scale_text
+
+   pure function drift_text(drift, duration, wanted) result(text)
+      real(wp), intent(in) :: drift(2), duration
+      type(baseline_type), intent(in) :: wanted
+      character(len=:), allocatable :: text
+
+      text = '; no drift removed'
+      if (wanted%order == 0) return
+      text = '; drift removed: velocity '//to_text(drift(1)/duration)//' t'
+      if (wanted%order > 1) text = text//' + '//to_text(drift(2)/duration**2)//' t² (m/s, s)'
+      text = text//' by least squares'
+      if (wanted%at_rest) text = text//', to end at rest'
+   end function drift_text
+
+   subroutine check(quantity, values, time_step, wanted, error)
+      character(len=*), intent(in) :: quantity
+      real(wp), intent(in) :: values(:), time_step
+      type(baseline_type), intent(in) :: wanted
+      type(error_type), allocatable, intent(out) :: error
+
+      if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', 'displacement'])) then
+         call fail(error, error_input, 'a motion cannot be made of '//quoted(quantity)// &
+            '; it takes acceleration, velocity or displacement')
+      else if (size(values) < 2) then
+         call fail(error, error_input, 'a motion needs at least 2 samples, not '//to_text(size(values)))
+      else if (.not. (time_step > 1.0_wp/largest .and. time_step < largest/real(size(values), wp))) then
+         call fail(error, error_input, 'a motion needs a positive time step')
+      else if (wanted%order < 0 .or. wanted%order > 2) then
+         call fail(error, error_input, 'the order of the baseline is 0, 1 or 2, not '//to_text(wanted%order))
+      else if (.not. (wanted%taper >= 0.0_wp .and. wanted%taper <= 1.0_wp)) then
+         call fail(error, error_input, 'the part of a record under a taper lies between 0 and 1')
+      else if (wanted%taper > 0.0_wp .and. quantity == 'displacement') then
+         call fail(error, error_input, 'a displacement is not tapered: that would move it back to its start')
+      else if (.not. abs(wanted%scale) <= largest) then
+         call fail(error, error_input, 'the factor on a record is not a number of sensible size')
+      else if (.not. all(ieee_is_finite(values))) then
+         call fail(error, error_input, 'a record with a sample that is not a finite number makes no motion')
+      else if (maxval(abs(values)) > largest) then
+         call fail(error, error_input, 'a sample of '//to_text(maxval(abs(values)))//' is beyond any motion')
+      end if
+   end subroutine check
+
+end module dda_baseline

@@ -1,0 +1,32 @@
+!> The one door to FFTW 3 (fftw.org, Fortran 2003 interface).
+module dda_fftw
+   ! The interface file names most of iso_c_binding, hence no `only`.
+   use, intrinsic :: iso_c_binding
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: forward_transform
+
+   include 'fftw3.f03'
+
+contains
+
+   !> X(k) = Σ x(j) exp(−2πi j k/n), k = 0 … n/2, of a real series; not scaled.
+   subroutine forward_transform(series, spectrum, planned)
+      real(wp), intent(inout) :: series(:)                  !< [n]; left as it was
+      complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
+      logical, intent(out) :: planned                       !< false: FFTW has no plan (out of memory)
+      ! An estimated plan is the same in every run, and without assumptions on the alignment of the
+      ! arrays so is the order of summation: results are reproducible to the last bit.
+      integer(c_int), parameter :: flags = ior(FFTW_ESTIMATE, ior(FFTW_UNALIGNED, FFTW_PRESERVE_INPUT))
+      type(c_ptr) :: plan
+
+      spectrum = (0.0_wp, 0.0_wp)
+      plan = fftw_plan_dft_r2c_1d(int(size(series), c_int), series, spectrum, flags)
+      planned = c_associated(plan)
+      if (.not. planned) return
+      call fftw_execute_dft_r2c(plan, series, spectrum)
+      call fftw_destroy_plan(plan)
+   end subroutine forward_transform
+
+end module dda_fftw

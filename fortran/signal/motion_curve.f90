@@ -1,0 +1,216 @@
+!> A motion known for all times: displacement, velocity and acceleration that are derivatives of each other.
+!>
+!> Within each interval of the samples the displacement is one polynomial of degree five at most;
+!> velocity and acceleration are its exact derivatives, so that no two evaluations contradict.
+!> Before the start nothing moves; after the end the displacement is held at its last value.
+module dda_motion_curve
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: motion_curve_type, displacement_at, velocity_at, acceleration_at
+   public :: join_accelerations, join_velocities, join_displacements
+
+   !> Samples of a motion and what joins them.
+   type :: motion_curve_type
+      real(wp) :: time_step = 0.0_wp           !< time between samples (s)
+      real(wp) :: duration = 0.0_wp            !< time of the last sample (s)
+      real(wp), allocatable :: displacement(:) !< at the samples (m) [samples]
+      real(wp), allocatable :: velocity(:)     !< at the samples (m/s) [samples]
+      real(wp), allocatable :: acceleration(:) !< at the samples (m/s²) [samples]
+      real(wp), allocatable :: higher(:,:)     !< factors of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
+      character(len=:), allocatable :: method  !< what was done to the record, for a report
+   end type motion_curve_type
+
+contains
+
+   !> Displacement at any time (m); O(1).
+   pure function displacement_at(curve, time) result(displacement)
+      type(motion_curve_type), intent(in) :: curve
+      real(wp), intent(in) :: time             !< s
+      real(wp) :: displacement
+      integer :: i
+      real(wp) :: s
+
+      displacement = 0.0_wp
+      if (.not. time >= 0.0_wp) return
+      displacement = curve%displacement(size(curve%displacement))
+      if (time > curve%duration) return
+      call locate(curve, time, i, s)
+      displacement = curve%displacement(i) + s*(curve%velocity(i) + s*(0.5_wp*curve%acceleration(i) &
+         + s*(curve%higher(1, i) + s*(curve%higher(2, i) + s*curve%higher(3, i)))))
+   end function displacement_at
+
+   !> Velocity at any time (m/s); O(1).
+   pure function velocity_at(curve, time) result(velocity)
+      type(motion_curve_type), intent(in) :: curve
+      real(wp), intent(in) :: time             !< s
+      real(wp) :: velocity
+      integer :: i
+      real(wp) :: s
+
+      velocity = 0.0_wp
+      if (.not. (time >= 0.0_wp .and. time <= curve%duration)) return
+      call locate(curve, time, i, s)
+      velocity = curve%velocity(i) + s*(curve%acceleration(i) + s*(3.0_wp*curve%higher(1, i) &
+         + s*(4.0_wp*curve%higher(2, i) + s*5.0_wp*curve%higher(3, i))))
+   end function velocity_at
+
+   !> Acceleration at any time (m/s²); O(1).
+   pure function acceleration_at(curve, time) result(acceleration)
+      type(motion_curve_type), intent(in) :: curve
+      real(wp), intent(in) :: time             !< s
+      real(wp) :: acceleration
+      integer :: i
+      real(wp) :: s
+
+      acceleration = 0.0_wp
+      if (.not. (time >= 0.0_wp .and. time <= curve%duration)) return
+      call locate(curve, time, i, s)
+      acceleration = curve%acceleration(i) + s*(6.0_wp*curve%higher(1, i) &
+         + s*(12.0_wp*curve%higher(2, i) + s*20.0_wp*curve%higher(3, i)))
+   end function acceleration_at
+
+   !> The interval of a time within the record, and the time since its first sample.
+   pure subroutine locate(curve, time, i, s)
+      type(motion_curve_type), intent(in) :: curve
+      real(wp), intent(in) :: time             ! 0 … duration (s)
+      integer, intent(out) :: i
+      real(wp), intent(out) :: s
+
+      i = min(int(time/curve%time_step) + 1, size(curve%higher, 2))
+      s = time - real(i - 1, wp)*curve%time_step
+   end subroutine locate
+
+   !> Join accelerations by straight lines and integrate twice, exactly: the displacement is cubic.
+   pure subroutine join_accelerations(curve, acceleration, time_step)
+      type(motion_curve_type), intent(out) :: curve
+      real(wp), intent(in) :: acceleration(:)  !< m/s² [samples]
+      real(wp), intent(in) :: time_step        !< s
+      integer :: i, last
+
+      call prepare(curve, size(acceleration), time_step)
+      curve%acceleration = acceleration
+      last = size(acceleration)
+      do i = 1, last - 1
+         curve%velocity(i + 1) = curve%velocity(i) + 0.5_wp*time_step*(acceleration(i) + acceleration(i + 1))
+         curve%displacement(i + 1) = curve%displacement(i) + time_step*(curve%velocity(i) &
+            + time_step*(2.0_wp*acceleration(i) + acceleration(i + 1))/6.0_wp)
+      end do
+      curve%higher(1, :) = (acceleration(2:) - acceleration(:last - 1))/(6.0_wp*time_step)
+   end subroutine join_accelerations
+
+   !> Join velocities by cubics with continuous slope and integrate once, exactly.
+   pure subroutine join_velocities(curve, velocity, time_step)
+      type(motion_curve_type), intent(out) :: curve
+      real(wp), intent(in) :: velocity(:)      !< m/s [samples]
+      real(wp), intent(in) :: time_step        !< s
+      integer :: i
+      real(wp) :: h, step, first, second
+
+      h = time_step
+      call prepare(curve, size(velocity), h)
+      curve%velocity = velocity
+      curve%acceleration = slopes(velocity, h)
+      do i = 1, size(velocity) - 1
+         step = (velocity(i + 1) - velocity(i))/h
+         first = curve%acceleration(i)
+         second = curve%acceleration(i + 1)
+         ! v = v₀ + a₀ s + b s² + c s³ (Hermite), integrated term by term.
+         curve%higher(1, i) = (3.0_wp*step - 2.0_wp*first - second)/(3.0_wp*h)
+         curve%higher(2, i) = (first + second - 2.0_wp*step)/(4.0_wp*h**2)
+         curve%displacement(i + 1) = curve%displacement(i) + h*(0.5_wp*(velocity(i) + velocity(i + 1)) &
+            + h*(first - second)/12.0_wp)
+      end do
+   end subroutine join_velocities
+
+   !> Join displacements by quintics with continuous velocity and acceleration.
+   !>
+   !> Velocity and acceleration at the samples are central differences of fourth order.
+   pure subroutine join_displacements(curve, displacement, time_step, at_rest)
+      type(motion_curve_type), intent(out) :: curve
+      real(wp), intent(in) :: displacement(:)  !< m [samples]
+      real(wp), intent(in) :: time_step        !< s
+      logical, intent(in) :: at_rest           !< no velocity and acceleration at the first and last sample
+      integer :: i, last
+
+      last = size(displacement)
+      call prepare(curve, last, time_step)
+      curve%displacement = displacement
+      curve%velocity = slopes(displacement, time_step)
+      curve%acceleration = bends(displacement, time_step)
+      if (at_rest) then
+         curve%velocity([1, last]) = 0.0_wp
+         curve%acceleration([1, last]) = 0.0_wp
+      end if
+      do i = 1, last - 1
+         curve%higher(:, i) = quintic(curve, i)
+      end do
+   end subroutine join_displacements
+
+   !> Factors of s³, s⁴, s⁵ that meet displacement, velocity and acceleration at the end of interval i.
+   pure function quintic(curve, i) result(factor)
+      type(motion_curve_type), intent(in) :: curve
+      integer, intent(in) :: i
+      real(wp) :: factor(3)
+      real(wp) :: h, d, v, a                   ! what the terms up to s² leave at the end, as displacements
+
+      h = curve%time_step
+      d = curve%displacement(i + 1) - curve%displacement(i) - h*(curve%velocity(i) + 0.5_wp*h*curve%acceleration(i))
+      v = h*(curve%velocity(i + 1) - curve%velocity(i) - h*curve%acceleration(i))
+      a = h**2*(curve%acceleration(i + 1) - curve%acceleration(i))
+      factor(1) = (10.0_wp*d - 4.0_wp*v + 0.5_wp*a)/h**3
+      factor(2) = (-15.0_wp*d + 7.0_wp*v - a)/h**4
+      factor(3) = (6.0_wp*d - 3.0_wp*v + 0.5_wp*a)/h**5
+   end function quintic
+
+   pure subroutine prepare(curve, count, time_step)
+      type(motion_curve_type), intent(inout) :: curve
+      integer, intent(in) :: count
+      real(wp), intent(in) :: time_step        ! s
+
+      curve%time_step = time_step
+      curve%duration = real(count - 1, wp)*time_step
+      allocate (curve%displacement(count), source=0.0_wp)
+      allocate (curve%velocity(count), source=0.0_wp)
+      allocate (curve%higher(3, count - 1), source=0.0_wp)
+      curve%method = ''
+   end subroutine prepare
+
+   !> First derivative at the samples: fourth order, second order next to the ends and at them.
+   pure function slopes(value, h) result(slope)
+      real(wp), intent(in) :: value(:)
+      real(wp), intent(in) :: h                ! s
+      real(wp) :: slope(size(value))
+      integer :: i, n
+
+      n = size(value)
+      slope = (value(n) - value(1))/(real(n - 1, wp)*h)
+      if (n < 3) return
+      slope(1) = (4.0_wp*value(2) - 3.0_wp*value(1) - value(3))/(2.0_wp*h)
+      slope(n) = (3.0_wp*value(n) - 4.0_wp*value(n - 1) + value(n - 2))/(2.0_wp*h)
+      slope(2:n - 1) = (value(3:) - value(:n - 2))/(2.0_wp*h)
+      do i = 3, n - 2
+         slope(i) = (8.0_wp*(value(i + 1) - value(i - 1)) - (value(i + 2) - value(i - 2)))/(12.0_wp*h)
+      end do
+   end function slopes
+
+   !> Second derivative at the samples, likewise; at the ends that of the neighbour.
+   pure function bends(value, h) result(bend)
+      real(wp), intent(in) :: value(:)
+      real(wp), intent(in) :: h                ! s
+      real(wp) :: bend(size(value))
+      integer :: i, n
+
+      n = size(value)
+      bend = 0.0_wp
+      if (n < 3) return
+      bend(2:n - 1) = (value(3:) - 2.0_wp*value(2:n - 1) + value(:n - 2))/h**2
+      do i = 3, n - 2
+         bend(i) = (16.0_wp*(value(i + 1) + value(i - 1)) - (value(i + 2) + value(i - 2)) - 30.0_wp*value(i)) &
+            /(12.0_wp*h**2)
+      end do
+      bend(1) = bend(2)
+      bend(n) = bend(n - 1)
+   end function bends
+
+end module dda_motion_curve

@@ -1,0 +1,190 @@
+!> Fourier spectra of uniformly sampled series, amplification between two, and its peak.
+module dda_spectrum
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use dda_kinds, only: wp, long
+   use dda_errors, only: error_type, fail, error_input, error_solver
+   use dda_text, only: to_text
+   use dda_fftw, only: forward_transform
+   use dda_taper, only: cosine_taper
+   implicit none
+   private
+   public :: peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
+
+   integer(long), parameter :: longest_series = 134217728_long   ! samples with padding; 3 GiB of work space
+   real(wp), parameter :: largest_value = 1.0e100_wp             ! keeps sums of products far from overflow
+
+   !> The largest amplitude in a band of frequencies.
+   type :: peak_type
+      real(wp) :: frequency = 0.0_wp     !< Hz, interpolated
+      real(wp) :: amplitude = 0.0_wp     !< interpolated, in the unit of the amplitudes
+      integer :: bin = 0                 !< the highest bin, index in the spectrum
+      real(wp) :: bin_frequency = 0.0_wp !< Hz, of that bin
+      real(wp) :: bin_width = 0.0_wp     !< Hz between bins: what the interpolation refines
+      logical :: interpolated = .false.  !< false: at an end of the band the highest bin has a higher neighbour or none
+   end type peak_type
+
+contains
+
+   !> One-sided Fourier spectrum S(f) = Δt Σ w(j) x(j) exp(−2πi f jΔt), an estimate of the Fourier integral.
+   subroutine fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
+      real(wp), intent(in) :: series(:)                      !< x [samples]
+      real(wp), intent(in) :: time_step                      !< Δt (s)
+      real(wp), allocatable, intent(out) :: frequency(:)     !< 0 … 1/(2Δt) (Hz) [bins]
+      complex(wp), allocatable, intent(out) :: spectrum(:)   !< S, unit of x times s [bins]
+      type(error_type), allocatable, intent(out) :: error
+      integer, intent(in), optional :: padding               !< length with zeros over length, ≥ 1 (default 1)
+      real(wp), intent(in), optional :: taper                !< part of the length under the cosine taper, 0 … 1 (0)
+      real(wp), allocatable :: padded(:)
+      logical :: planned
+      integer :: bin
+
+      call window(series, time_step, padded, error, padding, taper)
+      if (allocated(error)) return
+      allocate (spectrum(size(padded)/2 + 1), frequency(size(padded)/2 + 1))
+      call forward_transform(padded, spectrum, planned)
+      if (.not. planned) then
+         call fail(error, error_solver, 'FFTW has no plan for '//to_text(size(padded))//' samples')
+         return
+      end if
+      spectrum = time_step*spectrum
+      do bin = 1, size(frequency)
+         frequency(bin) = real(bin - 1, wp)/(real(size(padded), wp)*time_step)
+      end do
+   end subroutine fourier_spectrum
+
+   !> Modulus of the Fourier spectrum.
+   subroutine fourier_amplitude(series, time_step, frequency, amplitude, error, padding, taper)
+      real(wp), intent(in) :: series(:)                      !< x [samples]
+      real(wp), intent(in) :: time_step                      !< s
+      real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
+      real(wp), allocatable, intent(out) :: amplitude(:)     !< |S|, unit of x times s [bins]
+      type(error_type), allocatable, intent(out) :: error
+      integer, intent(in), optional :: padding               !< see `fourier_spectrum`
+      real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
+      complex(wp), allocatable :: spectrum(:)
+
+      call fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
+      if (.not. allocated(error)) amplitude = abs(spectrum)
+   end subroutine fourier_amplitude
+
+   !> Ratio of two complex spectra, surface over base.
+   !>
+   !> Where the base has next to nothing (below `least` of its largest bin) there is no ratio, only
+   !> rounding over rounding: such bins are 0.
+   subroutine amplification(surface, base, time_step, frequency, ratio, error, padding, taper, least)
+      real(wp), intent(in) :: surface(:), base(:)            !< motions of one kind [samples]
+      real(wp), intent(in) :: time_step                      !< s
+      real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
+      complex(wp), allocatable, intent(out) :: ratio(:)      !< [bins]
+      type(error_type), allocatable, intent(out) :: error
+      integer, intent(in), optional :: padding               !< see `fourier_spectrum`
+      real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
+      real(wp), intent(in), optional :: least                !< part of the largest bin of the base (default 1e-10)
+      complex(wp), allocatable :: above(:), below(:)
+      real(wp) :: floor
+
+      if (size(surface) /= size(base)) then
+         call fail(error, error_input, 'amplification needs two series of one length, not '// &
+            to_text(size(surface))//' and '//to_text(size(base)))
+         return
+      end if
+      call fourier_spectrum(surface, time_step, frequency, above, error, padding, taper)
+      if (.not. allocated(error)) call fourier_spectrum(base, time_step, frequency, below, error, padding, taper)
+      if (allocated(error)) return
+      floor = 1.0e-10_wp
+      if (present(least)) floor = least
+      floor = floor*maxval(abs(below))
+      if (.not. floor > tiny(floor)) then
+         call fail(error, error_input, 'amplification needs a base that moves; its spectrum is zero')
+         return
+      end if
+      allocate (ratio(size(below)), source=(0.0_wp, 0.0_wp))
+      where (abs(below) > floor) ratio = above/below
+   end subroutine amplification
+
+   !> The largest amplitude between two frequencies.
+   !>
+   !> The vertex of the parabola through the highest bin and its two neighbours refines frequency and
+   !> amplitude; with a padding of 4 or more the bins lie densely enough for that.
+   subroutine find_peak(frequency, amplitude, lowest, highest, peak, error)
+      real(wp), intent(in) :: frequency(:)                   !< evenly spaced, rising (Hz) [bins]
+      real(wp), intent(in) :: amplitude(:)                   !< [bins]
+      real(wp), intent(in) :: lowest, highest                !< the band (Hz), ends included
+      type(peak_type), intent(out) :: peak
+      type(error_type), allocatable, intent(out) :: error
+
+      if (size(frequency) /= size(amplitude) .or. size(frequency) < 2) then
+         call fail(error, error_input, 'a peak needs at least two bins and as many amplitudes as frequencies, not '// &
+            to_text(size(frequency))//' and '//to_text(size(amplitude)))
+         return
+      end if
+      peak%bin = maxloc(amplitude, 1, frequency >= lowest .and. frequency <= highest)
+      if (peak%bin == 0) then
+         call fail(error, error_input, 'no bin of the spectrum lies between '//to_text(lowest)//' and '// &
+            to_text(highest)//' Hz')
+         return
+      end if
+      peak%bin_width = frequency(2) - frequency(1)
+      peak%bin_frequency = frequency(peak%bin)
+      peak%frequency = peak%bin_frequency
+      peak%amplitude = amplitude(peak%bin)
+      if (peak%bin > 1 .and. peak%bin < size(amplitude)) &
+         call refine(amplitude(peak%bin - 1:peak%bin + 1), peak)
+   end subroutine find_peak
+
+   !> Vertex of the parabola through three bins, if the middle one is not below the others.
+   pure subroutine refine(amplitude, peak)
+      real(wp), intent(in) :: amplitude(3)
+      type(peak_type), intent(inout) :: peak
+      real(wp) :: curvature, shift
+
+      curvature = amplitude(1) - 2.0_wp*amplitude(2) + amplitude(3)
+      if (amplitude(2) < max(amplitude(1), amplitude(3)) .or. .not. curvature < 0.0_wp) return
+      shift = 0.5_wp*(amplitude(1) - amplitude(3))/curvature
+      peak%frequency = peak%bin_frequency + shift*peak%bin_width
+      peak%amplitude = amplitude(2) - 0.25_wp*(amplitude(1) - amplitude(3))*shift
+      peak%interpolated = .true.
+   end subroutine refine
+
+   !> Taper and pad a series that can be transformed.
+   subroutine window(series, time_step, padded, error, padding, taper)
+      real(wp), intent(in) :: series(:), time_step
+      real(wp), allocatable, intent(out) :: padded(:)
+      type(error_type), allocatable, intent(out) :: error
+      integer, intent(in), optional :: padding
+      real(wp), intent(in), optional :: taper
+      integer :: factor
+      real(wp) :: fraction
+
+      factor = 1
+      if (present(padding)) factor = padding
+      fraction = 0.0_wp
+      if (present(taper)) fraction = taper
+      call check_window(series, time_step, factor, fraction, error)
+      if (allocated(error)) return
+      allocate (padded(factor*size(series)), source=0.0_wp)
+      padded(:size(series)) = series*cosine_taper(size(series), fraction)
+   end subroutine window
+
+   subroutine check_window(series, time_step, padding, taper, error)
+      real(wp), intent(in) :: series(:), time_step, taper
+      integer, intent(in) :: padding
+      type(error_type), allocatable, intent(out) :: error
+
+      if (size(series) < 2) then
+         call fail(error, error_input, 'a spectrum needs at least 2 samples, not '//to_text(size(series)))
+      else if (.not. (time_step > 1.0_wp/largest_value .and. time_step < largest_value)) then
+         call fail(error, error_input, 'a spectrum needs a positive time step')
+      else if (padding < 1 .or. int(padding, long)*size(series, kind=long) > longest_series) then
+         call fail(error, error_input, 'a padding of '//to_text(padding)//' times '//to_text(size(series))// &
+            ' samples is not between 1 time and '//to_text(longest_series)//' samples')
+      else if (.not. (taper >= 0.0_wp .and. taper <= 1.0_wp)) then
+         call fail(error, error_input, 'the part of a series under a taper lies between 0 and 1')
+      else if (.not. all(ieee_is_finite(series))) then
+         call fail(error, error_input, 'a series with a sample that is not a finite number has no spectrum')
+      else if (maxval(abs(series)) > largest_value) then
+         call fail(error, error_input, 'a sample of '//to_text(maxval(abs(series)))//' is too large for a spectrum')
+      end if
+   end subroutine check_window
+
+end module dda_spectrum

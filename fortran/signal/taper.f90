@@ -1,0 +1,35 @@
+!> Cosine taper at both ends of a series.
+module dda_taper
+   use dda_kinds, only: wp, pi
+   implicit none
+   private
+   public :: cosine_taper
+
+contains
+
+   !> Weights that rise from 0 to 1 by half a cosine, stay 1, and fall again (Tukey window; Harris 1978).
+   pure function cosine_taper(count, fraction) result(weight)
+      integer, intent(in) :: count           !< samples
+      real(wp), intent(in) :: fraction       !< part of the length that is tapered, half at each end, 0 … 1
+      real(wp) :: weight(count)              !< [samples], between 0 and 1
+      real(wp) :: width                      ! of one flank, in samples
+      integer :: i
+
+      weight = 1.0_wp
+      width = 0.5_wp*fraction*real(count - 1, wp)
+      if (.not. width > 0.0_wp) return
+      do i = 1, count
+         ! The flank nearer to the sample decides.
+         weight(i) = flank(real(min(i - 1, count - i), wp)/width)
+      end do
+   end function cosine_taper
+
+   pure function flank(way) result(weight)
+      real(wp), intent(in) :: way            ! 0 at the end of the series, 1 where the flank ends
+      real(wp) :: weight
+
+      weight = 1.0_wp
+      if (way < 1.0_wp) weight = 0.5_wp*(1.0_wp - cos(pi*way))
+   end function flank
+
+end module dda_taper

@@ -1,0 +1,782 @@
+"""The one-dimensional twin of a layered model: exact transfer functions of a soil column.
+
+Horizontal layers on a rigid base or on an elastic half-space, shaken by vertically propagating SH
+waves, are solved exactly by the Thomson-Haskell recursion that SHAKE uses.  Time dependence is
+exp(iωt) and depth grows downwards from the free surface, so layer *j* holds the displacement
+``A exp(ikz) + B exp(-ikz)``, with the upgoing wave first.
+
+The same column *as the engine's time integration sees it* (Newmark β = 1/2, γ = 1) has a closed
+form as well: :meth:`Column.scheme_transfer`.
+
+References
+----------
+.. [1] Schnabel, P. B., Lysmer, J. & Seed, H. B. (1972). SHAKE: a computer program for earthquake
+   response analysis of horizontally layered sites. EERC 72-12, University of California, Berkeley.
+.. [2] Idriss, I. M. & Sun, J. I. (1992). User's manual for SHAKE91. University of California at
+   Davis.
+.. [3] Kramer, S. L. (1996). Geotechnical Earthquake Engineering. Prentice Hall.
+.. [4] Dormieux, L. & Canou, J. (1990), as documented by pyStrata (``pystrata/site.py``,
+   ``Layer.comp_shear_mod``, https://github.com/arkottke/pystrata).
+.. [5] The paper this project reproduces: "Site response analysis with two-dimensional numerical
+   discontinuous deformation analysis method" (2013), equations 9 and 10.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize_scalar
+
+__all__ = [
+    "Column",
+    "HalfSpace",
+    "Layer",
+    "Peak",
+    "complex_modulus",
+    "damped_amplification",
+    "refined_peak",
+    "scheme_damping",
+    "scheme_frequency",
+    "time_step_for_damping",
+    "undamped_amplification",
+]
+
+Damping = float | Callable[[NDArray[np.float64]], ArrayLike]
+
+_UNBOUNDED = 1e7  # a peak above this is the resonance of an undamped column
+_POINTS_PER_MODE = 64  # samples between two resonances when peaks are searched
+_MOST_POINTS = 1_000_000
+
+
+# ---------------------------------------------------------------------------------------------
+# Complex modulus
+# ---------------------------------------------------------------------------------------------
+
+# name: (factor G*/G of the damping ratio D, largest D for which it is defined)
+_CONVENTIONS = {
+    "shake": (lambda d: 1 + 2j * d, np.inf),
+    "shake91": (lambda d: 1 - 2 * d**2 + 2j * d * np.sqrt(1 - d**2), 1.0),
+    "kramer": (lambda d: 1 - d**2 + 2j * d, 1.0),
+    "dormieux": (lambda d: np.sqrt(1 - 4 * d**2) + 2j * d, 0.5),
+}
+
+
+def complex_modulus(
+    shear_modulus: ArrayLike, damping: ArrayLike, convention: str = "shake"
+) -> NDArray[np.complex128]:
+    """Complex shear modulus G* of a linear hysteretic material.
+
+    ============  ==================================  ==============  =======
+    convention    G*                                  modulus abs G*  source
+    ============  ==================================  ==============  =======
+    ``shake``     G (1 + 2iD)                         G √(1 + 4D²)    [1]_
+    ``shake91``   G (1 - 2D² + 2iD √(1 - D²))         G               [2]_
+    ``kramer``    G (1 - D² + 2iD)                    G (1 + D²)      [3]_
+    ``dormieux``  G (√(1 - 4D²) + 2iD)                G               [4]_
+    ============  ==================================  ==============  =======
+
+    Parameters
+    ----------
+    shear_modulus : array_like, shape (...)
+        G, Pa.
+    damping : array_like, shape (...)
+        Damping ratio D >= 0, a fraction (0.05 is 5 %).
+    convention : str
+        One of the names above.
+
+    Returns
+    -------
+    ndarray of complex128, shape of ``shear_modulus`` and ``damping`` broadcast
+        G*, Pa.
+
+    Raises
+    ------
+    ValueError
+        If the convention is unknown or the damping ratio lies outside its range.
+    """
+    factor, largest = _CONVENTIONS[_one_of("convention", convention, _CONVENTIONS)]
+    ratio = np.asarray(damping, dtype=float)
+    inside = (ratio >= 0) & (ratio <= largest) & np.isfinite(ratio)
+    if not np.all(inside):
+        raise ValueError(
+            f"damping must be in 0 ... {largest:g} for convention '{convention}',"
+            f" got {_first(ratio, ~inside):g}"
+        )
+    return np.asarray(shear_modulus, dtype=float) * factor(ratio).astype(complex)
+
+
+# ---------------------------------------------------------------------------------------------
+# Closed forms of the uniform layer
+# ---------------------------------------------------------------------------------------------
+
+
+def undamped_amplification(
+    frequency: ArrayLike, thickness: float, shear_velocity: float
+) -> NDArray[np.float64]:
+    """Surface amplification of a uniform undamped layer on a rigid base: paper eq. 9.
+
+    ``1 / |cos(ωH/v)|``; at a resonance it is as large as rounding lets it be.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (...)
+        Frequencies, Hz.
+    thickness : float
+        H, m.
+    shear_velocity : float
+        v, m/s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Amplification, dimensionless.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+    """
+    return 1 / np.abs(np.cos(_phase(frequency, thickness, shear_velocity)))
+
+
+def damped_amplification(
+    frequency: ArrayLike, thickness: float, shear_velocity: float, damping: ArrayLike
+) -> NDArray[np.float64]:
+    """Surface amplification of a uniform damped layer on a rigid base: paper eq. 10.
+
+    ``1 / √(cos²(ωH/v) + (ζωH/v)²)``: the exact ``1 / |cos(k*H)|`` but for a relative error of the
+    order of ζ² (1 + (ωH/v)²).
+
+    Parameters
+    ----------
+    frequency : array_like, shape (...)
+        Frequencies, Hz.
+    thickness : float
+        H, m.
+    shear_velocity : float
+        v, m/s.
+    damping : array_like, shape (...)
+        Damping ratio ζ >= 0.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Amplification, dimensionless.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+    """
+    phase = _phase(frequency, thickness, shear_velocity)
+    ratio = _not_negative("damping", damping)
+    return 1 / np.hypot(np.cos(phase), ratio * phase)
+
+
+def _phase(frequency: ArrayLike, thickness: float, shear_velocity: float) -> NDArray[np.float64]:
+    height = _positive("thickness", thickness)
+    velocity = _positive("shear_velocity", shear_velocity)
+    return 2 * np.pi * _not_negative("frequency", frequency) * height / velocity
+
+
+# ---------------------------------------------------------------------------------------------
+# The time integration as a material
+# ---------------------------------------------------------------------------------------------
+#
+# With z = exp(iωΔt) and t = tan(ωΔt/2), (z - 1)/(z + 1) = it, and one step of Newmark β = 1/2,
+# γ = 1 on M x'' + K x = f reads, for x ~ z^n,
+#     [K - (4/Δt²) t²/(1 + it) M] x = f,
+# the equation of a continuous system with modulus K (1 + it) at the angular frequency (2/Δt) t.
+
+
+def scheme_damping(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Damping ratio that Newmark β = 1/2, γ = 1 adds to a steady harmonic motion.
+
+    The scheme acts exactly like the complex modulus G(1 + 2iζ) with ``2ζ = tan(ωΔt/2)``
+    (convention ``shake``) at the frequency :func:`scheme_frequency`.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (...)
+        Frequencies of the motion, Hz, below the Nyquist frequency 1/(2Δt).
+    time_step : float
+        Δt, s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Damping ratio ζ.
+
+    Raises
+    ------
+    ValueError
+        If a frequency reaches the Nyquist frequency or an argument is out of range.
+    """
+    return 0.5 * np.tan(_half_step_angle(frequency, time_step))
+
+
+def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Frequency at which the equivalent continuous system of the scheme is driven.
+
+    ``(2/Δt) tan(ωΔt/2) / 2π``, to be used with the modulus of :func:`scheme_damping`.  (The same
+    pair can be written with ``(2/Δt) sin(ωΔt/2)``; the modulus is then G/(1 - 2iζ).)
+
+    Parameters
+    ----------
+    frequency : array_like, shape (...)
+        Frequencies of the motion, Hz, below the Nyquist frequency 1/(2Δt).
+    time_step : float
+        Δt, s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Equivalent frequency, Hz; never below ``frequency``.
+
+    Raises
+    ------
+    ValueError
+        If a frequency reaches the Nyquist frequency or an argument is out of range.
+    """
+    return np.tan(_half_step_angle(frequency, time_step)) / (np.pi * time_step)
+
+
+def time_step_for_damping(damping: ArrayLike, frequency: ArrayLike) -> NDArray[np.float64]:
+    """Time step at which the scheme damps a harmonic motion by a wanted ratio.
+
+    The inverse of :func:`scheme_damping`: ``Δt = 2 atan(2ζ) / ω``.
+
+    Parameters
+    ----------
+    damping : array_like, shape (...)
+        Wanted damping ratio ζ > 0.
+    frequency : array_like, shape (...)
+        Frequency at which it is wanted, Hz, > 0.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Δt, s.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+    """
+    ratio = _positive("damping", damping)
+    return np.arctan(2 * ratio) / (np.pi * _positive("frequency", frequency))
+
+
+def _half_step_angle(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    values = _not_negative("frequency", frequency)
+    step = float(_positive("time_step", time_step))
+    beyond = values * step >= 0.5
+    if np.any(beyond):
+        raise ValueError(
+            f"frequency must stay below the Nyquist frequency {0.5 / step:g} Hz of"
+            f" time_step {step:g} s, got {_first(values, beyond):g}"
+        )
+    return np.pi * values * step
+
+
+# ---------------------------------------------------------------------------------------------
+# Layers and columns
+# ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """A homogeneous damped elastic medium; on its own, the half-space below a column.
+
+    Parameters
+    ----------
+    density : float
+        ρ, kg/m³.
+    shear_modulus : float
+        G, Pa.  Give this or ``shear_velocity``; the other follows.  Both are accepted when they
+        agree, so that :func:`dataclasses.replace` works.
+    shear_velocity : float
+        v = √(G/ρ), m/s.
+    damping : float or callable
+        Damping ratio, a fraction, or a function of the frequencies (Hz, shape (n,)) that returns
+        one ratio per frequency.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite and positive, or modulus and velocity are missing or disagree.
+    """
+
+    _: KW_ONLY
+    density: float
+    shear_modulus: float | None = None
+    shear_velocity: float | None = None
+    damping: Damping = 0.0
+
+    def __post_init__(self) -> None:
+        density = float(_positive("density", self.density))
+        modulus, velocity = _modulus_and_velocity(density, self.shear_modulus, self.shear_velocity)
+        object.__setattr__(self, "density", density)
+        object.__setattr__(self, "shear_modulus", modulus)
+        object.__setattr__(self, "shear_velocity", velocity)
+        if not callable(self.damping):
+            object.__setattr__(self, "damping", float(_not_negative("damping", self.damping)))
+
+    def damping_at(self, frequencies: ArrayLike) -> NDArray[np.float64]:
+        """Damping ratio at each frequency.
+
+        Parameters
+        ----------
+        frequencies : array_like, shape (n,)
+            Hz.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Damping ratio.
+
+        Raises
+        ------
+        ValueError
+            If a damping function returns another shape, or a negative or non-finite ratio.
+        """
+        values = np.asarray(frequencies, dtype=float)
+        if not callable(self.damping):
+            return np.full(values.shape, self.damping)
+        ratio = _not_negative("damping", self.damping(values))
+        if ratio.shape not in ((), values.shape):
+            raise ValueError(
+                f"damping must return one ratio per frequency, shape {values.shape},"
+                f" got shape {ratio.shape}"
+            )
+        return np.broadcast_to(ratio, values.shape)
+
+
+@dataclass(frozen=True)
+class Layer(HalfSpace):
+    """One horizontal layer: a :class:`HalfSpace` cut to a thickness.
+
+    ``Layer(1.0, density=2643.0, shear_velocity=851.0, damping=0.022)``
+
+    Parameters
+    ----------
+    thickness : float
+        H, m; the only positional argument.
+    density, shear_modulus, shear_velocity, damping
+        As for :class:`HalfSpace`.
+
+    Raises
+    ------
+    ValueError
+        As for :class:`HalfSpace`, or if the thickness is not finite and positive.
+    """
+
+    thickness: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "thickness", float(_positive("thickness", self.thickness)))
+        super().__post_init__()
+
+
+class Peak(NamedTuple):
+    """A resonance: frequency in Hz and dimensionless amplification."""
+
+    frequency: float
+    amplitude: float
+
+
+@dataclass(frozen=True)
+class Column:
+    """Horizontal layers on a base, shaken from below by SH waves that travel vertically.
+
+    Parameters
+    ----------
+    layers : sequence of Layer, length n >= 1
+        From the surface downwards.
+    base : 'rigid' or HalfSpace
+        What the lowest layer rests on.
+    convention : str
+        Meaning of the damping ratio, see :func:`complex_modulus`.
+
+    Raises
+    ------
+    ValueError
+        If there is no layer, or an item, the base or the convention is of another kind.
+
+    Examples
+    --------
+    >>> soil = Layer(15.0, density=2643.0, shear_modulus=1.9152e9, damping=0.022)
+    >>> peak = Column([soil]).peak()
+    >>> print(f"{peak.amplitude:.2f} at {peak.frequency:.3f} Hz")
+    28.95 at 14.191 Hz
+    """
+
+    layers: Sequence[Layer]
+    base: HalfSpace | str = "rigid"
+    convention: str = "shake"
+
+    def __post_init__(self) -> None:
+        layers = tuple(self.layers)
+        if not layers:
+            raise ValueError("layers must hold at least one Layer, got none")
+        for number, layer in enumerate(layers, start=1):
+            if not isinstance(layer, Layer):
+                raise ValueError(f"layers must hold Layer objects, got {layer!r} as item {number}")
+        if isinstance(self.base, Layer) or not (
+            isinstance(self.base, HalfSpace) or self.base == "rigid"
+        ):
+            raise ValueError(f"base must be 'rigid' or a HalfSpace, got {self.base!r}")
+        _one_of("convention", self.convention, _CONVENTIONS)
+        object.__setattr__(self, "layers", layers)
+
+    @property
+    def depth(self) -> float:
+        """Depth of the base below the surface, m."""
+        return float(self._interfaces[-1])
+
+    @property
+    def travel_time(self) -> float:
+        """Time of a shear wave from the base to the surface, s."""
+        return sum(layer.thickness / layer.shear_velocity for layer in self.layers)
+
+    @property
+    def _interfaces(self) -> NDArray[np.float64]:
+        """Depth of the surface and of the bottom of each layer, m, shape (n + 1,)."""
+        return np.cumsum([0.0, *(layer.thickness for layer in self.layers)])
+
+    def transfer(
+        self,
+        frequencies: ArrayLike,
+        top: float = 0.0,
+        bottom: float | None = None,
+        motion: str = "within",
+    ) -> NDArray[np.complex128]:
+        """Motion at depth ``top`` divided by the motion at depth ``bottom``.
+
+        The ratio is the same for displacement, velocity and acceleration.
+
+        Parameters
+        ----------
+        frequencies : array_like, shape (n,) or ()
+            Hz, >= 0.
+        top : float
+            Depth of the response, m; 0 is the surface.
+        bottom : float, optional
+            Depth of the reference motion, m, not above ``top``; by default the base.
+        motion : {'within', 'outcrop'}
+            The reference motion: as it is inside the column, or as it would be were the medium at
+            that depth a free surface (twice the upgoing wave; at an interface, of the medium
+            below).  On a rigid base, ``bottom`` at the base, the two are the same.
+
+        Returns
+        -------
+        ndarray of complex128, shape of ``frequencies``
+            Transfer function, dimensionless.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range, or the ratio is infinite (an undamped resonance).
+        """
+        values = _not_negative("frequencies", frequencies)
+        ravelled = values.ravel()
+        return self._ratio(
+            2 * np.pi * ravelled,
+            lambda medium: complex_modulus(
+                medium.shear_modulus, medium.damping_at(ravelled), self.convention
+            ),
+            (top, bottom, motion),
+        ).reshape(values.shape)
+
+    def scheme_transfer(
+        self,
+        frequencies: ArrayLike,
+        time_step: float,
+        top: float = 0.0,
+        bottom: float | None = None,
+        motion: str = "within",
+    ) -> NDArray[np.complex128]:
+        """Transfer function of the same column integrated by Newmark β = 1/2, γ = 1.
+
+        Exact in time for a base that moves by a prescribed displacement, exact in space: what the
+        engine tends to with thin layers and stiff contacts.  The damping is the scheme's alone,
+        :func:`scheme_damping`; that of the layers is not used, for the engine has none.
+
+        Parameters
+        ----------
+        frequencies : array_like, shape (n,) or ()
+            Hz, >= 0 and below the Nyquist frequency 1/(2Δt).
+        time_step : float
+            Δt, s.
+        top, bottom, motion
+            As for :meth:`transfer`.
+
+        Returns
+        -------
+        ndarray of complex128, shape of ``frequencies``
+            Transfer function, dimensionless.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range.
+        """
+        damping = scheme_damping(frequencies, time_step)
+        omega = 2 * np.pi * scheme_frequency(frequencies, time_step)
+        return self._ratio(
+            omega.ravel(),
+            lambda medium: complex_modulus(medium.shear_modulus, damping.ravel(), "shake"),
+            (top, bottom, motion),
+        ).reshape(omega.shape)
+
+    def peak(
+        self,
+        band: tuple[float, float] | None = None,
+        top: float = 0.0,
+        bottom: float | None = None,
+        motion: str = "within",
+        time_step: float | None = None,
+    ) -> Peak:
+        """The highest resonance peak of the transfer function inside a band.
+
+        Parameters
+        ----------
+        band : (float, float), optional
+            Hz.  By default from 0 to 1/(2 × travel time), twice the first resonance of a uniform
+            column on a rigid base.
+        top, bottom, motion
+            As for :meth:`transfer`.
+        time_step : float, optional
+            Δt, s; if given, the peak of :meth:`scheme_transfer`, else of :meth:`transfer`.
+
+        Returns
+        -------
+        Peak
+            Frequency, Hz, and amplification.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range, the band holds no peak, or the peak is unbounded.
+        """
+        mode_spacing = 0.5 / self.travel_time
+        low, high = _band((0.0, mode_spacing) if band is None else band)
+        points = int(np.ceil(_POINTS_PER_MODE * max(1.0, (high - low) / mode_spacing)))
+        place = (top, bottom, motion)
+        if time_step is None:
+            return refined_peak(lambda f: self.transfer(f, *place), (low, high), points)
+        return refined_peak(
+            lambda f: self.scheme_transfer(f, time_step, *place), (low, high), points
+        )
+
+    def _ratio(
+        self,
+        omega: NDArray[np.float64],
+        modulus_of: Callable[[HalfSpace], NDArray[np.complex128]],
+        place: tuple[float, float | None, str],
+    ) -> NDArray[np.complex128]:
+        """Response at one depth over reference motion at another, shape of ``omega``."""
+        top, bottom, motion = place
+        _one_of("motion", motion, ("within", "outcrop"))
+        upper, lower = self._depths(top, bottom)
+        media, thicknesses, (first, last) = self._cut_at(upper, lower)
+        steps, reflections = _recursion(omega, media, thicknesses, modulus_of)
+        reference = 2.0 if motion == "outcrop" else 1 + reflections[last]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.prod(steps[first:last], axis=0) * (1 + reflections[first]) / reference
+        unbounded = ~np.isfinite(ratio)
+        if np.any(unbounded):
+            raise ValueError(
+                "frequencies meet a resonance of the undamped column, where the ratio is infinite,"
+                f" at {_first(omega, unbounded) / (2 * np.pi):g} Hz"
+            )
+        return ratio
+
+    def _depths(self, top: float, bottom: float | None) -> tuple[float, float]:
+        """Both depths, checked and moved onto an interface that they meet but for rounding."""
+        interfaces = self._interfaces
+        upper = _snapped("top", top, interfaces)
+        lower = interfaces[-1] if bottom is None else _snapped("bottom", bottom, interfaces)
+        if upper > lower:
+            raise ValueError(f"top must not lie below bottom, got {upper:g} m and {lower:g} m")
+        return upper, lower
+
+    def _cut_at(
+        self, upper: float, lower: float
+    ) -> tuple[list[HalfSpace | None], NDArray[np.float64], tuple[int, int]]:
+        """The layers cut so that both depths are interfaces, their thicknesses, both indices.
+
+        The media are those below each interface; the last is the base, ``None`` if rigid.
+        """
+        interfaces = self._interfaces
+        depths = np.union1d(interfaces, [upper, lower])
+        middles = (depths[:-1] + depths[1:]) / 2
+        owners = np.searchsorted(interfaces, middles) - 1
+        base = self.base if isinstance(self.base, HalfSpace) else None
+        media = [*(self.layers[owner] for owner in owners), base]
+        first, last = np.searchsorted(depths, [upper, lower])
+        return media, np.diff(depths), (int(first), int(last))
+
+
+def _recursion(
+    omega: NDArray[np.float64],
+    media: Sequence[HalfSpace | None],
+    thicknesses: NDArray[np.float64],
+    modulus_of: Callable[[HalfSpace], NDArray[np.complex128]],
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Waves in a stack of m layers: the SHAKE recursion in quotients that cannot overflow.
+
+    Instead of A and B, which grow like exp(|Im k| z), carry R = B/A at the top of each medium and
+    the step A_j / A_{j+1}; every exponential in them decays.  A rigid base has impedance ratio 0.
+
+    Returns
+    -------
+    steps : ndarray of complex128, shape (m, n)
+        A at the top of layer j over A at the top of the medium below it.
+    reflections : ndarray of complex128, shape (m + 1, n)
+        B/A at the top of each medium, that of the base last.
+    """
+    moduli = {id(medium): modulus_of(medium) for medium in media if medium is not None}
+    steps = np.empty((len(thicknesses), omega.size), dtype=complex)
+    reflections = np.ones((len(media), omega.size), dtype=complex)
+    for j, thickness in enumerate(thicknesses):
+        modulus, density = moduli[id(media[j])], media[j].density
+        below = media[j + 1]
+        contrast = 0.0
+        if below is not None:
+            contrast = np.sqrt(density * modulus / (below.density * moduli[id(below)]))
+        decay = np.exp(-1j * omega * thickness / np.sqrt(modulus / density))
+        down = reflections[j] * decay**2
+        upgoing = (1 + contrast) + (1 - contrast) * down
+        downgoing = (1 - contrast) + (1 + contrast) * down
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steps[j] = 2 * decay / upgoing
+            reflections[j + 1] = downgoing / upgoing
+    return steps, reflections
+
+
+def refined_peak(
+    transfer: Callable[[NDArray[np.float64]], ArrayLike],
+    band: tuple[float, float],
+    points: int = 1000,
+) -> Peak:
+    """The highest interior maximum of |transfer| in a band, refined beyond any grid.
+
+    Each local maximum of ``points`` samples brackets a peak; 1/|transfer|², smooth at a resonance
+    however sharp, is minimised in the bracket (Brent, scipy).
+
+    Parameters
+    ----------
+    transfer : callable
+        Complex or real transfer function of an array of frequencies, Hz.
+    band : (float, float)
+        Hz, 0 <= low < high.
+    points : int
+        Number of intervals searched; there should be some ten or more between two peaks.
+
+    Returns
+    -------
+    Peak
+        Frequency, Hz, and amplitude.
+
+    Raises
+    ------
+    ValueError
+        If the band is no band, holds no interior maximum, or the maximum is unbounded.
+    """
+    low, high = _band(band)
+    if not 2 <= points <= _MOST_POINTS:
+        raise ValueError(f"points must be in 2 ... {_MOST_POINTS}, got {points}")
+    grid = np.linspace(low, high, points + 1)
+    size = np.abs(np.asarray(transfer(grid)))
+    if not np.all(np.isfinite(size)):
+        raise ValueError(f"transfer is not finite at {_first(grid, ~np.isfinite(size)):g} Hz")
+    summits = 1 + np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]))
+    if summits.size == 0:
+        raise ValueError(f"band {low:g} ... {high:g} Hz holds no peak of the transfer function")
+    peaks = (_refined(transfer, grid[i - 1], grid[i + 1]) for i in summits)
+    return max(peaks, key=lambda peak: peak.amplitude)
+
+
+def _refined(transfer: Callable, low: float, high: float) -> Peak:
+    def inverse_square(frequency: float) -> float:
+        return 1 / abs(np.asarray(transfer(np.array([frequency])))[0]) ** 2
+
+    found = minimize_scalar(
+        inverse_square, bounds=(low, high), method="bounded", options={"xatol": 1e-12 * high}
+    )
+    amplitude = 1 / np.sqrt(found.fun)
+    if amplitude > _UNBOUNDED:
+        raise ValueError(f"the peak near {found.x:g} Hz is unbounded: the column has no damping")
+    return Peak(float(found.x), float(amplitude))
+
+
+# ---------------------------------------------------------------------------------------------
+# Checks of arguments
+# ---------------------------------------------------------------------------------------------
+
+
+def _positive(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    values = np.asarray(value, dtype=float)
+    good = np.isfinite(values) & (values > 0)
+    if not np.all(good):
+        raise ValueError(f"{name} must be finite and positive, got {_first(values, ~good):g}")
+    return values
+
+
+def _not_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    values = np.asarray(value, dtype=float)
+    good = np.isfinite(values) & (values >= 0)
+    if not np.all(good):
+        raise ValueError(f"{name} must be finite and not negative, got {_first(values, ~good):g}")
+    return values
+
+
+def _first(values: NDArray, chosen: NDArray) -> float:
+    """The first of the chosen values, for a message."""
+    return np.atleast_1d(values)[np.atleast_1d(chosen)][0]
+
+
+def _one_of(name: str, value: str, known: Sequence[str]) -> str:
+    if not isinstance(value, str) or value not in known:
+        raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}")
+    return value
+
+
+def _band(band: tuple[float, float]) -> tuple[float, float]:
+    edges = np.asarray(band, dtype=float)
+    if edges.shape != (2,) or not np.all(np.isfinite(edges)) or not 0 <= edges[0] < edges[1]:
+        raise ValueError(f"band must be two frequencies 0 <= low < high, got {band!r}")
+    return float(edges[0]), float(edges[1])
+
+
+def _snapped(name: str, depth: float, interfaces: NDArray[np.float64]) -> float:
+    bottom = interfaces[-1]
+    tolerance = 1e-9 * bottom
+    value = float(depth)
+    if not -tolerance <= value <= bottom + tolerance:
+        raise ValueError(f"{name} must be a depth in 0 ... {bottom:g} m, got {value:g}")
+    nearest = interfaces[np.argmin(np.abs(interfaces - value))]
+    return float(nearest) if abs(nearest - value) <= tolerance else value
+
+
+def _modulus_and_velocity(
+    density: float, modulus: float | None, velocity: float | None
+) -> tuple[float, float]:
+    if modulus is None and velocity is None:
+        raise ValueError("shear_modulus or shear_velocity must be given, got neither")
+    if modulus is None:
+        velocity = float(_positive("shear_velocity", velocity))
+        return density * velocity**2, velocity
+    modulus = float(_positive("shear_modulus", modulus))
+    implied = float(np.sqrt(modulus / density))
+    if velocity is not None and not np.isclose(velocity, implied, rtol=1e-9, atol=0):
+        raise ValueError(
+            f"shear_velocity must be left out or agree with shear_modulus, got {velocity:g} m/s"
+            f" where the modulus gives {implied:g} m/s"
+        )
+    return modulus, implied

@@ -1,0 +1,57 @@
+!> Files for the tests of records: where the data are, and scratch files that a test writes itself.
+module record_files
+   implicit none
+   private
+   public :: data_file, write_scratch, remove_scratch, contents, scratch_name
+
+   !> A blank and letters beyond ASCII: paths are bytes to the reader.
+   character(len=*), parameter :: scratch_name = 'sitedda scratch récord.txt' !< in the working folder
+
+contains
+
+   !> Path of a file under `tests/data/records`; the environment says where `tests/data` is.
+   function data_file(name) result(path)
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: path
+      integer :: length, status
+
+      call get_environment_variable('SITEDDA_TEST_DATA', length=length, status=status)
+      if (status /= 0) length = 0
+      allocate (character(len=length) :: path)
+      if (length > 0) call get_environment_variable('SITEDDA_TEST_DATA', path)
+      path = path//'/records/'//name
+   end function data_file
+
+   !> Write bytes as they are.
+   subroutine write_scratch(bytes)
+      character(len=*), intent(in) :: bytes
+      integer :: unit
+
+      open (newunit=unit, file=scratch_name, access='stream', form='unformatted', action='write', status='replace')
+      write (unit) bytes
+      close (unit)
+   end subroutine write_scratch
+
+   subroutine remove_scratch()
+      integer :: unit, status
+
+      open (newunit=unit, file=scratch_name, status='old', iostat=status)
+      if (status == 0) close (unit, status='delete')
+   end subroutine remove_scratch
+
+   !> All bytes of a file; nothing if there is none.
+   function contents(path) result(bytes)
+      character(len=*), intent(in) :: path
+      character(len=:), allocatable :: bytes
+      integer :: unit, length, status
+
+      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', iostat=status)
+      length = 0
+      if (status == 0) inquire (unit=unit, size=length)
+      allocate (character(len=length) :: bytes)
+      if (status /= 0) return
+      read (unit) bytes
+      close (unit)
+   end function contents
+
+end module record_files

@@ -1,0 +1,277 @@
+!> Integration and drift removal against closed forms, and that a, v and d never contradict.
+module test_baseline
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use dda_kinds, only: wp, pi
+   use dda_errors, only: error_type
+   use dda_baseline, only: baseline_type, make_motion_curve, motion_curve_type, displacement_at, velocity_at, &
+      acceleration_at
+   use dda_record, only: record_type, read_record
+   use dda_taper, only: cosine_taper
+   use record_files, only: data_file
+   use testing, only: case, check, check_close, check_no_error, check_fails
+   implicit none
+   private
+   public :: baseline_suite
+
+   integer, parameter :: samples = 201
+   real(wp), parameter :: step = 0.01_wp, duration = 2.0_wp, omega = 2.0_wp*pi
+   type(baseline_type), parameter :: as_is = baseline_type(order=0, at_rest=.false.)
+   type(baseline_type), parameter :: free_end = baseline_type(order=2, at_rest=.false.)
+
+contains
+
+   subroutine baseline_suite()
+      call constant_and_ramp()
+      call sine_of_accelerations()
+      call drift_is_gone()
+      call correction_is_a_projection()
+      call derivatives_agree()
+      call before_and_after()
+      call velocities()
+      call displacements()
+      call taper_and_scale()
+      call two_samples()
+      call real_record()
+      call wrong_requests()
+   end subroutine baseline_suite
+
+   !> Piecewise linear accelerations are integrated exactly, between the samples too.
+   subroutine constant_and_ramp()
+      type(motion_curve_type) :: curve
+      real(wp), parameter :: t = 1.2345_wp
+
+      call case('constant and ramp')
+      curve = made('acceleration', 3.0_wp + 0.0_wp*times(), as_is)
+      call check_close(displacement_at(curve, t), 1.5_wp*t**2, 'displacement, constant', relative=1.0e-13_wp)
+      call check_close(velocity_at(curve, t), 3.0_wp*t, 'velocity, constant', relative=1.0e-13_wp)
+      curve = made('acceleration', 6.0_wp*times(), as_is)
+      call check_close(displacement_at(curve, t), t**3, 'displacement, ramp', relative=1.0e-13_wp)
+      call check_close(velocity_at(curve, t), 3.0_wp*t**2, 'velocity, ramp', relative=1.0e-13_wp)
+      call check_close(acceleration_at(curve, t), 6.0_wp*t, 'acceleration, ramp', relative=1.0e-13_wp)
+      curve = made('acceleration', 3.0_wp - 6.0_wp*times())
+      call check_close(curve%displacement, 0.0_wp*times(), 'both are drift', absolute=1.0e-13_wp)
+      curve = made('acceleration', 3.0_wp - 6.0_wp*times(), free_end)
+      call check_close(curve%displacement, 0.0_wp*times(), 'both are drift, free end', absolute=1.0e-13_wp)
+   end subroutine constant_and_ramp
+
+   !> The interpolation error of a sine is (ωh)²/12 of it.
+   subroutine sine_of_accelerations()
+      type(motion_curve_type) :: curve
+      real(wp), parameter :: precision = (omega*step)**2/6.0_wp
+
+      call case('sine')
+      curve = made('acceleration', cos(omega*times()), as_is)
+      call check_close(curve%velocity, sin(omega*times())/omega, 'velocity', relative=precision)
+      call check_close(curve%displacement, (1.0_wp - cos(omega*times()))/omega**2, 'displacement', relative=precision)
+   end subroutine sine_of_accelerations
+
+   subroutine drift_is_gone()
+      type(motion_curve_type) :: clean, drifting
+      real(wp) :: motion(samples)
+
+      call case('an offset and a trend leave no trace')
+      motion = sin(omega*times())*exp(-times())
+      clean = made('acceleration', motion)
+      drifting = made('acceleration', motion + 0.3_wp - 0.2_wp*times())
+      call check_close(drifting%acceleration, clean%acceleration, 'acceleration', absolute=1.0e-13_wp)
+      call check_close(drifting%displacement, clean%displacement, 'displacement', absolute=1.0e-13_wp)
+      clean = made('acceleration', motion, free_end)
+      drifting = made('acceleration', motion + 0.3_wp - 0.2_wp*times(), free_end)
+      call check_close(drifting%displacement, clean%displacement, 'free end', absolute=1.0e-13_wp)
+      clean = made('acceleration', motion, baseline_type(order=1, at_rest=.false.))
+      drifting = made('acceleration', motion + 0.3_wp, baseline_type(order=1, at_rest=.false.))
+      call check_close(drifting%displacement, clean%displacement, 'offset only', absolute=1.0e-13_wp)
+      call check(index(clean%method, 'least squares') > 0, clean%method)
+   end subroutine drift_is_gone
+
+   subroutine correction_is_a_projection()
+      type(motion_curve_type) :: once, twice
+
+      call case('a corrected record needs no correction')
+      once = made('acceleration', sin(3.0_wp*times()) + 0.1_wp)
+      twice = made('acceleration', once%acceleration)
+      call check_close(twice%acceleration, once%acceleration, 'acceleration', absolute=1.0e-14_wp)
+      once = made('velocity', sin(3.0_wp*times()) + 0.1_wp*times())
+      twice = made('velocity', once%velocity)
+      call check_close(twice%velocity, once%velocity, 'velocity', absolute=1.0e-14_wp)
+   end subroutine correction_is_a_projection
+
+   !> Differences of d are v and those of v are a, wherever one looks.
+   subroutine derivatives_agree()
+      character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', 'velocity', 'displacement']
+      type(motion_curve_type) :: curve
+      real(wp), parameter :: h = 1.0e-5_wp
+      real(wp) :: t, jump
+      integer :: i, k
+
+      call case('velocity and acceleration are derivatives')
+      do i = 1, 3
+         curve = made(trim(quantity(i)), sin(omega*times()) + 0.2_wp*cos(17.0_wp*times()))
+         do k = 1, 50
+            t = 0.0371_wp*real(k, wp) + 0.0005_wp
+            call check_close((displacement_at(curve, t + h) - displacement_at(curve, t - h))/(2.0_wp*h), &
+               velocity_at(curve, t), 'velocity from '//quantity(i), absolute=1.0e-6_wp)
+            call check_close((velocity_at(curve, t + h) - velocity_at(curve, t - h))/(2.0_wp*h), &
+               acceleration_at(curve, t), 'acceleration from '//quantity(i), absolute=1.0e-4_wp)
+         end do
+         jump = 0.0_wp
+         do k = 2, samples - 1
+            t = real(k - 1, wp)*step
+            jump = max(jump, abs(acceleration_at(curve, t*(1.0_wp + 1.0e-12_wp)) - &
+               acceleration_at(curve, t*(1.0_wp - 1.0e-12_wp))))
+         end do
+         call check_close(jump, 0.0_wp, 'no jump at a sample, from '//quantity(i), absolute=1.0e-5_wp)
+      end do
+   end subroutine derivatives_agree
+
+   subroutine before_and_after()
+      type(motion_curve_type) :: curve
+
+      call case('before the start and after the end')
+      curve = made('acceleration', sin(5.0_wp*times()))
+      call check_close(displacement_at(curve, -1.0_wp), 0.0_wp, 'nothing moves before')
+      call check_close(velocity_at(curve, -1.0e-9_wp) + acceleration_at(curve, -1.0_wp), 0.0_wp, 'nor goes')
+      call check_close(displacement_at(curve, 1.0e30_wp), curve%displacement(samples), 'held after')
+      call check_close(velocity_at(curve, 1.0e30_wp) + acceleration_at(curve, 3.0_wp), 0.0_wp, 'at rest after')
+      call check_close(velocity_at(curve, duration), 0.0_wp, 'no jump of the velocity', absolute=1.0e-15_wp)
+      call check_close(displacement_at(curve, duration), curve%displacement(samples), 'the last sample')
+      call check(abs(curve%displacement(samples)) > 1.0e-3_wp, 'a displacement remains')
+   end subroutine before_and_after
+
+   subroutine velocities()
+      type(motion_curve_type) :: curve
+      real(wp), parameter :: t = 0.7777_wp
+
+      call case('records of velocity')
+      curve = made('velocity', times()**2, as_is)
+      call check_close(displacement_at(curve, t), t**3/3.0_wp, 'a parabola is exact', relative=1.0e-12_wp)
+      call check_close(acceleration_at(curve, t), 2.0_wp*t, 'with its slope', relative=1.0e-12_wp)
+      curve = made('velocity', sin(omega*times()), as_is)
+      call check_close(curve%displacement, (1.0_wp - cos(omega*times()))/omega, 'sine', absolute=1.0e-6_wp)
+      call check_close(acceleration_at(curve, t), omega*cos(omega*t), 'its slope', relative=1.0e-4_wp)
+      curve = made('velocity', times() - 0.1_wp*times()**2)
+      call check_close(curve%displacement, 0.0_wp*times(), 'drift is removed', absolute=1.0e-14_wp)
+   end subroutine velocities
+
+   subroutine displacements()
+      type(motion_curve_type) :: curve
+      real(wp), parameter :: t = 0.7777_wp
+
+      call case('records of displacement')
+      curve = made('displacement', 2.0_wp + times()**2, as_is)
+      call check_close(displacement_at(curve, t), t**2, 'a parabola is exact, and begins at zero', relative=1.0e-12_wp)
+      call check_close(velocity_at(curve, t), 2.0_wp*t, 'with its slope', relative=1.0e-10_wp)
+      call check_close(acceleration_at(curve, t), 2.0_wp, 'and its bend', relative=1.0e-7_wp)
+      curve = made('displacement', 1.0_wp - cos(omega*times()))
+      call check_close(displacement_at(curve, t), 1.0_wp - cos(omega*t), 'sine', absolute=1.0e-6_wp)
+      call check_close(velocity_at(curve, t), omega*sin(omega*t), 'its velocity', relative=1.0e-5_wp)
+      call check_close(acceleration_at(curve, t), omega**2*cos(omega*t), 'its acceleration', relative=1.0e-3_wp)
+      call check_close(velocity_at(curve, duration), 0.0_wp, 'at rest at the end', absolute=1.0e-12_wp)
+      call check(index(curve%method, 'no drift removed') > 0, curve%method)
+   end subroutine displacements
+
+   subroutine taper_and_scale()
+      type(motion_curve_type) :: curve, twice
+      real(wp) :: motion(samples)
+
+      call case('taper and scale')
+      call check_close(cosine_taper(5, 1.0_wp), [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp, 0.0_wp], 'Hann', absolute=1.0e-15_wp)
+      call check_close(cosine_taper(5, 0.0_wp), [1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp], 'none')
+      call check_close(cosine_taper(9, 0.5_wp), [0.0_wp, 0.5_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.5_wp, &
+         0.0_wp], 'half', absolute=1.0e-15_wp)
+      motion = cos(omega*times())
+      curve = made('acceleration', motion, baseline_type(order=0, taper=0.1_wp))
+      call check_close(curve%acceleration([1, samples]), [0.0_wp, 0.0_wp], 'ends are zero')
+      call check_close(curve%acceleration(100), motion(100), 'the middle is kept')
+      curve = made('acceleration', motion)
+      twice = made('acceleration', motion, baseline_type(scale=-2.0_wp))
+      call check_close(twice%displacement, -2.0_wp*curve%displacement, 'scale', relative=1.0e-14_wp)
+      call check(index(twice%method, 'scaled by -2') > 0, twice%method)
+   end subroutine taper_and_scale
+
+   !> The shortest records and every option: no division by zero, at rest where asked.
+   subroutine two_samples()
+      character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', 'velocity', 'displacement']
+      type(motion_curve_type) :: curve
+      type(error_type), allocatable :: error
+      real(wp), parameter :: few(6) = [0.0_wp, 1.0_wp, -2.0_wp, 4.0_wp, 0.0_wp, 1.0_wp]
+      integer :: i, n, order
+
+      call case('two samples and a few')
+      do i = 1, 3
+         do n = 2, 6
+            do order = 0, 2
+               call make_motion_curve(curve, trim(quantity(i)), few(:n), &
+                  0.5_wp, error, baseline_type(order=order))
+               call check_no_error(error, 'a short record')
+               call check_close(displacement_at(curve, curve%duration), curve%displacement(n), 'end', absolute=1.0e-12_wp)
+            end do
+         end do
+      end do
+   end subroutine two_samples
+
+   !> The record of the project: what the correction does to it stays within what is known of it.
+   subroutine real_record()
+      type(record_type) :: record
+      type(motion_curve_type) :: curve
+      type(error_type), allocatable :: error
+
+      call case('a real record')
+      call read_record(record, data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), &
+         'auto', 'acceleration', '', error)
+      call check_no_error(error, 'Loma Prieta')
+      if (allocated(error)) return
+      call make_motion_curve(curve, 'acceleration', record%values, record%time_step, error)
+      call check_no_error(error, 'motion')
+      call check(maxval(abs(curve%acceleration - record%values)) < 0.02_wp, 'the acceleration is hardly touched')
+      call check_close(curve%velocity(7183), 0.0_wp, 'it ends at rest', absolute=1.0e-12_wp)
+      call check(maxval(abs(curve%velocity)) < 1.0_wp, 'velocity of a strong earthquake')
+      call check(maxval(abs(curve%displacement)) < 1.0_wp, 'displacement of a strong earthquake')
+   end subroutine real_record
+
+   subroutine wrong_requests()
+      real(wp), parameter :: few(3) = [0.0_wp, 1.0_wp, 0.0_wp]
+
+      call case('requests that make no motion')
+      call refused('jerk', few, 0.1_wp, baseline_type(), 'jerk')
+      call refused('acceleration', few(:1), 0.1_wp, baseline_type(), '2 samples')
+      call refused('acceleration', few, 0.0_wp, baseline_type(), 'time step')
+      call refused('acceleration', few, 1.0e300_wp, baseline_type(), 'time step')
+      call refused('acceleration', few, 0.1_wp, baseline_type(order=3), 'order')
+      call refused('acceleration', few, 0.1_wp, baseline_type(taper=1.5_wp), 'taper')
+      call refused('displacement', few, 0.1_wp, baseline_type(taper=0.1_wp), 'tapered')
+      call refused('acceleration', few, 0.1_wp, baseline_type(scale=1.0e300_wp), 'factor')
+      call refused('acceleration', few*1.0e300_wp, 0.1_wp, baseline_type(), 'beyond')
+      call refused('acceleration', [0.0_wp, ieee_value(0.0_wp, ieee_quiet_nan)], 0.1_wp, baseline_type(), 'finite')
+   end subroutine wrong_requests
+
+   subroutine refused(quantity, values, time_step, baseline, names)
+      character(len=*), intent(in) :: quantity, names
+      real(wp), intent(in) :: values(:), time_step
+      type(baseline_type), intent(in) :: baseline
+      type(motion_curve_type) :: curve
+      type(error_type), allocatable :: error
+
+      call make_motion_curve(curve, quantity, values, time_step, error, baseline)
+      call check_fails(error, names)
+   end subroutine refused
+
+   function made(quantity, values, baseline) result(curve)
+      character(len=*), intent(in) :: quantity
+      real(wp), intent(in) :: values(:)
+      type(baseline_type), intent(in), optional :: baseline
+      type(motion_curve_type) :: curve
+      type(error_type), allocatable :: error
+
+      call make_motion_curve(curve, quantity, values, step, error, baseline)
+      call check_no_error(error, 'motion of '//quantity)
+   end function made
+
+   function times() result(time)
+      real(wp) :: time(samples)
+      integer :: i
+
+      time = [(real(i - 1, wp)*step, i=1, samples)]
+   end function times
+
+end module test_baseline

@@ -1,0 +1,423 @@
+!> The sparse factor against dense LAPACK, and against itself on another number of threads.
+module test_block_cholesky
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type
+   use dda_block_graph, only: block_graph_type, graph_of
+   use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
+   use dda_block_cholesky, only: analyse, cholesky_single_type, cholesky_type, factorise, solve
+   use dda_ordering, only: bandwidth_order, dissection_order, fill_order, minimum_degree_order
+   use testing, only: case, check, check_close, check_fails, check_no_error
+   !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+   implicit none
+   private
+   public :: block_cholesky_suite
+
+   interface
+      !> LAPACK: dense Cholesky solution.
+      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dposv
+   end interface
+
+contains
+
+   subroutine block_cholesky_suite()
+      call test_orders()
+      call test_small_patterns()
+      call test_random_graphs()
+      call test_grid()
+      call test_forest()
+      call test_new_numbers_and_new_pattern()
+      call test_solution_in_place()
+      call test_not_positive_definite()
+      call test_unknown_pattern()
+      call test_same_bits()
+   end subroutine block_cholesky_suite
+
+   !> Each order is a permutation; Cuthill–McKee narrows the band of a grid.
+   subroutine test_orders()
+      type(block_graph_type) :: graph
+      integer, allocatable :: order(:)
+      logical :: done
+
+      call case('orders of elimination')
+      call grid_graph(30, 20, graph)
+      call fill_order(graph, order)
+      call check_permutation(order, 'fill')
+      call minimum_degree_order(graph, order, done)
+      call check(done, 'minimum degree does not give up')
+      call check_permutation(order, 'minimum degree')
+      call dissection_order(graph, order, done)
+      call check(done, 'dissection does not give up')
+      call check_permutation(order, 'dissection')
+      call bandwidth_order(graph, order)
+      call check_permutation(order, 'bandwidth')
+      call check(bandwidth(graph, order) <= 25, 'the band of a 30 × 20 grid is about 20 wide')
+      call graph_of(5, [1, 1, 1, 1, 1, 1], [integer ::], graph)
+      call bandwidth_order(graph, order)
+      call check_permutation(order, 'bandwidth without couplings')
+   end subroutine test_orders
+
+   !> Patterns of one idea each.
+   subroutine test_small_patterns()
+      integer :: i
+
+      call case('no block')
+      call check_against_dense(0, reshape([integer ::], [2, 0]))
+      call case('one block')
+      call check_against_dense(1, reshape([integer ::], [2, 0]))
+      call case('two blocks')
+      call check_against_dense(2, reshape([1, 2], [2, 1]))
+      call case('two blocks apart')
+      call check_against_dense(2, reshape([integer ::], [2, 0]))
+      call case('diagonal only')
+      call check_against_dense(40, reshape([integer ::], [2, 0]))
+      call case('chain')
+      call check_against_dense(16, reshape([(i, i + 1, i=1, 15)], [2, 15]))
+      call case('chain backwards and apart')
+      call check_against_dense(12, reshape([(13 - i, 12 - i, i=1, 5), (i, i + 1, i=1, 5)], [2, 10]))
+      call case('arrow with its point first')
+      call check_against_dense(30, reshape([(1, i, i=2, 30)], [2, 29]))
+      call case('arrow with its point last')
+      call check_against_dense(30, reshape([(i, 30, i=1, 29)], [2, 29]))
+      call case('dense')
+      call check_against_dense(25, all_pairs(25))
+   end subroutine test_small_patterns
+
+   subroutine test_random_graphs()
+      integer :: degree
+
+      call case('random graphs')
+      do degree = 1, 6
+         call check_against_dense(60, random_pairs(60, 30*degree))
+      end do
+   end subroutine test_random_graphs
+
+   !> Wide fronts: several strips, tiles and products.
+   subroutine test_grid()
+      call case('grid')
+      call check_against_dense(150, grid_pairs(15, 10))
+      call check_against_dense(120, all_pairs(120))
+   end subroutine test_grid
+
+   !> Many trees and no trunk: shared between threads, nothing on top.
+   subroutine test_forest()
+      integer, parameter :: trees = 400
+      integer :: i, j
+
+      call case('forest')
+      call check_residuals(5*trees, reshape([((5*j + i, 5*j + i + 1, i=1, 4), j=0, trees - 1)], [2, 4*trees]))
+   end subroutine test_forest
+
+   !> A factor serves again, with and without a new analysis.
+   subroutine test_new_numbers_and_new_pattern()
+      type(block_matrix_type) :: matrix
+      type(cholesky_type) :: factor
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('a factor used again')
+      do i = 1, 2
+         call set_pattern(matrix, 20*i, random_pairs(20*i, 40*i))
+         call fill_definite(matrix)
+         call analyse(factor, matrix)
+         call factorise(factor, matrix, error)
+         call check_no_error(error, 'first numbers')
+         call fill_definite(matrix)
+         call factorise(factor, matrix, error)
+         call check_no_error(error, 'new numbers')
+         call check(residual(matrix, factor) < 1.0e-12_wp, 'residual after new numbers')
+      end do
+   end subroutine test_new_numbers_and_new_pattern
+
+   !> b and x may hold the same values.
+   subroutine test_solution_in_place()
+      type(block_matrix_type) :: matrix
+      type(cholesky_type) :: factor
+      type(error_type), allocatable :: error
+      real(wp) :: b(6, 30), x(6, 30)
+
+      call case('solution')
+      call set_pattern(matrix, 30, random_pairs(30, 60))
+      call fill_definite(matrix)
+      call analyse(factor, matrix)
+      call factorise(factor, matrix, error)
+      call random_number(b)
+      call solve(factor, b, x)
+      call solve(factor, (b), b)
+      call check(all(abs(b - x) <= 0.0_wp), 'the same values whether or not x was b')
+   end subroutine test_solution_in_place
+
+   !> A pivot that is not positive is an error that names the row of blocks.
+   subroutine test_not_positive_definite()
+      type(block_matrix_type) :: matrix
+      type(cholesky_type) :: factor
+      type(cholesky_single_type) :: single_factor
+      type(error_type), allocatable :: error
+      integer :: bad
+
+      call case('not positive definite')
+      do bad = 1, 400, 57
+         call set_pattern(matrix, 1600, grid_pairs(40, 40))
+         call fill_definite(matrix)
+         matrix%diagonal(3, 3, bad) = -1.0_wp
+         call analyse(factor, matrix)
+         call factorise(factor, matrix, error)
+         call check_fails(error, 'positive pivot')
+         call analyse(single_factor, matrix)
+         call factorise(single_factor, matrix, error)
+         call check_fails(error, 'positive pivot')
+      end do
+      call set_pattern(matrix, 3, reshape([integer ::], [2, 0]))
+      call fill_definite(matrix)
+      matrix%diagonal(:, :, 2) = 0.0_wp
+      call analyse(factor, matrix)
+      call factorise(factor, matrix, error)
+      call check_fails(error, 'row 2 of blocks')
+      call fill_definite(matrix)
+      call factorise(factor, matrix, error)
+      call check_no_error(error, 'the same factor with better numbers')
+   end subroutine test_not_positive_definite
+
+   subroutine test_unknown_pattern()
+      type(block_matrix_type) :: matrix
+      type(cholesky_type) :: factor
+      type(error_type), allocatable :: error
+
+      call case('pattern not analysed')
+      call set_pattern(matrix, 3, reshape([1, 2], [2, 1]))
+      call fill_definite(matrix)
+      call factorise(factor, matrix, error)
+      call check_fails(error, 'analysed')
+      call analyse(factor, matrix)
+      call set_pattern(matrix, 3, reshape([1, 2, 2, 3], [2, 2]))
+      call fill_definite(matrix)
+      call factorise(factor, matrix, error)
+      call check_fails(error, 'analysed')
+   end subroutine test_unknown_pattern
+
+   !> Threads share the work but not the order of sums.
+   subroutine test_same_bits()
+      type(block_matrix_type) :: matrix
+      real(wp), allocatable :: b(:,:), one(:,:), more(:,:)
+      integer :: threads, before
+
+      call case('the same bits on 1 to 4 threads')
+      before = 1
+      !$ before = omp_get_max_threads()
+      call set_pattern(matrix, 2000, grid_pairs(50, 40))
+      call fill_definite(matrix)
+      allocate (b(6, matrix%n), one(6, matrix%n), more(6, matrix%n))
+      call random_number(b)
+      !$ call omp_set_num_threads(1)
+      call solve_both(matrix, b, one)
+      do threads = 2, 4
+         !$ call omp_set_num_threads(threads)
+         call solve_both(matrix, b, more)
+         call check(all(abs(one - more) <= 0.0_wp), 'bits differ')
+      end do
+      !$ call omp_set_num_threads(before)
+   end subroutine test_same_bits
+
+   !> The sum of the solutions in both precisions.
+   subroutine solve_both(matrix, b, x)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: b(:,:)
+      real(wp), intent(out) :: x(:,:)
+      type(cholesky_type) :: factor
+      type(cholesky_single_type) :: single_factor
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: y(:,:)
+
+      allocate (y, mold=x)
+      call analyse(factor, matrix)
+      call analyse(single_factor, matrix)
+      call check(factor%plan%sharing%is_shared, 'large enough for threads')
+      call check(size(factor%plan%sharing%top) > 0, 'large enough for a top')
+      call factorise(factor, matrix, error)
+      call check_no_error(error, 'factor')
+      call factorise(single_factor, matrix, error)
+      call check_no_error(error, 'single factor')
+      call solve(factor, b, x)
+      call solve(single_factor, b, y)
+      x = x + y
+   end subroutine solve_both
+
+   !> Solve a random definite matrix of this pattern with both factors and with LAPACK.
+   subroutine check_against_dense(n, pairs)
+      integer, intent(in) :: n, pairs(:,:)
+      type(block_matrix_type) :: matrix
+      type(cholesky_type) :: factor
+      type(cholesky_single_type) :: single_factor
+      type(error_type), allocatable :: error
+      real(wp) :: b(6, n), x(6, n), expected(6*n, 1)
+      real(wp), allocatable :: dense(:,:)
+      integer :: info
+
+      call set_pattern(matrix, n, pairs)
+      call fill_definite(matrix)
+      dense = dense_of(matrix)
+      call random_number(b)
+      expected(:, 1) = reshape(b, [6*n])
+      call dposv('L', 6*n, 1, dense, max(1, 6*n), expected, max(1, 6*n), info)
+      call check(info == 0, 'dense factor')
+      call analyse(factor, matrix)
+      call factorise(factor, matrix, error)
+      call check_no_error(error, 'factor')
+      call solve(factor, b, x)
+      call check_close(reshape(x, [6*n]), expected(:, 1), 'solution', relative=1.0e-12_wp)
+      call analyse(single_factor, matrix)
+      call factorise(single_factor, matrix, error)
+      call check_no_error(error, 'single factor')
+      call solve(single_factor, b, x)
+      call check_close(reshape(x, [6*n]), expected(:, 1), 'single solution', relative=2.0e-5_wp)
+   end subroutine check_against_dense
+
+   !> Residuals of both factors where the system is too large for LAPACK.
+   subroutine check_residuals(n, pairs)
+      integer, intent(in) :: n, pairs(:,:)
+      type(block_matrix_type) :: matrix
+      type(cholesky_type) :: factor
+      type(cholesky_single_type) :: single_factor
+      type(error_type), allocatable :: error
+      real(wp) :: b(6, n), x(6, n), kx(6, n)
+
+      call set_pattern(matrix, n, pairs)
+      call fill_definite(matrix)
+      call analyse(factor, matrix)
+      call factorise(factor, matrix, error)
+      call check_no_error(error, 'factor')
+      call check(residual(matrix, factor) < 1.0e-13_wp, 'residual')
+      call analyse(single_factor, matrix)
+      call factorise(single_factor, matrix, error)
+      call check_no_error(error, 'single factor')
+      call random_number(b)
+      call solve(single_factor, b, x)
+      call multiply(matrix, x, kx)
+      call check(norm2(kx - b) < 5.0e-6_wp*norm2(b), 'single residual')
+   end subroutine check_residuals
+
+   !> |K x − b|/|b| of a solution with the factor.
+   real(wp) function residual(matrix, factor)
+      type(block_matrix_type), intent(in) :: matrix
+      type(cholesky_type), intent(inout) :: factor
+      real(wp) :: b(6, matrix%n), x(6, matrix%n), kx(6, matrix%n)
+
+      call random_number(b)
+      call solve(factor, b, x)
+      call multiply(matrix, x, kx)
+      residual = norm2(kx - b)/norm2(b)
+   end function residual
+
+   !> Random numbers, made definite by a heavy diagonal.
+   subroutine fill_definite(matrix)
+      type(block_matrix_type), intent(inout) :: matrix
+      real(wp) :: block(6, 6)
+      integer :: i, k, e
+
+      call random_number(matrix%lower)
+      matrix%lower = matrix%lower - 0.5_wp
+      do i = 1, matrix%n
+         call random_number(block)
+         matrix%diagonal(:, :, i) = matmul(block, transpose(block))
+      end do
+      do i = 1, matrix%n
+         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            do k = 1, 6
+               matrix%diagonal(k, k, i) = matrix%diagonal(k, k, i) + 1.5_wp
+               matrix%diagonal(k, k, matrix%column(e)) = matrix%diagonal(k, k, matrix%column(e)) + 1.5_wp
+            end do
+         end do
+         do k = 1, 6
+            matrix%diagonal(k, k, i) = matrix%diagonal(k, k, i) + 0.1_wp
+         end do
+      end do
+   end subroutine fill_definite
+
+   !> The lower triangle as a dense matrix.
+   function dense_of(matrix) result(dense)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp) :: dense(6*matrix%n, 6*matrix%n)
+      integer :: i, j, e
+
+      dense = 0.0_wp
+      do i = 1, matrix%n
+         dense(6*i - 5:6*i, 6*i - 5:6*i) = matrix%diagonal(:, :, i)
+         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            j = matrix%column(e)
+            dense(6*i - 5:6*i, 6*j - 5:6*j) = matrix%lower(:, :, e)
+         end do
+      end do
+   end function dense_of
+
+   function random_pairs(n, number) result(pairs)
+      integer, intent(in) :: n, number
+      integer, allocatable :: pairs(:,:)
+      real(wp) :: u(2, number)
+
+      call random_number(u)
+      pairs = min(n, int(u*n) + 1)
+      where (pairs(1, :) == pairs(2, :)) pairs(2, :) = mod(pairs(1, :), n) + 1
+   end function random_pairs
+
+   function all_pairs(n) result(pairs)
+      integer, intent(in) :: n
+      integer, allocatable :: pairs(:,:)
+      integer :: i, j
+
+      pairs = reshape([((i, j, j=1, i - 1), i=1, n)], [2, n*(n - 1)/2])
+   end function all_pairs
+
+   !> Neighbours to the right and above in a grid.
+   function grid_pairs(width, height) result(pairs)
+      integer, intent(in) :: width, height
+      integer, allocatable :: pairs(:,:)
+      integer :: i, j
+
+      pairs = reshape([((width*(j - 1) + i, width*(j - 1) + i + 1, i=1, width - 1), j=1, height), &
+                       ((width*(j - 1) + i, width*j + i, i=1, width), j=1, height - 1)], &
+                      [2, (width - 1)*height + width*(height - 1)])
+   end function grid_pairs
+
+   subroutine grid_graph(width, height, graph)
+      integer, intent(in) :: width, height
+      type(block_graph_type), intent(out) :: graph
+      type(block_matrix_type) :: matrix
+
+      call set_pattern(matrix, width*height, grid_pairs(width, height))
+      call graph_of(matrix%n, matrix%row_start, matrix%column, graph)
+   end subroutine grid_graph
+
+   subroutine check_permutation(order, name)
+      integer, intent(in) :: order(:)
+      character(len=*), intent(in) :: name
+      integer :: times(size(order)), k
+
+      times = 0
+      call check(all(order >= 1 .and. order <= size(order)), name//' order in range')
+      do k = 1, size(order)
+         times(order(k)) = times(order(k)) + 1
+      end do
+      call check(all(times == 1), name//' order is a permutation')
+   end subroutine check_permutation
+
+   !> Largest distance between coupled places.
+   integer function bandwidth(graph, order)
+      type(block_graph_type), intent(in) :: graph
+      integer, intent(in) :: order(:)
+      integer :: place(size(order)), v, e, k
+
+      place(order) = [(k, k=1, size(order))]
+      bandwidth = 0
+      do v = 1, graph%n
+         do e = graph%start(v), graph%start(v + 1) - 1
+            bandwidth = max(bandwidth, abs(place(v) - place(graph%neighbour(e))))
+         end do
+      end do
+   end function bandwidth
+
+end module test_block_cholesky

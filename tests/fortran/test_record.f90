@@ -1,0 +1,204 @@
+!> Every format gives the same motion back: 100 sin(2πt) cm/s², 100 samples every 0.02 s.
+module test_record
+   use dda_kinds, only: wp, pi
+   use dda_errors, only: error_type
+   use dda_record, only: record_type, read_record
+   use record_files, only: data_file
+   use testing, only: case, check, check_close, check_no_error, check_fails
+   implicit none
+   private
+   public :: record_suite
+
+   integer, parameter :: samples = 100
+   real(wp), parameter :: step = 0.02_wp, omega = 2.0_wp*pi
+   real(wp), parameter :: printed = 1.0e-6_wp   !< half a unit of the last digit, in parts of the peak
+
+contains
+
+   subroutine record_suite()
+      call each_format()
+      call sections_of_cosmos()
+      call columns_of_text()
+      call header_in_words()
+      call units_agree()
+      call steps_agree()
+      call real_record()
+   end subroutine record_suite
+
+   subroutine each_format()
+      call case('each format gives the motion back')
+      call expect_sine('sine.smc', 'smc', 1.0e-5_wp)
+      call expect_sine('sine.at2', 'at2', printed)
+      call expect_sine('sine_old.at2', 'at2', 1.0e-2_wp)
+      call expect_sine('sine.knet', 'knet', 1.0e-5_wp)
+      call expect_sine('sine.esm', 'esm', printed)
+      call expect_sine('sine.v2c', 'cosmos', printed)
+      call expect_sine('sine.v2', 'cosmos', printed)
+      call expect_sine('sine_old.v2', 'cosmos', printed)
+   end subroutine each_format
+
+   !> By name and by content; quantity and unit come from the header.
+   subroutine expect_sine(name, format, precision)
+      character(len=*), intent(in) :: name, format
+      real(wp), intent(in) :: precision
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call read_record(record, data_file(name), 'auto', '', '', error)
+      call check_no_error(error, name//' by content')
+      if (allocated(error)) return
+      call check(record%format == format, name//' is told by its content: '//record%format)
+      call read_record(record, data_file(name), format, 'acceleration', '', error)
+      call check_no_error(error, name)
+      if (allocated(error)) return
+      call check_close(record%values, sine(1.0_wp), name, relative=precision)
+      call check_close(record%time_step, step, name//' step', relative=1.0e-15_wp)
+      call check(record%quantity == 'acceleration', name//' quantity')
+      call check(len(record%station) + len(record%description) > 0, name//' says what it is')
+   end subroutine expect_sine
+
+   subroutine sections_of_cosmos()
+      call case('sections of a COSMOS file')
+      call expect_section('sine.v2c', 'acceleration', 1, sine(1.0_wp))
+      call expect_section('sine.v2c', 'acceleration', 2, -sine(1.0_wp))
+      call expect_section('sine.v2c', 'velocity', 1, (1.0_wp - cos(omega*times()))/omega)
+      call expect_section('sine.v2c', 'displacement', 1, (times() - sin(omega*times())/omega)/omega)
+      call expect_section('sine.v2', 'velocity', 1, (1.0_wp - cos(omega*times()))/omega)
+      call expect_section('sine.v2', 'displacement', 1, (times() - sin(omega*times())/omega)/omega)
+      call expect_no_section('sine.v2c', 3, 'channel 3')
+      call expect_no_section('sine.v2c', 0, 'channel 0')
+      call expect_no_section('sine.smc', 2, 'channel 2')
+   end subroutine sections_of_cosmos
+
+   subroutine expect_section(name, quantity, channel, expected)
+      character(len=*), intent(in) :: name, quantity
+      integer, intent(in) :: channel
+      real(wp), intent(in) :: expected(:)
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call read_record(record, data_file(name), 'auto', quantity, '', error, channel=channel)
+      call check_no_error(error, name//' '//quantity)
+      if (.not. allocated(error)) call check_close(record%values, expected, name//' '//quantity, relative=printed)
+   end subroutine expect_section
+
+   subroutine expect_no_section(name, channel, names)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: channel
+      character(len=*), intent(in) :: names
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call read_record(record, data_file(name), 'auto', 'acceleration', '', error, channel=channel)
+      call check_fails(error, names)
+   end subroutine expect_no_section
+
+   subroutine columns_of_text()
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call case('columns of text')
+      call read_record(record, data_file('sine one column.txt'), 'auto', 'acceleration', 'gal', error, time_step=step)
+      call check_no_error(error, 'one column')
+      if (.not. allocated(error)) call check_close(record%values, sine(1.0_wp), 'one column', relative=printed)
+      call read_record(record, data_file('sine_time.csv'), 'auto', '', 'cm/s^2', error)
+      call check_no_error(error, 'two columns')
+      if (allocated(error)) return
+      call check_close(record%values, sine(1.0_wp), 'two columns', relative=printed)
+      call check_close(record%time_step, step, 'step from the times', relative=1.0e-12_wp)
+      call check(record%unit == 'cm/s^2', 'unit as given')
+      call read_record(record, data_file('sine one column.txt'), 'text', '', 'mm', error, time_step=step)
+      call check_no_error(error, 'numbers as millimetres')
+      if (allocated(error)) return
+      call check(record%quantity == 'displacement', 'the unit implies the quantity')
+      call check_close(record%values, sine(0.1_wp), 'millimetres', relative=printed)
+   end subroutine columns_of_text
+
+   subroutine header_in_words()
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call case('words of the header')
+      call read_record(record, data_file('sine.esm'), 'auto', '', '', error)
+      call check_no_error(error, 'esm')
+      if (.not. allocated(error)) call check(index(record%station, 'Plätze') > 0, 'a name in UTF-8: '//record%station)
+      call read_record(record, data_file('sine.v2c'), 'auto', '', '', error, channel=2)
+      call check_no_error(error, 'cosmos')
+      if (.not. allocated(error)) call check(index(record%description, 'section 2 of 2') > 0, record%description)
+   end subroutine header_in_words
+
+   subroutine units_agree()
+      call case('units and quantities must agree')
+      call expect_unit('sine.smc', '', 'gal', '')
+      call expect_unit('sine.smc', '', 'g', "'g' was given")
+      call expect_unit('sine.smc', 'velocity', '', 'not velocity')
+      call expect_unit('sine.smc', 'velocity', 'cm/s2', 'is a unit of acceleration')
+      call expect_unit('sine.smc', '', 'furlong', "'furlong' is unknown")
+      call expect_unit('sine.smc', 'jerk', '', "'jerk'")
+      call expect_unit('sine one column.txt', 'acceleration', '', 'does not state its unit')
+      call expect_unit('sine one column.txt', '', '', 'does not say what it holds')
+      call expect_unit('sine.esm', '', 'cm', 'not displacement')
+   end subroutine units_agree
+
+   subroutine expect_unit(name, quantity, unit, names)
+      character(len=*), intent(in) :: name, quantity, unit
+      character(len=*), intent(in) :: names       !< in the error; blank: none expected
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call read_record(record, data_file(name), 'auto', quantity, unit, error, time_step=step)
+      if (names == '') then
+         call check_no_error(error, name)
+      else
+         call check_fails(error, names)
+      end if
+   end subroutine expect_unit
+
+   subroutine steps_agree()
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call case('time steps must agree')
+      call read_record(record, data_file('sine.at2'), 'at2', '', '', error, time_step=0.01_wp)
+      call check_fails(error, '0.01')
+      call read_record(record, data_file('sine_time.csv'), 'text', '', 'gal', error, time_step=0.01_wp)
+      call check_fails(error, '0.01')
+      call read_record(record, data_file('sine one column.txt'), 'text', '', 'gal', error)
+      call check_fails(error, 'time_step')
+      call read_record(record, data_file('sine.at2'), 'at2', '', '', error, time_step=step)
+      call check_no_error(error, 'the same step')
+   end subroutine steps_agree
+
+   !> The record of the Loma Prieta earthquake that the project carries; numbers from its own header.
+   subroutine real_record()
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call case('a real SMC record')
+      call read_record(record, data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), &
+         'auto', 'acceleration', '', error)
+      call check_no_error(error, 'Loma Prieta')
+      if (allocated(error)) return
+      call check(size(record%values) == 7183, 'number of samples')
+      call check_close(record%time_step, 0.005_wp, 'time step')
+      call check_close(record%values(1), 0.12714_wp, 'first sample', relative=1.0e-15_wp)
+      call check_close(record%values(7183), 0.077033_wp, 'last sample', relative=1.0e-15_wp)
+      call check_close(minval(record%values), -2.225194_wp, 'peak', relative=1.0e-4_wp)
+      call check(index(record%station, 'APEEL Array #2') > 0, record%station)
+   end subroutine real_record
+
+   function times() result(time)
+      real(wp) :: time(samples)
+      integer :: i
+
+      time = [(real(i - 1, wp)*step, i=1, samples)]
+   end function times
+
+   function sine(amplitude) result(value)
+      real(wp), intent(in) :: amplitude
+      real(wp) :: value(samples)
+
+      value = amplitude*sin(omega*times())
+   end function sine
+
+end module test_record

@@ -1,0 +1,222 @@
+!> Damaged and hostile record files: one clear error each, never a crash, never a wrong motion.
+module test_record_damage
+   use dda_kinds, only: wp, long
+   use dda_errors, only: error_type, error_file, error_input
+   use dda_record, only: record_type, read_record
+   use record_files, only: data_file, write_scratch, remove_scratch, contents, scratch_name
+   use testing, only: case, check, check_no_error, check_fails
+   implicit none
+   private
+   public :: record_damage_suite
+
+   character(len=*), parameter :: nl = new_line('a')
+
+contains
+
+   subroutine record_damage_suite()
+      call not_a_file()
+      call not_text()
+      call wrong_counts()
+      call wrong_numbers()
+      call wrong_columns()
+      call wrong_headers()
+      call cut_anywhere()
+      call line_ends()
+      call remove_scratch()
+   end subroutine record_damage_suite
+
+   subroutine not_a_file()
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call case('what is not a file')
+      call read_record(record, data_file(''), 'auto', '', '', error)
+      call check_fails(error, 'records')
+      if (allocated(error)) call check(error%kind == error_file, 'a folder is an error of the file')
+      call read_record(record, 'no such file', 'auto', '', '', error)
+      call check_fails(error, 'no such file')
+      call read_record(record, ' ', 'auto', '', '', error)
+      call check_fails(error, 'blank')
+      call read_record(record, scratch_name, 'sac', '', '', error)
+      call check_fails(error, "'sac'")
+      call write_scratch('')
+      call expect_error('auto', 'empty')
+   end subroutine not_a_file
+
+   subroutine not_text()
+      call case('what is not text')
+      call write_scratch('1.0'//nl//'2.0'//achar(0)//nl)
+      call expect_error('text', 'line 2: the byte 0')
+      call write_scratch(repeat('1.0 ', 500000))
+      call expect_error('text', 'line 1: the line is longer')
+      call write_scratch(repeat(char(200)//char(3)//'x', 100))
+      call expect_error('auto', 'the byte 3')
+      call write_scratch('once upon a time'//nl//'there was no record'//nl)
+      call expect_error('auto', 'no known format')
+   end subroutine not_text
+
+   subroutine wrong_counts()
+      character(len=:), allocatable :: smc, at2, knet, esm, cosmos
+
+      call case('counts that do not fit')
+      smc = contents(data_file('sine.smc'))
+      at2 = contents(data_file('sine.at2'))
+      knet = contents(data_file('sine.knet'))
+      esm = contents(data_file('sine.esm'))
+      cosmos = contents(data_file('sine.v2c'))
+      call damaged(smc, '       100    -32768', '       101    -32768', 'after 100 of the 101')
+      call damaged(smc, '       100    -32768', '        95    -32768', 'more than the 95')
+      call damaged(smc, '       100    -32768', '1000000000000 -32768', '1000000000000 samples')
+      call damaged(smc, '       100    -32768', '         1    -32768', 'at least 2')
+      call damaged(at2, 'NPTS=    100', 'NPTS=     95', 'follows the 95')
+      call damaged(at2, 'NPTS=    100', 'NPTS=   1e12', '1000000000000 samples')
+      call damaged(at2, 'NPTS=    100', 'NPTS=  100.5', '100.5')
+      call damaged(at2, 'NPTS=    100', 'NPTS=    -10', '-10')
+      call damaged(knet, 'Time(s)  2', 'Time(s)  3', 'after 100 of the 150')
+      call damaged(knet, 'Time(s)  2', 'Time(s)  1', 'the 50')
+      call damaged(knet, 'Time(s)  2', 'Time(s)  1e300', '1e300')
+      call damaged(esm, 'NDATA: 100', 'NDATA: 99', 'follows the 99')
+      call damaged(esm, 'DURATION_S: 2.000', 'DURATION_S: 3.000', '3 s')
+      call damaged(cosmos, '     100 acceleration pts', '99999999 acceleration pts', '99999999')
+      call damaged(cosmos, ' 100 Integer-header', '9999 Integer-header', 'Real-header')
+   end subroutine wrong_counts
+
+   subroutine wrong_numbers()
+      character(len=:), allocatable :: at2, smc, text
+
+      call case('numbers that are none')
+      at2 = contents(data_file('sine.at2'))
+      smc = contents(data_file('sine.smc'))
+      text = contents(data_file('sine_time.csv'))
+      call damaged(at2, '0.0000000E+00', '          NaN', "line 5: 'NaN'")
+      call damaged(at2, '0.0000000E+00', '       1e400 ', "'1e400' is too large")
+      call damaged(at2, '0.0000000E+00', '   3*5       ', "'3*5'")
+      call damaged(at2, '0.0000000E+00', '*************', "'****")
+      call damaged(at2, '0.0000000E+00', '        1e200', 'beyond any motion')
+      call damaged(smc, ' 0.0000E+0 1.2533E+1', ' Infinity  1.2533E+1', "'Infinity'")
+      call damaged(smc, ' 0.0000E+0 1.2533E+1', '12.345678901.2533E+1', '12.34567890')
+      call damaged(text, '12.533323', '12.53,3323', 'more than two columns')
+   end subroutine wrong_numbers
+
+   subroutine wrong_columns()
+      call case('columns that do not fit')
+      call expect_text('0 1'//nl//'1 2'//nl//'3 2'//nl//'4 3', 'line 3: the time 3 s comes 2 s after')
+      call expect_text('0 1'//nl//'1 2'//nl//'1 2'//nl, 'line 3: the time 1 s does not follow')
+      call expect_text('0 1'//nl//'1'//nl, 'line 2: 1 number(s)')
+      call expect_text('1 2 3'//nl, 'more than two columns')
+      call expect_text('# nothing'//nl//'1.5 ! one'//nl, 'after 1 sample')
+      call expect_text('1'//nl//'2,,3'//nl, 'line 2')
+      call expect_text('0 1'//nl//'1e200 2'//nl//'3 4'//nl, 'beyond any record')
+      call expect_text('0 1'//nl//'1e-9 2'//nl//'2e-9 4'//nl, 'time step')
+      call expect_text('1'//nl//'x'//nl, "line 2: 'x' is not a number")
+   end subroutine wrong_columns
+
+   subroutine wrong_headers()
+      character(len=:), allocatable :: smc, at2, knet, esm, cosmos
+
+      call case('headers that do not fit')
+      smc = contents(data_file('sine.smc'))
+      at2 = contents(data_file('sine.at2'))
+      knet = contents(data_file('sine.knet'))
+      esm = contents(data_file('sine.esm'))
+      cosmos = contents(data_file('sine.v2c'))
+      call damaged(smc, '  0.5000000E+02', '  0.1700000E+39', 'sampling rate')
+      call damaged(smc, 'CORRECTED ACCELEROGRAM', 'RESPONSE SPECTRA      ', 'not a time series')
+      call damaged(smc, '| 100 sin', '  100 sin', 'is not a comment')
+      call damaged(smc, '    -32768    -32768    -32768', '    -32768    -32768', 'integers of an SMC header')
+      call damaged(at2, 'DT=   .0200', 'DT=      -1', 'time step -1')
+      call damaged(at2, 'DT=   .0200', 'DX=   .0200', 'dt= number')
+      call damaged(at2, 'UNITS OF G', 'UNITS OF H', 'does not state its unit')
+      call damaged(knet, '2000(gal)/8388608', '2000(gal)/0      ', 'scale factor')
+      call damaged(knet, '2000(gal)/8388608', '2000 gal          ', 'scale factor')
+      call damaged(knet, '50Hz', 'many', "'many'")
+      call damaged(esm, 'UNITS: cm/s^2', 'UNITS: cm/s^3', 'cm/s^3')
+      call damaged(esm, 'UNITS: cm/s^2', 'UNITS: cm/s', 'not one of acceleration')
+      call damaged(esm, 'DATA_TYPE: ACC', 'DATA_TYPE: ABC', 'ABCELERATION')
+      call damaged(esm, 'NDATA', 'MDATA', 'NDATA')
+      call damaged(cosmos, '      20.000000', '    -999.000000', 'time step')
+      call damaged(cosmos, 'units=cm/sec2', 'units=counts ', "'counts'")
+      call damaged(cosmos, '       2.000000', '       9.000000', '9 s')
+   end subroutine wrong_headers
+
+   !> A file that ends anywhere is an error, except where only a line end is lost.
+   subroutine cut_anywhere()
+      character(len=8), parameter :: names(7) = [character(len=8) :: '.smc', '.at2', '.knet', '.esm', '.v2c', '.v2', &
+         '_old.at2']
+      character(len=:), allocatable :: bytes
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+      integer :: i, length, kept
+
+      call case('a file that is cut anywhere')
+      do i = 1, size(names)
+         bytes = contents(data_file('sine'//trim(names(i))))
+         ! Other sections follow in these two; what matters is the cut within the last one.
+         length = len(bytes)
+         if (names(i) == '.v2c') length = index(bytes, 'Corrected velocity')
+         if (names(i) == '.v2') length = index(bytes, 'points of veloc')
+         do kept = 1, length - 200, 37
+            call write_scratch(bytes(:kept))
+            call read_record(record, scratch_name, 'auto', 'acceleration', '', error)
+            call check(allocated(error), trim(names(i))//' cut short is an error')
+         end do
+      end do
+   end subroutine cut_anywhere
+
+   !> LF, CR LF, CR, none at the end, and Ctrl-Z at the end are all the same.
+   subroutine line_ends()
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+      character(len=2), parameter :: ends(3) = [achar(10)//' ', achar(13)//achar(10), achar(13)//' ']
+      integer :: i
+
+      call case('line ends')
+      do i = 1, size(ends)
+         call write_scratch('1'//trim(ends(i))//trim(ends(i))//'2'//trim(ends(i))//achar(9)//'3'// &
+            achar(26)//ends(i))
+         call read_record(record, scratch_name, 'text', '', 'm', error, time_step=0.1_wp)
+         call check_no_error(error, 'line end')
+         if (.not. allocated(error)) call check(size(record%values) == 3, 'three samples')
+      end do
+   end subroutine line_ends
+
+   !> Replace the first occurrence in a good file; the damage must be found and named.
+   subroutine damaged(bytes, old, new, names)
+      character(len=*), intent(in) :: bytes, old, new, names
+      integer :: at
+
+      at = index(bytes, old)
+      call check(at > 0, "the file has '"//old//"'")
+      if (at == 0) return
+      call write_scratch(bytes(:at - 1)//new//bytes(at + len(old):))
+      call expect_error('auto', names)
+   end subroutine damaged
+
+   subroutine expect_text(bytes, names)
+      character(len=*), intent(in) :: bytes, names
+
+      call write_scratch(bytes)
+      call expect_error('text', names)
+   end subroutine expect_text
+
+   subroutine expect_error(format, names)
+      character(len=*), intent(in) :: format, names
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+      integer(long) :: before, after, rate
+      character(len=:), allocatable :: unit
+
+      unit = ''
+      if (format == 'text' .or. index(names, 'columns') > 0) unit = 'm/s2'
+      call system_clock(before, rate)
+      if (format == 'text') call read_record(record, scratch_name, format, '', unit, error, time_step=0.1_wp)
+      if (format == 'auto') call read_record(record, scratch_name, format, '', unit, error)
+      call system_clock(after)
+      call check_fails(error, names)
+      if (.not. allocated(error)) return
+      call check(index(error%message, scratch_name) > 0, 'the file is named: '//error%message)
+      call check(error%kind == error_input .or. error%kind == error_file, 'kind of the error')
+      call check(after - before < rate, 'within a second')
+   end subroutine expect_error
+
+end module test_record_damage

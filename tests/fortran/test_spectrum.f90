@@ -1,0 +1,208 @@
+!> Spectra of series whose transforms are known, amplification by a known filter, peaks of known curves.
+module test_spectrum
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use dda_kinds, only: wp, pi
+   use dda_errors, only: error_type
+   use dda_spectrum, only: peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
+   use testing, only: case, check, check_close, check_no_error, check_fails
+   implicit none
+   private
+   public :: spectrum_suite
+
+   real(wp), parameter :: step = 0.01_wp
+
+contains
+
+   subroutine spectrum_suite()
+      call sine_and_constant()
+      call definition()
+      call energy()
+      call filter()
+      call quiet_bins()
+      call parabola()
+      call same_bits()
+      call wrong_requests()
+   end subroutine spectrum_suite
+
+   !> Whole cycles fall into one bin: |S| = A T/2.
+   subroutine sine_and_constant()
+      integer, parameter :: n = 200
+      real(wp), allocatable :: frequency(:), amplitude(:)
+      real(wp) :: expected(n/2 + 1)
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('sine and constant')
+      call fourier_amplitude([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, wp)), i=0, n - 1)], step, &
+         frequency, amplitude, error)
+      call check_no_error(error, 'spectrum')
+      expected = 0.0_wp
+      expected(1) = 5.0_wp*step*real(n, wp)
+      expected(9) = 1.5_wp*step*real(n, wp)
+      call check_close(amplitude, expected, 'amplitudes', absolute=1.0e-13_wp)
+      call check_close(frequency(9), 4.0_wp, 'frequency', relative=1.0e-15_wp)
+      call check_close(frequency(n/2 + 1), 50.0_wp, 'Nyquist frequency', relative=1.0e-15_wp)
+   end subroutine sine_and_constant
+
+   !> With padding, against the sum that defines it; odd and prime lengths, with a taper.
+   subroutine definition()
+      integer, parameter :: n = 31, padding = 3
+      real(wp), allocatable :: frequency(:)
+      complex(wp), allocatable :: spectrum(:)
+      complex(wp) :: direct
+      real(wp) :: x(n), weight
+      type(error_type), allocatable :: error
+      integer :: i, k
+
+      call case('the sum that defines it')
+      x = [(cos(0.37_wp*real(i, wp)**1.5_wp), i=1, n)]
+      call fourier_spectrum(x, step, frequency, spectrum, error, padding=padding, taper=1.0_wp)
+      call check_no_error(error, 'spectrum')
+      call check(size(spectrum) == 47, 'number of bins')
+      do k = 1, size(spectrum), 5
+         direct = (0.0_wp, 0.0_wp)
+         do i = 1, n
+            weight = 0.5_wp*(1.0_wp - cos(2.0_wp*pi*real(i - 1, wp)/real(n - 1, wp)))
+            direct = direct + step*weight*x(i)*exp(cmplx(0.0_wp, -2.0_wp*pi*frequency(k)*step*real(i - 1, wp), wp))
+         end do
+         call check_close(abs(spectrum(k) - direct), 0.0_wp, 'bin', absolute=1.0e-14_wp)
+      end do
+   end subroutine definition
+
+   !> Parseval: Σ x² Δt = Δf Σ |S|² over both sides.
+   subroutine energy()
+      integer, parameter :: n = 256
+      real(wp), allocatable :: frequency(:), amplitude(:)
+      real(wp) :: x(n), both
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('energy')
+      x = [(sin(0.01_wp*real(i, wp)**2), i=1, n)]
+      call fourier_amplitude(x, step, frequency, amplitude, error)
+      call check_no_error(error, 'spectrum')
+      both = 2.0_wp*sum(amplitude**2) - amplitude(1)**2 - amplitude(n/2 + 1)**2
+      call check_close(frequency(2)*both, step*sum(x**2), 'Parseval', relative=1.0e-13_wp)
+   end subroutine energy
+
+   !> y(n) = x(n) + 2r cos θ y(n−1) − r² y(n−2): H = 1/(1 − 2r cos θ z⁻¹ + r² z⁻²), z = exp(iωΔt).
+   subroutine filter()
+      integer, parameter :: n = 4096
+      real(wp), parameter :: r = 0.98_wp, theta = 0.3_wp
+      real(wp), allocatable :: frequency(:)
+      complex(wp), allocatable :: ratio(:), back(:)
+      real(wp) :: x(n), y(n), summit
+      type(error_type), allocatable :: error
+      type(peak_type) :: peak
+      integer :: i
+
+      call case('a filter that is known')
+      x = 0.0_wp
+      x(1:4) = [1.0_wp, -0.5_wp, 0.3_wp, 0.1_wp]
+      y = x
+      y(2) = x(2) + 2.0_wp*r*cos(theta)*y(1)
+      do i = 3, n
+         y(i) = x(i) + 2.0_wp*r*cos(theta)*y(i - 1) - r**2*y(i - 2)
+      end do
+      call amplification(y, x, step, frequency, ratio, error, padding=4)
+      call check_no_error(error, 'amplification')
+      if (allocated(error)) return
+      allocate (back(size(frequency)))
+      back(:) = exp(cmplx(0.0_wp, -2.0_wp*pi*frequency*step, wp))
+      call check_close(abs(ratio - 1.0_wp/(1.0_wp - 2.0_wp*r*cos(theta)*back + r**2*back**2)), 0.0_wp*frequency, &
+         'transfer function', absolute=1.0e-10_wp)
+      summit = acos((1.0_wp + r**2)/(2.0_wp*r)*cos(theta))
+      call find_peak(frequency, abs(ratio), 1.0_wp, 20.0_wp, peak, error)
+      call check_no_error(error, 'peak')
+      call check_close(peak%frequency, summit/(2.0_wp*pi*step), 'its frequency', relative=1.0e-6_wp)
+      call check_close(peak%amplitude, 1.0_wp/((1.0_wp - r**2)*sin(theta)), 'its height', relative=1.0e-6_wp)
+      call check_close(peak%bin_width, 1.0_wp/(4.0_wp*real(n, wp)*step), 'bin width', relative=1.0e-12_wp)
+   end subroutine filter
+
+   !> Where the base is silent there is no ratio, and nothing is divided by zero.
+   subroutine quiet_bins()
+      integer, parameter :: n = 64
+      real(wp), allocatable :: frequency(:)
+      complex(wp), allocatable :: ratio(:)
+      real(wp) :: x(n)
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('silent bins')
+      x = [(cos(2.0_wp*pi*4.0_wp*real(i, wp)/real(n, wp)), i=0, n - 1)]
+      call amplification(2.0_wp*x, x, step, frequency, ratio, error)
+      call check_no_error(error, 'amplification')
+      call check_close(abs(ratio(5)), 2.0_wp, 'where it moves', relative=1.0e-13_wp)
+      call check_close(sum(abs(ratio)), 2.0_wp, 'and nowhere else', relative=1.0e-13_wp)
+      call amplification(x, 0.0_wp*x, step, frequency, ratio, error)
+      call check_fails(error, 'base')
+   end subroutine quiet_bins
+
+   subroutine parabola()
+      integer, parameter :: n = 11
+      real(wp) :: frequency(n), amplitude(n)
+      type(peak_type) :: peak
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('peaks')
+      frequency = [(0.5_wp*real(i - 1, wp), i=1, n)]
+      amplitude = 7.0_wp - 0.3_wp*(frequency - 2.1_wp)**2
+      call find_peak(frequency, amplitude, 0.0_wp, 5.0_wp, peak, error)
+      call check_close(peak%frequency, 2.1_wp, 'vertex', relative=1.0e-13_wp)
+      call check_close(peak%amplitude, 7.0_wp, 'height', relative=1.0e-13_wp)
+      call check(peak%interpolated .and. peak%bin == 5, 'bin')
+      call find_peak(frequency, amplitude, 3.0_wp, 5.0_wp, peak, error)
+      call check(.not. peak%interpolated, 'the flank of a peak outside the band is not a peak')
+      call check_close(peak%frequency, 3.0_wp, 'its edge')
+      call find_peak(frequency, 0.0_wp*frequency, 0.0_wp, 5.0_wp, peak, error)
+      call check_no_error(error, 'flat')
+      call check(.not. peak%interpolated, 'a flat spectrum has no vertex')
+      call find_peak(frequency, amplitude, 2.1_wp, 2.2_wp, peak, error)
+      call check_fails(error, 'no bin')
+      call find_peak(frequency, amplitude(2:), 2.1_wp, 2.2_wp, peak, error)
+      call check_fails(error, '11 and 10')
+   end subroutine parabola
+
+   !> The last bit does not depend on where the arrays lie.
+   subroutine same_bits()
+      integer, parameter :: n = 1000
+      real(wp) :: x(n + 1)
+      real(wp), allocatable :: frequency(:)
+      complex(wp), allocatable :: first(:), second(:)
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('reproducible')
+      x = [(sin(real(i, wp)**1.3_wp), i=1, n + 1)]
+      call fourier_spectrum(x(2:), step, frequency, first, error)
+      call fourier_spectrum([(x(i), i=2, n + 1)], step, frequency, second, error)
+      call check(maxval(abs(first - second)) <= 0.0_wp, 'same bits')
+   end subroutine same_bits
+
+   subroutine wrong_requests()
+      real(wp), parameter :: few(4) = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
+
+      call case('requests without a spectrum')
+      call refused(few(:1), step, 1, 0.0_wp, '2 samples')
+      call refused(few, 0.0_wp, 1, 0.0_wp, 'time step')
+      call refused(few, 1.0e-305_wp, 1, 0.0_wp, 'time step')
+      call refused(few, step, 0, 0.0_wp, 'padding')
+      call refused(few, step, huge(1), 0.0_wp, 'padding')
+      call refused(few, step, 1, -0.1_wp, 'taper')
+      call refused(few*1.0e200_wp, step, 1, 0.0_wp, 'too large')
+      call refused([few, ieee_value(0.0_wp, ieee_quiet_nan)], step, 1, 0.0_wp, 'finite')
+   end subroutine wrong_requests
+
+   subroutine refused(series, time_step, padding, taper, names)
+      real(wp), intent(in) :: series(:), time_step, taper
+      integer, intent(in) :: padding
+      character(len=*), intent(in) :: names
+      real(wp), allocatable :: frequency(:), amplitude(:)
+      type(error_type), allocatable :: error
+
+      call fourier_amplitude(series, time_step, frequency, amplitude, error, padding, taper)
+      call check_fails(error, names)
+   end subroutine refused
+
+end module test_spectrum

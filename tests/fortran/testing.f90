@@ -1,0 +1,99 @@
+!> The project's own small test framework: named cases, checks that keep going, one verdict.
+!>
+!> A suite is a module `test_<room>` with one public subroutine that calls `case('…')` and then
+!> checks.  The tester runs suites by name and ends with status 1 if any check failed.
+module testing
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type
+   implicit none
+   private
+   public :: case, check, check_close, check_no_error, check_fails, failures, checks
+
+   integer, protected :: failures = 0   !< checks that failed
+   integer, protected :: checks = 0     !< checks made
+   character(len=:), allocatable :: current
+
+   !> |a − b| ≤ relative·max|b| + absolute, element by element against the largest.
+   interface check_close
+      module procedure check_close_number
+      module procedure check_close_vector
+      module procedure check_close_matrix
+   end interface check_close
+
+contains
+
+   !> Name what the next checks belong to.
+   subroutine case(name)
+      character(len=*), intent(in) :: name
+
+      current = name
+   end subroutine case
+
+   subroutine check(holds, what)
+      logical, intent(in) :: holds
+      character(len=*), intent(in) :: what
+
+      checks = checks + 1
+      if (holds) return
+      failures = failures + 1
+      print '(5a)', 'FAILED  ', current, ': ', what
+   end subroutine check
+
+   subroutine check_close_number(got, expected, what, relative, absolute)
+      real(wp), intent(in) :: got, expected
+      character(len=*), intent(in) :: what
+      real(wp), intent(in), optional :: relative, absolute
+
+      call check_close_vector([got], [expected], what, relative, absolute)
+   end subroutine check_close_number
+
+   subroutine check_close_matrix(got, expected, what, relative, absolute)
+      real(wp), intent(in) :: got(:,:), expected(:,:)
+      character(len=*), intent(in) :: what
+      real(wp), intent(in), optional :: relative, absolute
+
+      call check_close_vector(reshape(got, [size(got)]), reshape(expected, [size(expected)]), what, relative, absolute)
+   end subroutine check_close_matrix
+
+   subroutine check_close_vector(got, expected, what, relative, absolute)
+      real(wp), intent(in) :: got(:), expected(:)
+      character(len=*), intent(in) :: what
+      real(wp), intent(in), optional :: relative, absolute
+      real(wp) :: allowed, worst
+      integer :: where_worst
+      character(len=160) :: detail
+
+      call check(size(got) == size(expected), what//' (sizes differ)')
+      if (size(got) /= size(expected) .or. size(got) == 0) return
+      allowed = 0.0_wp
+      if (present(relative)) allowed = relative*maxval(abs(expected))
+      if (present(absolute)) allowed = allowed + absolute
+      where_worst = maxloc(abs(got - expected), 1)
+      worst = abs(got(where_worst) - expected(where_worst))
+      write (detail, '(a,es23.15,a,es23.15,a,es9.2,a,es9.2)') ' got', got(where_worst), ' expected', &
+         expected(where_worst), ' off by', worst, ' allowed', allowed
+      call check(all(abs(got - expected) <= allowed), what//trim(detail))
+   end subroutine check_close_vector
+
+   subroutine check_no_error(error, what)
+      type(error_type), allocatable, intent(in) :: error
+      character(len=*), intent(in) :: what
+
+      if (allocated(error)) then
+         call check(.false., what//': '//error%message)
+      else
+         call check(.true., what)
+      end if
+   end subroutine check_no_error
+
+   !> The error must be there and its message must name what it is about.
+   subroutine check_fails(error, names)
+      type(error_type), allocatable, intent(in) :: error
+      character(len=*), intent(in) :: names
+
+      call check(allocated(error), 'an error that names "'//names//'"')
+      if (.not. allocated(error)) return
+      call check(index(error%message, names) > 0, '"'//names//'" named in: '//error%message)
+   end subroutine check_fails
+
+end module testing
