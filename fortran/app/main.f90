@@ -1,2 +1,103 @@
-program main
-end program main
+!> sitedda-native: run an input without Python.
+program sitedda_native
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use dda_kinds, only: long
+   use dda_arguments, only: arguments_type, read_arguments, usage
+   use dda_errors, only: error_type
+   use dda_input, only: read_model_file
+   use dda_model, only: model_type
+   use dda_progress, only: progress_type, start_progress, show_progress
+   use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
+   use dda_simulation, only: summary
+   use dda_site_response, only: amplification_peak, peak_text
+   use dda_spectrum, only: peak_type
+   use dda_version, only: version
+   implicit none
+
+   type(arguments_type) :: arguments
+   type(error_type), allocatable :: error
+
+   call read_arguments(arguments, error)
+   call leave_on(error)
+   select case (arguments%command)
+   case ('help')
+      print '(a)', usage()
+   case ('version')
+      print '(a)', 'sitedda-native '//version
+   case ('run')
+      call run_input(arguments, error)
+      call leave_on(error)
+   end select
+
+contains
+
+   !> Run an input file to its end and print what it asks for.
+   subroutine run_input(arguments, error)
+      type(arguments_type), intent(in) :: arguments
+      type(error_type), allocatable, intent(out) :: error
+      type(model_type) :: model
+      type(run_type), allocatable :: run
+
+      call read_model_file(model, arguments%file, error)
+      if (allocated(error)) return
+      if (arguments%output /= '') model%output%file = arguments%output
+      allocate (run)
+      call begin_run(run, model, .true., error)
+      if (.not. allocated(error)) call step_to_end(run, arguments%quiet, error)
+      call close_run(run, error)
+      if (allocated(error)) return
+      print '(a)', summary(run%simulation)
+      print '(a)', 'output: '//model%output%file
+      call print_amplifications(model, error)
+   end subroutine run_input
+
+   subroutine step_to_end(run, quiet, error)
+      type(run_type), intent(inout) :: run
+      logical, intent(in) :: quiet
+      type(error_type), allocatable, intent(out) :: error
+      integer(long), parameter :: chunk = 100
+      type(progress_type) :: progress
+
+      call start_progress(progress, quiet)
+      do while (.not. is_done(run))
+         call continue_run(run, chunk, error)
+         if (allocated(error)) return
+         associate (control => run%simulation%model%control)
+            call show_progress(progress, run%simulation%time, control%steps*control%time_step)
+         end associate
+      end do
+   end subroutine step_to_end
+
+   !> Close the output also after an error, which stays the one to report.
+   subroutine close_run(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable :: trouble
+
+      call end_run(run, trouble)
+      if (.not. allocated(error) .and. allocated(trouble)) error = trouble
+   end subroutine close_run
+
+   subroutine print_amplifications(model, error)
+      type(model_type), intent(in) :: model
+      type(error_type), allocatable, intent(out) :: error
+      type(peak_type) :: peak
+      integer :: i
+
+      do i = 1, size(model%amplifications)
+         call amplification_peak(model%output%file, model%amplifications(i), peak, error)
+         if (allocated(error)) return
+         print '(a)', peak_text(model, model%amplifications(i), peak)
+      end do
+   end subroutine print_amplifications
+
+   !> The only stop: an error becomes a message and an exit status.
+   subroutine leave_on(error)
+      type(error_type), allocatable, intent(in) :: error
+
+      if (.not. allocated(error)) return
+      write (error_unit, '(a)') 'sitedda-native: '//error%message
+      stop error%kind, quiet=.true.
+   end subroutine leave_on
+
+end program sitedda_native

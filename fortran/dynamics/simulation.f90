@@ -19,7 +19,7 @@ module dda_simulation
    use dda_solver, only: solver_type, choose_solver, analyse
    implicit none
    private
-   public :: simulation_type, start, advance, finished, present_contacts
+   public :: simulation_type, start, advance, finished, summary
 
    real(wp), parameter :: search_margin = 1.0_wp   !< of the contact distance, searched beyond need
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< of Δt when adaptive
@@ -53,6 +53,7 @@ module dda_simulation
       integer(long) :: step = 0                !< steps done
       real(wp) :: time = 0.0_wp                !< s
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
+      real(wp) :: last_time_step = 0.0_wp      !< Δt of the last step, s
       real(wp) :: speed = 0.0_wp               !< bound on the farthest move of a vertex in the last step / Δt, m/s
    end type simulation_type
 
@@ -243,6 +244,7 @@ contains
       real(wp) :: end_time
 
       end_time = simulation%time + simulation%time_step
+      simulation%last_time_step = simulation%time_step
       associate (contacts => simulation%contacts(simulation%now), d => simulation%system%d)
          call book_step(simulation%energy, simulation%model, simulation%blocks, contacts, simulation%laws, d, &
             end_time, simulation%time_step)
@@ -288,12 +290,17 @@ contains
       end associate
    end function finished
 
-   !> The contacts of the last step.
-   function present_contacts(simulation) result(contacts)
+   !> What step control did, in words.
+   pure function summary(simulation) result(text)
       type(simulation_type), intent(in) :: simulation
-      type(contacts_type) :: contacts
+      character(len=:), allocatable :: text
 
-      contacts = simulation%contacts(simulation%now)
-   end function present_contacts
+      associate (counters => simulation%counters)
+         text = to_text(simulation%step)//' steps, '//to_text(counters%iterations)//' open-close iterations (most '// &
+            to_text(counters%most_iterations)//' in a step), '//to_text(counters%searches)//' neighbour searches, '// &
+            to_text(counters%repeated)//' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
+            ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
+      end associate
+   end function summary
 
 end module dda_simulation

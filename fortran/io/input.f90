@@ -6,7 +6,7 @@ module dda_input
    use dda_input_blocks, only: read_blocks, is_block_group
    use dda_input_group, only: place_type, place_of_group, complain, name_length
    use dda_input_materials, only: read_material, read_joint, read_motion
-   use dda_input_points, only: read_fixed_point, read_load, read_point
+   use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
    use dda_input_settings, only: read_run, read_control, read_contact, read_output
    use dda_model, only: model_type, default_stiffness
    use dda_motion, only: motion_named
@@ -21,8 +21,8 @@ module dda_input
    public :: read_model_file, read_model
 
    character(len=*), parameter :: once(4) = [character(len=7) :: 'run', 'control', 'contact', 'output']
-   character(len=*), parameter :: repeated(10) = [character(len=14) :: 'material', 'joint', 'motion', 'block', 'layers', &
-      'drums', 'wall', 'fixed_point', 'load', 'measured_point']
+   character(len=*), parameter :: repeated(11) = [character(len=14) :: 'material', 'joint', 'motion', 'block', 'layers', &
+      'drums', 'wall', 'fixed_point', 'load', 'measured_point', 'amplification']
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the smaller block: deeper is an overlap
 
 contains
@@ -58,6 +58,7 @@ contains
       if (.not. allocated(error)) call resolve_base_motion(model, file, base_motion, error)
       if (.not. allocated(error)) call read_outlines(model, file, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
+      if (.not. allocated(error)) call read_amplifications(model, file, groups, error)
    end subroutine read_model
 
    !> Every group must be known, those of the run itself at most once.
@@ -307,5 +308,22 @@ contains
          end associate
       end do
    end subroutine read_points
+
+   subroutine read_amplifications(model, file, groups, error)
+      type(model_type), intent(inout) :: model
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: i, a
+
+      allocate (model%amplifications(count_groups(groups, 'amplification')))
+      a = 0
+      do i = 1, size(groups)
+         if (allocated(error)) return
+         if (groups(i)%name /= 'amplification') cycle
+         a = a + 1
+         call read_amplification(groups(i)%text, place_of_group(file, groups(i)), model%points, model%amplifications(a), error)
+      end do
+   end subroutine read_amplifications
 
 end module dda_input

@@ -1,16 +1,19 @@
-!> The groups that stand at a material point: &fixed_point, &load, &measured_point.
+!> The groups that stand at a material point: &fixed_point, &load, &measured_point,
+!> and &amplification, between two of these.
 module dda_input_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, complain, complain_of_read, require_finite, unset, is_set, name_length
+   use dda_input_group, only: place_type, complain, complain_of_read, require_finite, require_positive, require_within, &
+      unset, is_set, name_length
    use dda_motion, only: motion_type, motion_named
    use dda_polygon, only: contains_point
+   use dda_settings, only: amplification_type
    use dda_support, only: fixed_point_type, load_type, point_type
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_fixed_point, read_load, read_point
+   public :: read_fixed_point, read_load, read_point, read_amplification
 
    integer, parameter :: most_times = 4096
    real(wp), parameter :: on_boundary = 1.0e-9_wp  !< of the block's size: still inside
@@ -191,5 +194,39 @@ contains
       new%place = [x, y]
       new%reference = reference_of(blocks, new%block, new%place)
    end subroutine read_point
+
+   !> &amplification: the spectral ratio of two measured points.
+   subroutine read_amplification(group, place, points, new, error)
+      character(len=*), intent(in) :: group
+      type(place_type), intent(in) :: place
+      type(point_type), intent(in) :: points(:)
+      type(amplification_type), intent(out) :: new
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=name_length) :: surface, base, direction
+      real(wp) :: lowest, highest
+      integer :: padding, status
+      character(len=256) :: message
+      namelist /amplification/ surface, base, direction, lowest, highest, padding
+
+      surface = 'surface'
+      base = 'base'
+      direction = 'x'
+      lowest = unset
+      highest = unset
+      padding = new%padding
+      read (group, nml=amplification, iostat=status, iomsg=message)
+      if (status /= 0) call complain_of_read(error, place, message)
+      call require_positive(error, place, 'lowest', lowest)
+      call require_positive(error, place, 'highest', highest)
+      if (highest <= lowest) call complain(error, place, 'highest must be above lowest')
+      call require_within(error, place, 'padding', real(padding, wp), 1.0_wp, 64.0_wp)
+      if (.not. any(direction == ['x', 'y'])) call complain(error, place, &
+         'direction = '//quoted(direction)//" must be 'x' or 'y'")
+      if (allocated(error)) return
+      new = amplification_type(findloc(points%name == surface, .true., 1), findloc(points%name == base, .true., 1), &
+         merge(1, 2, direction == 'x'), lowest, highest, padding)
+      if (new%surface == 0) call complain(error, place, 'surface = '//quoted(surface)//' is not a &measured_point')
+      if (new%base == 0) call complain(error, place, 'base = '//quoted(base)//' is not a &measured_point')
+   end subroutine read_amplification
 
 end module dda_input_points

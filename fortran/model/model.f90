@@ -1,7 +1,7 @@
 !> Everything that stands in an input file, checked and ready: what a run does not change.
 module dda_model
    use dda_kinds, only: wp
-   use dda_settings, only: control_type, contact_settings_type, output_settings_type
+   use dda_settings, only: control_type, contact_settings_type, output_settings_type, amplification_type
    use dda_material, only: material_type, joint_type
    use dda_support, only: fixed_point_type, load_type, point_type
    use dda_motion, only: motion_type
@@ -25,6 +25,7 @@ module dda_model
       type(fixed_point_type), allocatable :: fixed_points(:)
       type(load_type), allocatable :: loads(:)
       type(point_type), allocatable :: points(:)
+      type(amplification_type), allocatable :: amplifications(:)
       character(len=64), allocatable :: block_names(:)
       type(blocks_type) :: blocks
    end type model_type

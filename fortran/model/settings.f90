@@ -3,7 +3,7 @@ module dda_settings
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: control_type, contact_settings_type, output_settings_type
+   public :: control_type, contact_settings_type, output_settings_type, amplification_type
 
    !> Time stepping and the frame of the analysis (group &control).
    type :: control_type
@@ -34,5 +34,15 @@ module dda_settings
       integer :: history_interval = 1           !< steps between samples of points and energies
       integer :: block_interval = 0             !< steps between block and contact states; 0: first and last
    end type output_settings_type
+
+   !> A spectral ratio between two measured points, wanted after the run (group &amplification).
+   type :: amplification_type
+      integer :: surface = 0            !< measured point above
+      integer :: base = 0               !< measured point below
+      integer :: axis = 1               !< 1 x, 2 y
+      real(wp) :: lowest = 0.0_wp       !< Hz, where the peak is looked for
+      real(wp) :: highest = 0.0_wp      !< Hz
+      integer :: padding = 8            !< length with zeros over length
+   end type amplification_type
 
 end module dda_settings

@@ -1,0 +1,88 @@
+!> The command line of the native executable.
+module dda_arguments
+   use dda_errors, only: error_type, error_input, fail
+   use dda_text, only: quoted
+   implicit none
+   private
+   public :: arguments_type, read_arguments, usage
+
+   !> What was asked for.
+   type :: arguments_type
+      character(len=:), allocatable :: command   !< 'run', 'help' or 'version'
+      character(len=:), allocatable :: file      !< input file
+      character(len=:), allocatable :: output    !< '' or the output file, in place of the input's
+      logical :: quiet = .false.                 !< no progress lines
+   end type arguments_type
+
+contains
+
+   subroutine read_arguments(arguments, error)
+      type(arguments_type), intent(out) :: arguments
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: word
+      integer :: i
+
+      arguments%command = ''
+      arguments%file = ''
+      arguments%output = ''
+      i = 1
+      do while (i <= command_argument_count())
+         word = argument(i)
+         select case (word)
+         case ('-h', '--help')
+            arguments%command = 'help'
+            return
+         case ('--version')
+            arguments%command = 'version'
+            return
+         case ('-q', '--quiet')
+            arguments%quiet = .true.
+         case ('-o', '--output')
+            i = i + 1
+            arguments%output = argument(i)
+            if (arguments%output == '') call fail(error, error_input, '--output needs a file name')
+         case default
+            call take_word(arguments, word, error)
+         end select
+         if (allocated(error)) return
+         i = i + 1
+      end do
+      if (arguments%command == '') arguments%command = 'help'
+      if (arguments%command == 'run' .and. arguments%file == '') call fail(error, error_input, 'run needs an input file')
+   end subroutine read_arguments
+
+   !> The command, then the input file.
+   subroutine take_word(arguments, word, error)
+      type(arguments_type), intent(inout) :: arguments
+      character(len=*), intent(in) :: word
+      type(error_type), allocatable, intent(out) :: error
+
+      if (arguments%command == '') then
+         arguments%command = word
+         if (word /= 'run') call fail(error, error_input, 'there is no command '//quoted(word)//'; use run')
+      else if (arguments%file == '' .and. word(1:1) /= '-') then
+         arguments%file = word
+      else
+         call fail(error, error_input, 'the argument '//quoted(word)//' is not understood')
+      end if
+   end subroutine take_word
+
+   function argument(i) result(word)
+      integer, intent(in) :: i
+      character(len=:), allocatable :: word
+      integer :: length
+
+      call get_command_argument(i, length=length)
+      allocate (character(len=length) :: word)
+      call get_command_argument(i, word)
+   end function argument
+
+   function usage() result(text)
+      character(len=:), allocatable :: text
+
+      text = 'usage: sitedda-native run FILE.nml [--output FILE.nc] [--quiet]'//new_line('a')// &
+         '       sitedda-native --help | --version'//new_line('a')// &
+         'exit status: 0 done, 1 bad input, 3 a step does not close, 4 linear solver, 5 file, 6 interrupted'
+   end function usage
+
+end module dda_arguments

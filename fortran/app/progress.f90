@@ -1,0 +1,44 @@
+!> Progress lines for a log file: share done, time left.
+module dda_progress
+   use dda_kinds, only: wp, long
+   implicit none
+   private
+   public :: progress_type, start_progress, show_progress
+
+   real(wp), parameter :: every = 5.0_wp  !< s between lines
+
+   !> When the run began and when the last line was shown.
+   type :: progress_type
+      integer(long) :: begun = 0, shown = 0, rate = 1
+      logical :: quiet = .false.
+   end type progress_type
+
+contains
+
+   subroutine start_progress(progress, quiet)
+      type(progress_type), intent(out) :: progress
+      logical, intent(in) :: quiet
+
+      progress%quiet = quiet
+      call system_clock(progress%begun, progress%rate)
+      progress%shown = progress%begun
+   end subroutine start_progress
+
+   !> A line, if it is time for one or the run is at its end.
+   subroutine show_progress(progress, time, duration)
+      type(progress_type), intent(inout) :: progress
+      real(wp), intent(in) :: time, duration  !< s of the model
+      integer(long) :: now
+      real(wp) :: spent, left
+
+      if (progress%quiet) return
+      call system_clock(now)
+      if (now - progress%shown < every*progress%rate .and. time < duration) return
+      progress%shown = now
+      spent = real(now - progress%begun, wp)/real(progress%rate, wp)
+      left = spent*(duration - time)/max(time, tiny(1.0_wp))
+      print '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)', 't = ', time, ' of ', duration, ' s, ', 100*time/duration, &
+         ' %, spent ', spent, ' s, left ', left, ' s'
+   end subroutine show_progress
+
+end module dda_progress
