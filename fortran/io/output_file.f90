@@ -34,7 +34,8 @@ module dda_output_file
       integer :: most_iterations = 0              !< since the last sample
       integer :: time, time_step, iterations, displacement, velocity, acceleration
       integer :: energy(energy_terms)
-      integer :: frame_time, coordinates, rates, stress, vertices, vertex, name, place, owner
+      integer :: frame_time, coordinates, rates, stress, vertices, vertex, block, name, place, owner
+      integer :: density, modulus
       integer :: contact(9)
       real(wp), allocatable :: time_buffer(:)     !< [buffered]
       real(wp), allocatable :: sample(:,:)        !< [buffered, per_sample]
@@ -72,7 +73,7 @@ contains
    subroutine define_file(output, simulation)
       type(output_type), intent(inout) :: output
       type(simulation_type), intent(in) :: simulation
-      integer :: time, point, axis, frame, block
+      integer :: time, point, axis, frame
 
       associate (dataset => output%dataset)
          call describe_run(dataset, simulation)
@@ -80,9 +81,9 @@ contains
          point = define_dimension(dataset, 'point', max(1, size(simulation%model%points)))
          axis = define_dimension(dataset, 'axis', 2)
          frame = define_dimension(dataset, 'frame', nf90_unlimited)
-         block = define_dimension(dataset, 'block', simulation%blocks%n)
+         output%block = define_dimension(dataset, 'block', simulation%blocks%n)
          call define_history(output, time, point, axis, size(simulation%model%points))
-         call define_frames(output, frame, block, axis, simulation%blocks)
+         call define_frames(output, frame, output%block, axis, simulation%blocks)
          call define_contacts(output)
          call define_names(output, simulation, point, axis)
          if (.not. allocated(dataset%error)) call checked(dataset, nf90_enddef(dataset%id), 'end the definitions')
@@ -191,6 +192,8 @@ contains
          letter = define_dimension(dataset, 'letter', len(simulation%model%points%name))
          output%name = define(dataset, 'point', nf90_char, [letter, point], '1', 'name of a measured point')
          output%place = define(dataset, 'point_place', nf90_double, [axis, point], 'm', 'first place of a measured point')
+         output%density = define(dataset, 'block_density', nf90_double, [output%block], 'kg m-3', 'density')
+         output%modulus = define(dataset, 'block_shear_modulus', nf90_double, [output%block], 'Pa', 'shear modulus')
          output%owner = define(dataset, 'vertex_block', nf90_int, [output%vertex], '1', 'block of a vertex, from 0')
          if (allocated(dataset%error)) return
          call checked(dataset, nf90_put_att(dataset%id, output%name, '_Encoding', 'utf-8'), 'describe point')
@@ -206,12 +209,23 @@ contains
          do i = 1, size(points)
             call put(dataset, output%place, points(i)%place + simulation%model%origin, [1, i], [2, 1])
             if (allocated(dataset%error)) return
-            call checked(dataset, nf90_put_var(dataset%id, output%name, points(i)%name, [1, i], [len(points%name), 1]), &
-               'write names')
+            call checked(dataset, nf90_put_var(dataset%id, output%name, null_padded(points(i)%name), [1, i], &
+               [len(points%name), 1]), 'write names')
          end do
          call put(dataset, output%owner, owner - 1, [1], [size(owner)])
+         call put(dataset, output%density, simulation%blocks%mass/simulation%blocks%area, [1], [simulation%blocks%n])
+         call put(dataset, output%modulus, simulation%blocks%stiffness(3, 3, :)/simulation%blocks%area, [1], &
+            [simulation%blocks%n])
       end associate
    end subroutine write_constants
+
+   !> A text whose end readers can see.
+   pure function null_padded(text) result(padded)
+      character(len=*), intent(in) :: text
+      character(len=len(text)) :: padded
+
+      padded = trim(text)//repeat(c_null_char, len(text) - len_trim(text))
+   end function null_padded
 
    !> Take a sample of points, energies and step control; write when the buffer is full.
    subroutine record_sample(output, simulation, error)

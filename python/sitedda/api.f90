@@ -1,0 +1,414 @@
+!> All that f2py reads: the engine behind integer handles and plain arrays.
+!>
+!> Every routine returns a status, 0 or the kind of an error, and a message.  Python holds the handle
+!> and frees it; a handle that is not open is an error, never a crash.
+module api
+   use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_int
+   use dda_contact, only: contacts_type
+   use dda_energy, only: energy_terms, energy_values
+   use dda_blocks, only: stress_of
+   use dda_errors, only: error_type, error_input, fail
+   use dda_input, only: read_model
+   use dda_measure, only: measure_point
+   use dda_kinds, only: long
+   use dda_model, only: model_type
+   use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
+   use dda_simulation, only: summary
+   use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
+   use dda_text_file, only: read_text_file
+   use dda_version, only: version
+   implicit none
+   private
+   public :: open_run, advance_run, finish_run, close_run, run_sizes, run_clock, run_text
+   public :: block_states, set_block_states, vertex_places, contact_states, energies, point_motions
+   public :: spectrum_of, amplification_of, peak_of, engine_version
+
+   integer, parameter :: most_runs = 65536
+
+   !> One slot of the table of open runs.
+   type :: slot_type
+      type(run_type), pointer :: run => null()
+   end type slot_type
+
+   type(slot_type), save :: slots(most_runs)
+
+contains
+
+   !> The open run of a handle; an error otherwise.
+   subroutine find_run(handle, run, error)
+      integer(c_int), intent(in) :: handle
+      type(run_type), pointer, intent(out) :: run
+      type(error_type), allocatable, intent(out) :: error
+
+      run => null()
+      if (handle >= 1 .and. handle <= most_runs) run => slots(handle)%run
+      if (.not. associated(run)) call fail(error, error_input, 'the simulation is closed')
+   end subroutine find_run
+
+   !> An error as status and message.
+   subroutine report(error, status, message)
+      type(error_type), allocatable, intent(in) :: error
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+
+      status = 0
+      message = ''
+      if (.not. allocated(error)) return
+      status = error%kind
+      message = error%message
+   end subroutine report
+
+   !> Read an input text and begin a run of it.
+   subroutine open_run(file, text, output, writes, handle, status, message)
+      character(len=*), intent(in) :: file      !< where the text is from; its folder holds the records
+      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: output    !< output file in place of the input's, or blank
+      integer(c_int), intent(in) :: writes      !< 1: write the output file
+      integer(c_int), intent(out) :: handle, status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(model_type) :: model
+
+      handle = 0
+      call read_model(model, file, text, error)
+      if (.not. allocated(error)) then
+         if (output /= '') model%output%file = trim(output)
+         handle = findloc([(associated(slots(handle)%run), handle=1, most_runs)], .false., 1)
+         if (handle == 0) call fail(error, error_input, 'too many simulations are open')
+      end if
+      if (.not. allocated(error)) then
+         allocate (slots(handle)%run)
+         call begin_run(slots(handle)%run, model, writes == 1, error)
+         if (allocated(error)) call drop(handle)
+      end if
+      call report(error, status, message)
+   end subroutine open_run
+
+   subroutine drop(handle)
+      integer(c_int), intent(inout) :: handle
+
+      deallocate (slots(handle)%run)
+      handle = 0
+   end subroutine drop
+
+   !> Take up to `steps` steps.
+   subroutine advance_run(handle, steps, done, status, message)
+      integer(c_int), intent(in) :: handle, steps
+      integer(c_int), intent(out) :: done  !< 1: the duration is reached
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      !f2py threadsafe
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      done = 0
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) then
+         call continue_run(run, int(steps, long), error)
+         done = merge(1, 0, is_done(run))
+      end if
+      call report(error, status, message)
+   end subroutine advance_run
+
+   !> Close the output file: named if the run is done, else left as FILE.partial.
+   subroutine finish_run(handle, status, message)
+      integer(c_int), intent(in) :: handle
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call end_run(run, error)
+      call report(error, status, message)
+   end subroutine finish_run
+
+   !> Free a run; an output that is still open is closed as it is.
+   subroutine close_run(handle)
+      integer(c_int), intent(in) :: handle
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      call find_run(handle, run, error)
+      if (allocated(error)) return
+      call end_run(run, error)
+      deallocate (slots(handle)%run)
+   end subroutine close_run
+
+   !> Numbers of blocks, vertices, measured points and contacts.
+   subroutine run_sizes(handle, sizes, status, message)
+      integer(c_int), intent(in) :: handle
+      integer(c_int), intent(out) :: sizes(4)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      sizes = 0
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) sizes = [run%simulation%blocks%n, size(run%simulation%blocks%owner), &
+         size(run%simulation%model%points), run%simulation%contacts(run%simulation%now)%n]
+      call report(error, status, message)
+   end subroutine run_sizes
+
+   !> Time, duration, last time step (s), steps done, and open-close iterations of the last step.
+   subroutine run_clock(handle, clock, status, message)
+      integer(c_int), intent(in) :: handle
+      real(c_double), intent(out) :: clock(5)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      clock = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) then
+         associate (simulation => run%simulation)
+            clock = [simulation%time, simulation%model%control%steps*simulation%model%control%time_step, &
+               simulation%last_time_step, real(simulation%step, c_double), real(simulation%iteration%iterations, c_double)]
+         end associate
+      end if
+      call report(error, status, message)
+   end subroutine run_clock
+
+   !> A text of the run: 'output', 'title', 'summary', 'point i' or 'block i' (from 1).
+   subroutine run_text(handle, what, which, text, status, message)
+      integer(c_int), intent(in) :: handle
+      character(len=*), intent(in) :: what
+      integer(c_int), intent(in) :: which
+      character(len=2048), intent(out) :: text
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      text = ''
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) then
+         associate (model => run%simulation%model)
+            select case (what)
+            case ('output')
+               text = model%output%file
+            case ('title')
+               text = model%title
+            case ('summary')
+               text = summary(run%simulation)
+            case ('point')
+               if (which >= 1 .and. which <= size(model%points)) text = model%points(which)%name
+            case ('block')
+               if (which >= 1 .and. which <= size(model%block_names)) text = model%block_names(which)
+            end select
+         end associate
+      end if
+      call report(error, status, message)
+   end subroutine run_text
+
+   !> Coordinates, their rates, and stresses of all blocks.
+   subroutine block_states(handle, n, coordinates, rates, stress, status, message)
+      integer(c_int), intent(in) :: handle, n
+      real(c_double), intent(out) :: coordinates(6, n), rates(6, n), stress(3, n)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+      integer :: b
+
+      coordinates = 0.0_c_double
+      rates = 0.0_c_double
+      stress = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
+      if (.not. allocated(error)) then
+         coordinates = run%simulation%blocks%position
+         coordinates(1:2, :) = coordinates(1:2, :) + spread(run%simulation%model%origin, 2, n)
+         rates = run%simulation%blocks%velocity
+         do b = 1, n
+            stress(:, b) = stress_of(run%simulation%blocks, b)
+         end do
+      end if
+      call report(error, status, message)
+   end subroutine block_states
+
+   !> Set the rates of all blocks, such as a mode's shape for a free vibration.
+   subroutine set_block_states(handle, n, rates, status, message)
+      integer(c_int), intent(in) :: handle, n
+      real(c_double), intent(in) :: rates(6, n)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
+      if (.not. allocated(error)) then
+         if (all(abs(rates) <= huge(1.0_c_double))) then
+            run%simulation%blocks%velocity = rates
+         else
+            call fail(error, error_input, 'rates must be finite')
+         end if
+      end if
+      call report(error, status, message)
+   end subroutine set_block_states
+
+   subroutine check_size(given, wanted, error)
+      integer, intent(in) :: given, wanted
+      type(error_type), allocatable, intent(out) :: error
+
+      if (given /= wanted) call fail(error, error_input, 'the array has not the size of the model')
+   end subroutine check_size
+
+   !> Places of all vertices and the block of each, from 0.
+   subroutine vertex_places(handle, n, places, blocks, status, message)
+      integer(c_int), intent(in) :: handle, n
+      real(c_double), intent(out) :: places(2, n)
+      integer(c_int), intent(out) :: blocks(n)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      places = 0.0_c_double
+      blocks = 0
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, size(run%simulation%blocks%owner), error)
+      if (.not. allocated(error)) then
+         places = run%simulation%blocks%vertex + spread(run%simulation%model%origin, 2, n)
+         blocks = run%simulation%blocks%owner - 1
+      end if
+      call report(error, status, message)
+   end subroutine vertex_places
+
+   !> Contacts of the last step: vertex, edge, state, bonded; gap, normal force, shear force, stretch.
+   subroutine contact_states(handle, n, who, values, status, message)
+      integer(c_int), intent(in) :: handle, n
+      integer(c_int), intent(out) :: who(4, n)
+      real(c_double), intent(out) :: values(4, n)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      who = 0
+      values = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, run%simulation%contacts(run%simulation%now)%n, error)
+      if (.not. allocated(error)) then
+         associate (contacts => run%simulation%contacts(run%simulation%now))
+            who(1, :) = contacts%vertex(:n) - 1
+            who(2, :) = contacts%edge(:n) - 1
+            who(3, :) = contacts%state(:n)
+            who(4, :) = merge(1, 0, contacts%bonded(:n))
+            values(1, :) = contacts%new_gap(:n)
+            values(2, :) = contacts%normal_force(:n)
+            values(3, :) = contacts%shear_force(:n)
+            values(4, :) = contacts%stretch(:n)
+         end associate
+      end if
+      call report(error, status, message)
+   end subroutine contact_states
+
+   !> Energies in the order of the output file.
+   subroutine energies(handle, values, status, message)
+      integer(c_int), intent(in) :: handle
+      real(c_double), intent(out) :: values(13)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      values = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) values(:energy_terms) = energy_values(run%simulation%energy)
+      call report(error, status, message)
+   end subroutine energies
+
+   !> Displacement, velocity, acceleration [2, points, 3] of the measured points.
+   subroutine point_motions(handle, n, motions, status, message)
+      integer(c_int), intent(in) :: handle, n
+      real(c_double), intent(out) :: motions(2, n, 3)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+      integer :: i
+
+      motions = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, size(run%simulation%model%points), error)
+      if (.not. allocated(error)) then
+         do i = 1, n
+            call measure_point(run%simulation%blocks, run%simulation%model%points(i), motions(:, i, 1), motions(:, i, 2), &
+               motions(:, i, 3))
+         end do
+      end if
+      call report(error, status, message)
+   end subroutine point_motions
+
+   !> One-sided Fourier spectrum of a series, [bins] = padding*samples/2 + 1.
+   subroutine spectrum_of(n, series, time_step, padding, taper, bins, frequency, spectrum, status, message)
+      integer(c_int), intent(in) :: n, padding, bins
+      real(c_double), intent(in) :: series(n), time_step, taper
+      real(c_double), intent(out) :: frequency(bins)
+      complex(c_double_complex), intent(out) :: spectrum(bins)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      real(c_double), allocatable :: f(:)
+      complex(c_double_complex), allocatable :: s(:)
+
+      frequency = 0.0_c_double
+      spectrum = 0.0_c_double
+      call fourier_spectrum(series, time_step, f, s, error, padding, taper)
+      if (.not. allocated(error)) call check_size(bins, size(f), error)
+      if (.not. allocated(error)) then
+         frequency = f
+         spectrum = s
+      end if
+      call report(error, status, message)
+   end subroutine spectrum_of
+
+   !> Ratio of the spectra of two series.
+   subroutine amplification_of(n, surface, base, time_step, padding, taper, bins, frequency, ratio, status, message)
+      integer(c_int), intent(in) :: n, padding, bins
+      real(c_double), intent(in) :: surface(n), base(n), time_step, taper
+      real(c_double), intent(out) :: frequency(bins)
+      complex(c_double_complex), intent(out) :: ratio(bins)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      real(c_double), allocatable :: f(:)
+      complex(c_double_complex), allocatable :: r(:)
+
+      frequency = 0.0_c_double
+      ratio = 0.0_c_double
+      call amplification(surface, base, time_step, f, r, error, padding, taper)
+      if (.not. allocated(error)) call check_size(bins, size(f), error)
+      if (.not. allocated(error)) then
+         frequency = f
+         ratio = r
+      end if
+      call report(error, status, message)
+   end subroutine amplification_of
+
+   !> Peak between two frequencies: frequency, amplitude, bin width, 1 if interpolated.
+   subroutine peak_of(bins, frequency, amplitude, lowest, highest, peak, status, message)
+      integer(c_int), intent(in) :: bins
+      real(c_double), intent(in) :: frequency(bins), amplitude(bins), lowest, highest
+      real(c_double), intent(out) :: peak(4)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(peak_type) :: found
+
+      call find_peak(frequency, amplitude, lowest, highest, found, error)
+      peak = [found%frequency, found%amplitude, found%bin_width, merge(1.0_c_double, 0.0_c_double, found%interpolated)]
+      call report(error, status, message)
+   end subroutine peak_of
+
+   subroutine engine_version(text)
+      character(len=32), intent(out) :: text
+
+      text = version
+   end subroutine engine_version
+
+end module api

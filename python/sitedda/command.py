@@ -1,0 +1,93 @@
+"""The command line: sitedda run FILE.nml."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from . import __version__
+from .errors import SiteddaError
+from .simulation import Run, Simulation, run
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit status.
+
+    0 done, 1 bad input, 2 refused by a check, 3 a step does not close, 4 linear solver, 5 file,
+    6 interrupted.
+    """
+    options = _parser().parse_args(arguments)
+    try:
+        return options.act(options)
+    except SiteddaError as error:
+        print(f"sitedda: {error}", file=sys.stderr)
+        return error.kind
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="sitedda", description=__doc__)
+    parser.add_argument("--version", action="version", version=f"sitedda {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    running = commands.add_parser("run", help="run an input, print and draw what it asks for")
+    running.add_argument("file", type=Path, metavar="FILE.nml")
+    running.add_argument("-o", "--output", type=Path, help="output file in place of the input's")
+    running.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+    running.add_argument("--no-plot", action="store_true", help="draw no pictures")
+    running.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        type=_assignment,
+        help="change a variable of the input, such as time_step=5e-4",
+    )
+    running.set_defaults(act=_run)
+    return parser
+
+
+def _assignment(text: str):
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
+    try:
+        return name.strip(), ast.literal_eval(value.strip())
+    except (ValueError, SyntaxError):
+        return name.strip(), value.strip()
+
+
+def _run(options: argparse.Namespace) -> int:
+    look = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}]"
+    with tqdm(total=1.0, disable=options.quiet, bar_format=look) as bar:
+
+        def show(simulation: Simulation) -> None:
+            bar.total = simulation.duration
+            bar.update(simulation.time - bar.n)
+
+        result = run(options.file, options.output or True, show, **dict(options.set))
+    print(result.summary)
+    print(f"output: {result.output}")
+    if not result.complete:
+        print("sitedda: interrupted; the results so far are kept", file=sys.stderr)
+        return 6
+    _report(result, draw=not options.no_plot)
+    return 0
+
+
+def _report(result: Run, draw: bool) -> None:
+    """Print the amplifications that the input asks for and draw them beside the output."""
+    from .plot import site_response
+    from .response import amplifications
+
+    for i, found in enumerate(amplifications(result.history)):
+        print(found)
+        if draw:
+            picture = result.output.with_suffix(f".{i}.png" if i else ".png")
+            print(f"picture: {site_response(result.history, found, picture)}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,62 @@
+"""Errors of the engine as exceptions."""
+
+
+class SiteddaError(Exception):
+    """An error of the engine: what went wrong, where, and what to try.
+
+    Attributes
+    ----------
+    kind : int
+        1 input, 2 check, 3 convergence, 4 linear solver, 5 file, 6 interrupted; the exit status
+        of the command line.
+    """
+
+    kind = 1
+
+    @staticmethod
+    def of(kind: int, message: str) -> "SiteddaError":
+        """The exception of a kind."""
+        return {
+            1: InputError,
+            2: CheckError,
+            3: ConvergenceError,
+            4: SolverError,
+            5: OutputError,
+            6: InterruptedRun,
+        }.get(kind, SiteddaError)(message)
+
+
+class InputError(SiteddaError, ValueError):
+    """The input cannot be run."""
+
+    kind = 1
+
+
+class CheckError(SiteddaError):
+    """A pre-check refuses the run."""
+
+    kind = 2
+
+
+class ConvergenceError(SiteddaError, ArithmeticError):
+    """A step does not close."""
+
+    kind = 3
+
+
+class SolverError(SiteddaError, ArithmeticError):
+    """The linear system of a step cannot be solved."""
+
+    kind = 4
+
+
+class OutputError(SiteddaError, OSError):
+    """A file cannot be read or written."""
+
+    kind = 5
+
+
+class InterruptedRun(SiteddaError):
+    """Stopped on request; the results so far are kept."""
+
+    kind = 6

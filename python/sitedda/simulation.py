@@ -1,0 +1,346 @@
+"""A run of the engine, step by step or to its end."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+import weakref
+from collections.abc import Callable
+from pathlib import Path
+
+import f90nml
+import numpy as np
+import xarray as xr
+
+from ._core import api
+from .errors import InputError, SiteddaError
+
+_ENERGY_NAMES = (
+    "kinetic",
+    "strain",
+    "contact",
+    "support",
+    "gravity",
+    "input",
+    "friction",
+    "fracture",
+    "algorithmic",
+    "kinetic_damping",
+    "geometric",
+    "initial",
+    "balance",
+)
+_CHUNK = 200  # steps between looks at the keyboard
+
+
+def _checked(*result):
+    *values, status, message = result
+    if status:
+        raise SiteddaError.of(int(status), message.decode().strip())
+    if not values:
+        return None
+    return values[0] if len(values) == 1 else tuple(values)
+
+
+class Simulation:
+    """A model and its state.
+
+    Parameters
+    ----------
+    file : path
+        Namelist input.
+    output : path, True or None
+        Output file; True: where the input says; None: no file is written.
+    **changes
+        Variables to change in the input, as ``time_step=5e-4`` or, where more than one group has
+        a variable of that name, ``contact={"normal_stiffness": 1e12}``.
+
+    Raises
+    ------
+    InputError
+        If the input cannot be run; the message names file, group and value.
+
+    Notes
+    -----
+    The object can be used in a ``with`` statement.  It is freed when it is closed or collected.
+    """
+
+    def __init__(self, file, output=None, **changes):
+        file = Path(file)
+        try:
+            text = file.read_bytes().decode("utf-8", "surrogateescape")
+        except OSError as trouble:
+            raise InputError(f"{file}: {trouble.strerror}") from trouble
+        if changes:
+            text = changed_input(text, changes)
+        target = b"" if output in (None, True) else os.fsencode(output)
+        self._handle = _checked(
+            *api.open_run(
+                os.fsencode(file),
+                text.encode("utf-8", "surrogateescape"),
+                target,
+                0 if output is None else 1,
+            )
+        )
+        self._free = weakref.finalize(self, api.close_run, self._handle)
+        self.file = file
+        self.done = False
+
+    def __enter__(self):
+        """Use in a with statement."""
+        return self
+
+    def __exit__(self, *_):
+        """Free the simulation."""
+        self.close()
+
+    def close(self) -> None:
+        """Free the simulation; an unfinished output stays as FILE.partial."""
+        self._free()
+        self._handle = 0
+
+    def advance(self, steps: int = 1) -> bool:
+        """Take up to `steps` steps; True when the duration of the input is reached.
+
+        Raises
+        ------
+        ConvergenceError
+            If a step does not close; the message names step, contact and blocks.
+        """
+        done = _checked(*api.advance_run(self._handle, steps))
+        self.done = bool(done)
+        return self.done
+
+    def finish(self) -> Path | None:
+        """Close the output file, if one is written, and return where it is."""
+        _checked(*api.finish_run(self._handle))
+        return self.output
+
+    @property
+    def output(self) -> Path:
+        """Where the output goes, or would go."""
+        return Path(os.fsdecode(self._text("output")))
+
+    def _text(self, what: str, which: int = 0) -> bytes:
+        return _checked(*api.run_text(self._handle, what, which)).strip()
+
+    def _sizes(self) -> np.ndarray:
+        return _checked(*api.run_sizes(self._handle))
+
+    def _clock(self) -> np.ndarray:
+        return _checked(*api.run_clock(self._handle))
+
+    @property
+    def title(self) -> str:
+        """Title of the run."""
+        return self._text("title").decode()
+
+    @property
+    def summary(self) -> str:
+        """What step control did so far, in words."""
+        return self._text("summary").decode()
+
+    @property
+    def time(self) -> float:
+        """Time reached, s."""
+        return float(self._clock()[0])
+
+    @property
+    def duration(self) -> float:
+        """Time to reach, s."""
+        return float(self._clock()[1])
+
+    @property
+    def time_step(self) -> float:
+        """Time step of the last step, s."""
+        return float(self._clock()[2])
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+        return int(self._clock()[3])
+
+    @property
+    def iterations(self) -> int:
+        """Open-close iterations of the last step."""
+        return int(self._clock()[4])
+
+    @property
+    def block_names(self) -> list[str]:
+        """Names of the blocks, blank where the input gives none."""
+        return [self._text("block", i + 1).decode() for i in range(self._sizes()[0])]
+
+    @property
+    def point_names(self) -> list[str]:
+        """Names of the measured points."""
+        return [self._text("point", i + 1).decode() for i in range(self._sizes()[2])]
+
+    @property
+    def coordinates(self) -> np.ndarray:
+        """Block coordinates, shape (blocks, 6): x, y (m), rotation (rad), strains ex, ey, gxy."""
+        return _checked(*api.block_states(self._handle, self._sizes()[0]))[0].T
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Rates of the coordinates, shape (blocks, 6), per second; may be set."""
+        return _checked(*api.block_states(self._handle, self._sizes()[0]))[1].T
+
+    @rates.setter
+    def rates(self, values) -> None:
+        values = np.asarray(values, dtype=float)
+        n = int(self._sizes()[0])
+        if values.shape != (n, 6):
+            raise ValueError(f"rates must have shape ({n}, 6), not {values.shape}")
+        _checked(*api.set_block_states(self._handle, values.T))
+
+    @property
+    def stresses(self) -> np.ndarray:
+        """Block stresses in the model's axes, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa."""
+        return _checked(*api.block_states(self._handle, self._sizes()[0]))[2].T
+
+    @property
+    def polygons(self) -> list[np.ndarray]:
+        """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
+        places, owner = _checked(*api.vertex_places(self._handle, self._sizes()[1]))
+        return np.split(places.T, np.flatnonzero(np.diff(owner)) + 1)
+
+    @property
+    def contacts(self) -> dict[str, np.ndarray]:
+        """Contacts of the last step.
+
+        ``vertex`` and ``edge`` (from 0), ``state`` (0 open, 1 slide, 2 stick), ``bonded``;
+        ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m).
+        """
+        who, values = _checked(*api.contact_states(self._handle, self._sizes()[3]))
+        names = ("vertex", "edge", "state", "bonded")
+        more = ("gap", "normal_force", "shear_force", "stretch")
+        return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
+
+    @property
+    def energies(self) -> dict[str, float]:
+        """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
+        values = _checked(*api.energies(self._handle))
+        return dict(zip(_ENERGY_NAMES, map(float, values), strict=True))
+
+    @property
+    def point_motions(self) -> np.ndarray:
+        """Measured points, shape (3, points, 2): displacement, velocity, acceleration (SI)."""
+        return np.transpose(_checked(*api.point_motions(self._handle, self._sizes()[2])), (2, 1, 0))
+
+
+class Run:
+    """A run that has ended.
+
+    Attributes
+    ----------
+    history : xarray.Dataset
+        All that the output file holds, in memory.
+    complete : bool
+        False if it was stopped before its duration.
+    output : Path or None
+        The output file, if one was kept.
+    summary : str
+        What step control did.
+    """
+
+    def __init__(self, history: xr.Dataset, complete: bool, output: Path | None, summary: str):
+        self.history = history
+        self.complete = complete
+        self.output = output
+        self.summary = summary
+
+    def __repr__(self) -> str:
+        """One line."""
+        state = "complete" if self.complete else "incomplete"
+        return f"<sitedda.Run {self.history.attrs.get('title', '')!r}, {state}: {self.summary}>"
+
+
+def changed_input(text: str, changes: dict) -> str:
+    """The namelist text with variables changed.
+
+    A change is ``variable=value`` for the groups that appear once, or
+    ``group={variable: value, …}`` for every group of that name.
+    """
+    parsed = f90nml.Parser().reads(text)
+    once = ("run", "control", "contact", "output")
+    homes = {
+        "title": "run",
+        "normal_stiffness": "contact",
+        "shear_ratio": "contact",
+        "fixed_point_ratio": "contact",
+        "max_iterations": "contact",
+        "force_tolerance": "contact",
+        "file": "output",
+        "history_interval": "output",
+        "block_interval": "output",
+    }
+    for name, value in changes.items():
+        if isinstance(value, dict):
+            if name not in parsed and name not in once:
+                raise InputError(f"there is no group &{name} to change in the input")
+            groups = parsed.setdefault(name, f90nml.Namelist())
+            for group in groups if isinstance(groups, list) else [groups]:
+                group.update(value)
+        else:
+            home = homes.get(name, "control")
+            group = parsed.setdefault(home, f90nml.Namelist())
+            if name in ("duration", "steps"):
+                group.pop("steps" if name == "duration" else "duration", None)
+            group[name] = value
+    stream = io.StringIO()
+    parsed.write(stream)
+    return stream.getvalue()
+
+
+def run(
+    file,
+    output=None,
+    progress: Callable[[Simulation], None] | None = None,
+    **changes,
+) -> Run:
+    """Run an input to its end.
+
+    Parameters
+    ----------
+    file : path
+        Namelist input.
+    output : path, True or None
+        Output file; True: where the input says; None: kept in memory only.
+    progress : callable, optional
+        Called now and then with the `Simulation`.
+    **changes
+        Variables to change in the input, see `Simulation`.
+
+    Returns
+    -------
+    Run
+        Incomplete if it was stopped with Ctrl-C; a file then stays as FILE.partial.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "history.nc" if output is None else output
+        with Simulation(file, output=target, **changes) as simulation:
+            complete = _to_end(simulation, progress)
+            where = simulation.finish()
+            summary = simulation.summary
+        if not complete:
+            where = where.with_name(where.name + ".partial")
+        with xr.open_dataset(where, engine="netcdf4") as dataset:
+            history = dataset.load()
+    return Run(history, complete, None if output is None else where, summary)
+
+
+def _to_end(simulation: Simulation, progress) -> bool:
+    """Advance in chunks, so that Ctrl-C works between them."""
+    try:
+        while not simulation.advance(_CHUNK):
+            if progress:
+                progress(simulation)
+    except KeyboardInterrupt:
+        return False
+    except BaseException:
+        simulation.finish()
+        raise
+    if progress:
+        progress(simulation)
+    return True
