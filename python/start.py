@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""Set up everything on a Debian or Ubuntu machine, then run the main job or the tests.
+
+usage: python3 python/start.py site    the paper's layered site under a real earthquake
+       python3 python/start.py test    all tests
+
+Installs the system packages that are missing (asks sudo if it must), makes a virtual environment in
+.venv, builds and installs sitedda into it.  Needs nothing but Python 3.11 or later.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent.parent
+VENV = HERE / ".venv"
+BUILD = HERE / "build"
+PACKAGES = """gcc gfortran pkg-config python3-dev python3-venv libopenblas-dev libarpack2-dev libfftw3-dev
+libnetcdff-dev libsuitesparse-dev libmetis-dev""".split()
+
+
+def call(*command, **options):
+    """Run a command; end with its status if it fails."""
+    status = subprocess.run([str(word) for word in command], cwd=HERE, **options).returncode
+    if status:
+        sys.exit(f"failed ({status}): {' '.join(map(str, command))}")
+
+
+def install_packages() -> None:
+    """Install the system packages that are missing."""
+    if shutil.which("dpkg-query") is None:
+        print("not a Debian system: the packages named in README.md are taken to be installed")
+        return
+    missing = [name for name in PACKAGES if not installed(name)]
+    if not missing:
+        return
+    sudo = [] if os.geteuid() == 0 else ["sudo"]
+    quiet = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
+    call(*sudo, "apt-get", "update", "-qq", env=quiet)
+    call(*sudo, "apt-get", "install", "-y", "-qq", "--no-install-recommends", *missing, env=quiet)
+
+
+def installed(package: str) -> bool:
+    """The package manager knows the package as installed."""
+    query = ["dpkg-query", "-W", "-f", "${Status}", package]
+    answer = subprocess.run(query, capture_output=True, text=True)
+    return "install ok installed" in answer.stdout
+
+
+def install_sitedda(extras: str) -> None:
+    """Make the virtual environment, then build and install into it."""
+    if not (VENV / "bin" / "pip").exists():
+        call(sys.executable, "-m", "venv", VENV)
+    call(VENV / "bin" / "pip", "install", "--quiet", f".{extras}")
+
+
+def site() -> None:
+    """The main job."""
+    install_sitedda("")
+    call(VENV / "bin" / "sitedda", "run", "inputs/layered_site.nml")
+
+
+def test() -> None:
+    """Fortran suites, then the Python tests."""
+    install_sitedda("[test]")
+    path = f"{VENV / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "OPENBLAS_NUM_THREADS": "1"}
+    options = ["-Dpython=false", "-Dtester=true"]
+    if not (BUILD / "build.ninja").exists():
+        call("meson", "setup", BUILD, *options, env=environment)
+    call("meson", "test", "-C", BUILD, "--print-errorlogs", env=environment)
+    call(VENV / "bin" / "python", "-m", "pytest", env=environment)
+
+
+if __name__ == "__main__":
+    jobs = {"site": site, "test": test}
+    if len(sys.argv) != 2 or sys.argv[1] not in jobs:
+        sys.exit(__doc__)
+    install_packages()
+    jobs[sys.argv[1]]()
