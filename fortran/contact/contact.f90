@@ -34,7 +34,9 @@ module dda_contact
       integer, allocatable :: state(:)         !< open, slide or stick
       logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
       logical, allocatable :: was_bonded(:)    !< at the start of the step
+      logical, allocatable :: was_closed(:)    !< its normal spring held at the start of the step
       real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
+      real(wp), allocatable :: pressure(:)     !< multiplier of the augmented Lagrangian, N/m, else 0
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
       ! The iteration: what is assumed, and what the solution answers
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
@@ -69,9 +71,11 @@ contains
       call grow_list(contacts%state, room)
       call grow_flags(contacts%bonded, room)
       call grow_flags(contacts%was_bonded, room)
+      call grow_flags(contacts%was_closed, room)
       call grow_values(contacts%gap, room)
       call grow_values(contacts%bond_length, room)
       call grow_values(contacts%stretch, room)
+      call grow_values(contacts%pressure, room)
       call grow_list(contacts%answer, room)
       call grow_values(contacts%slide_force, room)
       call grow_values(contacts%slide_answer, room)

@@ -15,6 +15,7 @@ module dda_friction
    type :: laws_type
       real(wp) :: normal_stiffness = 0.0_wp     !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness = 0.0_wp      !< k_s
+      logical :: augmented = .false.            !< multipliers carry the normal forces
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
@@ -24,6 +25,7 @@ module dda_friction
    type :: law_type
       real(wp) :: normal_stiffness    !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness     !< k_s
+      real(wp) :: pressure            !< multiplier of the augmented Lagrangian, N/m
       real(wp) :: friction            !< tan φ
       real(wp) :: cohesion_force      !< cohesion × length while bonded, else 0, N/m
       real(wp) :: tension_force       !< tensile strength × length while bonded, else 0, N/m
@@ -55,14 +57,15 @@ contains
    end subroutine set_laws
 
    !> The law of a contact of a joint material, bonded over a length (m) or not.
-   pure function law_of(laws, joint, bonded, length) result(law)
+   pure function law_of(laws, joint, bonded, length, pressure) result(law)
       type(laws_type), intent(in) :: laws
       integer, intent(in) :: joint
       logical, intent(in) :: bonded
       real(wp), intent(in) :: length
+      real(wp), intent(in) :: pressure
       type(law_type) :: law
 
-      law = law_type(laws%normal_stiffness, laws%shear_stiffness, laws%friction(joint), 0.0_wp, 0.0_wp, bonded)
+      law = law_type(laws%normal_stiffness, laws%shear_stiffness, pressure, laws%friction(joint), 0.0_wp, 0.0_wp, bonded)
       if (.not. bonded) return
       law%cohesion_force = laws%cohesion(joint)*length
       law%tension_force = laws%tension(joint)*length
@@ -76,8 +79,8 @@ contains
       real(wp) :: trial
 
       response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
-      if (gap >= 0.0_wp .and. .not. law%bonded) return
-      response%normal_force = -law%normal_stiffness*gap
+      if (law%normal_stiffness*gap >= law%pressure .and. .not. law%bonded) return
+      response%normal_force = law%pressure - law%normal_stiffness*gap
       response%bound = law%friction*max(response%normal_force, 0.0_wp) + law%cohesion_force
       trial = law%shear_stiffness*trial_stretch
       if (abs(trial) <= response%bound .or. law%bonded) then

@@ -42,6 +42,7 @@ contains
          new%bonded(c) = .false.
          new%bond_length(c) = 0.0_wp
          new%stretch(c) = 0.0_wp
+         new%pressure(c) = 0.0_wp
          new%slide_force(c) = 0.0_wp
          from = exact_predecessor(new, old, history, c)
          if (from > 0) call hand_on(new, old, history, c, from)
@@ -146,6 +147,7 @@ contains
       new%bonded(c) = old%bonded(from)
       new%bond_length(c) = old%bond_length(from)
       new%stretch(c) = old%stretch(from)
+      new%pressure(c) = old%pressure(from)
       new%slide_force(c) = old%slide_force(from)
    end subroutine hand_on
 

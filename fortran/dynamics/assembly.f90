@@ -188,7 +188,7 @@ contains
       real(wp), intent(in) :: normal_stiffness, shear_stiffness
       real(wp) :: push, drag
 
-      push = -normal_stiffness*contacts%gap(c)
+      push = contacts%pressure(c) - normal_stiffness*contacts%gap(c)
       drag = shear_stiffness*contacts%stretch(c)
       if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c)
       rhs_v = rhs_v + push*contacts%normal_v(:, c) - drag*contacts%shear_v(:, c)

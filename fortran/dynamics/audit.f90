@@ -94,10 +94,9 @@ contains
       integer, intent(in) :: c
       real(wp) :: before, after, work, stretched, slipped, loss
 
-      before = stored(laws, contacts%gap(c), contacts%was_bonded(c), contacts%stretch(c))
+      before = stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%was_bonded(c), contacts%stretch(c))
       stretched = contacts%shear_force(c)/laws%shear_stiffness
-      after = 0.5_wp*contacts%normal_force(c)**2/laws%normal_stiffness &
-         + 0.5_wp*laws%shear_stiffness*stretched**2
+      after = stored(laws, contacts%new_gap(c), contacts%normal_force(c) /= 0.0_wp, contacts%bonded(c), stretched)
       work = contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c)) &
          - contacts%shear_force(c)*contacts%slip(c)
       slipped = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
@@ -111,14 +110,15 @@ contains
       end if
    end subroutine book_contact
 
-   !> Spring energy of a contact at a gap and a shear stretch.
-   pure real(wp) function stored(laws, gap, bonded, stretch)
+   !> Spring energy of a contact at a gap and a shear stretch.  With augmented Lagrangian the normal force is
+   !> that of a rigid contact, which stores nothing.
+   pure real(wp) function stored(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws
       real(wp), intent(in) :: gap, stretch
-      logical, intent(in) :: bonded
+      logical, intent(in) :: closed, bonded
 
       stored = 0.5_wp*laws%shear_stiffness*stretch**2
-      if (gap < 0.0_wp .or. bonded) stored = stored + 0.5_wp*laws%normal_stiffness*gap**2
+      if (bonded .or. (closed .and. .not. laws%augmented)) stored = stored + 0.5_wp*laws%normal_stiffness*gap**2
    end function stored
 
    pure real(wp) function contact_energy(contacts, laws) result(sum)
@@ -128,7 +128,7 @@ contains
 
       sum = 0.0_wp
       do c = 1, contacts%n
-         sum = sum + stored(laws, contacts%gap(c), contacts%bonded(c), contacts%stretch(c))
+         sum = sum + stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%bonded(c), contacts%stretch(c))
       end do
    end function contact_energy
 

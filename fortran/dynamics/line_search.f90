@@ -79,7 +79,7 @@ contains
             slipping = dot_product(contacts%shear_v(:, c), system%d(:, i) - system%previous_d(:, i)) &
                - dot_product(contacts%shear_e(:, c), system%d(:, j) - system%previous_d(:, j))
          end associate
-         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c)), &
+         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), contacts%pressure(c)), &
             contacts%new_gap(c) - (1.0_wp - part)*opening, contacts%stretch(c) + contacts%slip(c) - (1.0_wp - part)*slipping)
          slope = slope - response%normal_force*opening + response%shear_force*slipping
       end do

@@ -14,7 +14,7 @@ module dda_open_close
    use dda_solver, only: solver_type, factorise, solve
    implicit none
    private
-   public :: iteration_type, close_contacts
+   public :: iteration_type, close_contacts, solve_assumed, measure_contacts, assumed_normal, assumed_shear
 
 
    !> Settings and outcome of the iteration of one step.
@@ -29,6 +29,7 @@ module dda_open_close
       real(wp) :: residual = 0.0_wp                !< largest force difference, N/m
       real(wp) :: tolerance = 0.0_wp               !< that it had to reach
       integer :: worst = 0                         !< contact with that difference
+      real(wp) :: penetration_tolerance = 0.0_wp   !< m; > 0: augmented Lagrangian, else penalty alone
       type(anderson_type) :: slide_memory          !< of the fixed point of the slide forces
    end type iteration_type
 
@@ -56,7 +57,7 @@ contains
          call ask_contacts(iteration, system%d, contacts, laws)
          if (iteration%residual <= iteration%tolerance) then
             call break_bonds(iteration, contacts, changed)
-            if (changed == 0) return
+            if (changed == 0 .and. tight(iteration, contacts)) return
          end if
          call globalise(iteration, system, contacts, laws)
          call adopt_answers(iteration, contacts, changed)
@@ -105,16 +106,12 @@ contains
       real(wp) :: difference, largest
       integer :: c
 
+      call measure_contacts(contacts, d)
       iteration%residual = 0.0_wp
       iteration%worst = 0
       largest = iteration%weight
       do c = 1, contacts%n
-         associate (d_v => d(:, contacts%block_v(c)), d_e => d(:, contacts%block_e(c)))
-            contacts%new_gap(c) = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d_v) &
-               - dot_product(contacts%normal_e(:, c), d_e)
-            contacts%slip(c) = dot_product(contacts%shear_v(:, c), d_v) - dot_product(contacts%shear_e(:, c), d_e)
-         end associate
-         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c)), &
+         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), contacts%pressure(c)), &
             contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c))
          difference = max(abs(response%normal_force - assumed_normal(contacts, laws, c)), &
             abs(response%shear_force - assumed_shear(contacts, laws, c)))
@@ -131,6 +128,21 @@ contains
       iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
    end subroutine ask_contacts
 
+   !> Gap and slip of all contacts at d.
+   pure subroutine measure_contacts(contacts, d)
+      type(contacts_type), intent(inout) :: contacts
+      real(wp), intent(in) :: d(:,:)
+      integer :: c
+
+      do c = 1, contacts%n
+         associate (d_v => d(:, contacts%block_v(c)), d_e => d(:, contacts%block_e(c)))
+            contacts%new_gap(c) = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d_v) &
+               - dot_product(contacts%normal_e(:, c), d_e)
+            contacts%slip(c) = dot_product(contacts%shear_v(:, c), d_v) - dot_product(contacts%shear_e(:, c), d_e)
+         end associate
+      end do
+   end subroutine measure_contacts
+
    !> Normal force that the solve assumed in contact c.
    pure real(wp) function assumed_normal(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts
@@ -138,7 +150,8 @@ contains
       integer, intent(in) :: c
 
       assumed_normal = 0.0_wp
-      if (contacts%state(c) /= contact_open) assumed_normal = -laws%normal_stiffness*contacts%new_gap(c)
+      if (contacts%state(c) /= contact_open) assumed_normal = contacts%pressure(c) - &
+         laws%normal_stiffness*contacts%new_gap(c)
    end function assumed_normal
 
    !> Shear force that the solve assumed in contact c.
@@ -167,6 +180,25 @@ contains
       end do
       iteration%broken = iteration%broken + broken
    end subroutine break_bonds
+
+   !> Contacts that press neither penetrate nor gape beyond the tolerance, if there is one; else the
+   !> multipliers take over the forces.
+   !>
+   !> Augmented Lagrangian by Uzawa's iteration: the next solve starts from contacts that already press.
+   logical function tight(iteration, contacts)
+      type(iteration_type), intent(in) :: iteration
+      type(contacts_type), intent(inout) :: contacts
+      integer :: c
+
+      tight = .true.
+      if (iteration%penetration_tolerance <= 0.0_wp) return
+      tight = all(abs(contacts%new_gap(:contacts%n)) <= iteration%penetration_tolerance .or. &
+         contacts%state(:contacts%n) == contact_open .or. contacts%bonded(:contacts%n))
+      if (tight) return
+      do c = 1, contacts%n
+         if (.not. contacts%bonded(c)) contacts%pressure(c) = max(0.0_wp, contacts%normal_force(c))
+      end do
+   end function tight
 
    !> Assume what the contacts answered; count the changes that alter the matrix.
    !>

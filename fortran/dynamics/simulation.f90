@@ -7,19 +7,20 @@ module dda_simulation
    use dda_audit, only: open_books, book_geometry, book_step, book_motion
    use dda_blocks, only: blocks_type
    use dda_bonds, only: bond_contacts
-   use dda_contact, only: contacts_type, reserve
+   use dda_contact, only: contacts_type, reserve, contact_open
    use dda_detection, only: detection_type, prepare_detection, detect_contacts
    use dda_energy, only: energy_type
    use dda_friction, only: laws_type, set_laws
    use dda_history, only: history_type, prepare_history, inherit
    use dda_model, only: model_type, half_size, contact_distance
    use dda_neighbours, only: neighbours_type, find_neighbours
-   use dda_newmark, only: carry_velocity, integrate, farthest_move
+   use dda_newmark, only: carry_velocity, integrate, kinetic_energy, farthest_move
    use dda_open_close, only: iteration_type, close_contacts
+   use dda_original_rules, only: close_by_original_rules, lock_touching
    use dda_solver, only: solver_type, choose_solver, analyse
    implicit none
    private
-   public :: simulation_type, start, advance, finished, summary
+   public :: simulation_type, start, advance, finished, summary, set_rates
 
    real(wp), parameter :: search_margin = 1.0_wp   !< of the contact distance, searched beyond need
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< of Δt when adaptive
@@ -77,6 +78,8 @@ contains
       call prepare_system(simulation%system, simulation%blocks%n)
       gravity = norm2(model%control%gravity)
       simulation%iteration%max_iterations = model%contact%max_iterations
+      simulation%iteration%penetration_tolerance = model%contact%penetration_tolerance
+      simulation%laws%augmented = model%contact%penetration_tolerance > 0.0_wp
       simulation%iteration%relative_tolerance = model%contact%force_tolerance
       simulation%iteration%weight = gravity*maxval(simulation%blocks%mass)
       simulation%iteration%noise = 16*epsilon(1.0_wp)*half_size(simulation%blocks)*model%contact%normal_stiffness
@@ -85,9 +88,32 @@ contains
       call reserve(simulation%contacts(2), simulation%blocks%n)
       call find_contacts(simulation)
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
+      if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), half_size(model%blocks))
       call open_books(simulation%energy, simulation%model, simulation%blocks, &
          simulation%contacts(simulation%now), simulation%laws)
    end subroutine start
+
+   !> Set the rates of all blocks; the energy that this brings is input, or part of the first state.
+   subroutine set_rates(simulation, rates, error)
+      type(simulation_type), intent(inout) :: simulation
+      real(wp), intent(in) :: rates(:,:)  !< [6, blocks]
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: gain
+
+      if (.not. all(abs(rates) <= huge(1.0_wp))) then
+         call fail(error, error_input, 'rates must be finite')
+         return
+      end if
+      simulation%blocks%velocity = rates
+      gain = kinetic_energy(simulation%blocks) - simulation%energy%kinetic
+      simulation%energy%kinetic = simulation%energy%kinetic + gain
+      if (simulation%step == 0) then
+         simulation%energy%initial = simulation%energy%initial + gain
+      else
+         simulation%energy%input = simulation%energy%input + gain
+      end if
+      simulation%speed = farthest_move(simulation%blocks, rates)
+   end subroutine set_rates
 
    !> Take one step.
    subroutine advance(simulation, error)
@@ -139,6 +165,9 @@ contains
             contacts%joint(c) = weaker_joint(simulation, contacts%block_v(c), contacts%block_e(c))
          end do
          call inherit(contacts, simulation%contacts(old), simulation%history)
+         contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
+         if (simulation%model%contact%original_rules) &
+            contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
          if (simulation%step > 0) call book_geometry(simulation%energy, simulation%model, simulation%blocks, contacts, &
             simulation%laws, simulation%time)
       end associate
@@ -164,7 +193,12 @@ contains
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
          call assemble_base(simulation%system, simulation%model, simulation%blocks, &
             simulation%time + simulation%time_step, simulation%time_step)
-         call close_contacts(simulation%iteration, simulation%system, simulation%solver, contacts, simulation%laws, error)
+         if (simulation%model%contact%original_rules) then
+            call close_by_original_rules(simulation%iteration, simulation%system, simulation%solver, contacts, &
+               simulation%laws, half_size(simulation%model%blocks), simulation%step == 0, error)
+         else
+            call close_contacts(simulation%iteration, simulation%system, simulation%solver, contacts, simulation%laws, error)
+         end if
       end associate
       simulation%counters%iterations = simulation%counters%iterations + simulation%iteration%iterations
       simulation%counters%most_iterations = max(simulation%counters%most_iterations, simulation%iteration%iterations)

@@ -106,16 +106,20 @@ contains
       type(place_type), intent(in) :: place
       type(contact_settings_type), intent(out) :: settings
       type(error_type), allocatable, intent(inout) :: error
-      real(wp) :: normal_stiffness, shear_ratio, fixed_point_ratio, force_tolerance
+      real(wp) :: normal_stiffness, shear_ratio, fixed_point_ratio, force_tolerance, penetration_tolerance
+      character(len=name_length) :: contact_rules
       integer :: max_iterations
       character(len=256) :: message
       integer :: status
-      namelist /contact/ normal_stiffness, shear_ratio, fixed_point_ratio, force_tolerance, max_iterations
+      namelist /contact/ normal_stiffness, shear_ratio, fixed_point_ratio, force_tolerance, max_iterations, &
+         penetration_tolerance, contact_rules
 
       normal_stiffness = unset
       shear_ratio = settings%shear_ratio
       fixed_point_ratio = settings%fixed_point_ratio
       force_tolerance = settings%force_tolerance
+      contact_rules = 'consistent'
+      penetration_tolerance = settings%penetration_tolerance
       max_iterations = settings%max_iterations
       read (group, nml=contact, iostat=status, iomsg=message)
       if (status /= 0) call complain_of_read(error, place, message)
@@ -127,10 +131,15 @@ contains
       call require_within(error, place, 'shear_ratio', shear_ratio, 1.0e-3_wp, 1.0e6_wp)
       call require_within(error, place, 'fixed_point_ratio', fixed_point_ratio, 1.0e-6_wp, 1.0e6_wp)
       call require_within(error, place, 'force_tolerance', force_tolerance, 1.0e-15_wp, 1.0e-2_wp)
+      call require_within(error, place, 'penetration_tolerance', penetration_tolerance, 0.0_wp, 1.0e3_wp)
       call require_within(error, place, 'max_iterations', real(max_iterations, wp), 2.0_wp, 1.0e4_wp)
       settings%shear_ratio = shear_ratio
       settings%fixed_point_ratio = fixed_point_ratio
       settings%force_tolerance = force_tolerance
+      if (.not. any(contact_rules == [character(len=10) :: 'consistent', 'original'])) call complain(error, place, &
+         'contact_rules = '//quoted(contact_rules)//" must be 'consistent' or 'original'")
+      settings%original_rules = contact_rules == 'original'
+      settings%penetration_tolerance = penetration_tolerance
       settings%max_iterations = max_iterations
    end subroutine read_contact
 

@@ -24,6 +24,8 @@ module dda_settings
       real(wp) :: normal_stiffness = 0.0_wp    !< k_n, N/m per metre of thickness
       real(wp) :: shear_ratio = 2.5_wp         !< k_n / k_s
       real(wp) :: fixed_point_ratio = 100.0_wp !< stiffness of fixed points / k_n
+      real(wp) :: penetration_tolerance = 0.0_wp !< m; > 0: augmented Lagrangian down to it
+      logical :: original_rules = .false.        !< the original DDA's open–close rules, for comparison
       integer :: max_iterations = 200          !< open–close iterations in a step
       real(wp) :: force_tolerance = 1.0e-9_wp  !< of the largest block weight or contact force
    end type contact_settings_type

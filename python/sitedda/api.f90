@@ -13,7 +13,7 @@ module api
    use dda_kinds, only: long
    use dda_model, only: model_type
    use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
-   use dda_simulation, only: summary
+   use dda_simulation, only: summary, set_rates
    use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
    use dda_text_file, only: read_text_file
    use dda_version, only: version
@@ -240,13 +240,7 @@ contains
 
       call find_run(handle, run, error)
       if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
-      if (.not. allocated(error)) then
-         if (all(abs(rates) <= huge(1.0_c_double))) then
-            run%simulation%blocks%velocity = rates
-         else
-            call fail(error, error_input, 'rates must be finite')
-         end if
-      end if
+      if (.not. allocated(error)) call set_rates(run%simulation, rates, error)
       call report(error, status, message)
    end subroutine set_block_states
 

@@ -262,7 +262,7 @@ def changed_input(text: str, changes: dict) -> str:
     A change is ``variable=value`` for the groups that appear once, or
     ``group={variable: value, …}`` for every group of that name.
     """
-    parsed = f90nml.Parser().reads(text)
+    parsed = f90nml.Parser().reads(text.removeprefix("\ufeff"))
     once = ("run", "control", "contact", "output")
     homes = {
         "title": "run",

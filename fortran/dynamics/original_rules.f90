@@ -1,0 +1,133 @@
+!> The original DDA's open–close rules, for comparison (`contact_rules = 'original'`).
+!>
+!> As the lineage of Shi's code applies them: an open contact closes only past a dead band, at full
+!> stiffness; changes between slip and stick do not count for convergence; friction while sliding is that
+!> of the iteration before.  What the dead band creates appears in the audit as a negative algorithmic
+!> loss.
+module dda_original_rules
+   use dda_kinds, only: wp
+   use dda_assembly, only: system_type
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_errors, only: error_type, error_convergence, fail
+   use dda_friction, only: laws_type, law_type, law_of
+   use dda_open_close, only: iteration_type, solve_assumed, measure_contacts, assumed_normal, assumed_shear
+   use dda_solver, only: solver_type
+   implicit none
+   private
+   public :: close_by_original_rules, lock_touching
+
+   integer, parameter :: most_iterations = 8
+   real(wp), parameter :: close_band = 2.0e-4_wp     !< s0, of half the model size
+   real(wp), parameter :: open_band = 2.0e-7_wp      !< f0
+   real(wp), parameter :: reversal_band = 1.0e-7_wp  !< of half the model size
+   real(wp), parameter :: least_friction = 0.0157_wp !< tan 0.9°: below it a slide never sticks again
+
+contains
+
+   !> Iterate until no contact opens or closes.
+   subroutine close_by_original_rules(iteration, system, solver, contacts, laws, half_size, first_step, error)
+      type(iteration_type), intent(inout) :: iteration
+      type(system_type), intent(inout) :: system
+      type(solver_type), intent(inout) :: solver
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in) :: half_size    !< w0, m
+      logical, intent(in) :: first_step    !< of the run: one iteration is never enough
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i, c, switched
+
+      iteration%changes = 0
+      iteration%broken = 0
+      do i = 1, most_iterations
+         iteration%iterations = i
+         call solve_assumed(system, solver, contacts, laws, .true., error)
+         if (allocated(error)) return
+         call measure_contacts(contacts, system%d)
+         do c = 1, contacts%n
+            contacts%normal_force(c) = assumed_normal(contacts, laws, c)
+            contacts%shear_force(c) = assumed_shear(contacts, laws, c)
+            contacts%answer(c) = next_state(contacts, laws, half_size, c)
+         end do
+         switched = count((contacts%answer(:contacts%n) == contact_open) &
+            .neqv. (contacts%state(:contacts%n) == contact_open))
+         iteration%changes = iteration%changes + switched
+         if (switched == 0 .and. .not. (first_step .and. i == 1)) then
+            call lose_bonds(iteration, contacts)
+            call adopt(contacts, laws)
+            return
+         end if
+         call adopt(contacts, laws)
+      end do
+      call fail(error, error_convergence, 'the open–close iteration does not converge by the original rules')
+   end subroutine close_by_original_rules
+
+   !> Contacts in touch at the start of a run are locked.
+   pure subroutine lock_touching(contacts, half_size)
+      type(contacts_type), intent(inout) :: contacts
+      real(wp), intent(in) :: half_size
+
+      where (contacts%gap(:contacts%n) <= open_band*half_size) contacts%state(:contacts%n) = contact_stick
+      contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
+   end subroutine lock_touching
+
+   !> The transition table.
+   pure integer function next_state(contacts, laws, half_size, c) result(next)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in) :: half_size
+      integer, intent(in) :: c
+      type(law_type) :: law
+      real(wp) :: gap, offset, friction
+
+      law = law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), 0.0_wp)
+      gap = contacts%new_gap(c)
+      offset = contacts%stretch(c) + contacts%slip(c)
+      friction = merge(law%friction, 0.0_wp, gap <= 0.0_wp)
+      next = contact_open
+      if (contacts%state(c) == contact_open) then
+         if (gap > -close_band*half_size) return
+         next = merge(contact_stick, contact_slide, abs(offset) < abs(gap)*law%friction)
+      else if (gap > law%tension_force/law%normal_stiffness + open_band*half_size) then
+         return
+      else if (contacts%state(c) == contact_stick) then
+         next = merge(contact_stick, contact_slide, abs(gap)*friction + law%cohesion_force/law%normal_stiffness &
+            > abs(offset)*law%shear_stiffness/law%normal_stiffness)
+      else
+         next = contact_slide
+         if (sign(1.0_wp, contacts%slide_force(c))*contacts%slip(c) < -reversal_band*half_size &
+            .and. law%friction > least_friction) next = contact_stick
+      end if
+   end function next_state
+
+   !> Take over the states; the friction of the next iteration comes from this one's normal force.
+   pure subroutine adopt(contacts, laws)
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      type(law_type) :: law
+      integer :: c
+
+      do c = 1, contacts%n
+         if (contacts%answer(c) == contact_slide) then
+            law = law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), 0.0_wp)
+            contacts%slide_force(c) = sign(law%normal_stiffness*abs(contacts%new_gap(c))*law%friction &
+               + law%cohesion_force, merge(contacts%slide_force(c), contacts%stretch(c) + contacts%slip(c), &
+               contacts%state(c) == contact_slide))
+         end if
+         contacts%state(c) = contacts%answer(c)
+      end do
+   end subroutine adopt
+
+   !> Cohesion and tension are lost for good the first time a step ends otherwise than stuck.
+   pure subroutine lose_bonds(iteration, contacts)
+      type(iteration_type), intent(inout) :: iteration
+      type(contacts_type), intent(inout) :: contacts
+      integer :: c
+
+      do c = 1, contacts%n
+         if (.not. contacts%bonded(c) .or. contacts%answer(c) == contact_stick) cycle
+         contacts%bonded(c) = .false.
+         iteration%broken = iteration%broken + 1
+      end do
+   end subroutine lose_bonds
+
+end module dda_original_rules
