@@ -13,9 +13,14 @@ module dda_block_matrix
       integer :: n = 0                         !< block rows
       integer, allocatable :: row_start(:)     !< [n+1] first lower entry of each row
       integer, allocatable :: column(:)        !< [entries] column < row, ascending in a row
+      integer, allocatable :: below_start(:)   !< [n+1] first of the entries below the diagonal in each column
+      integer, allocatable :: below_row(:)     !< [entries] their rows
+      integer, allocatable :: below_entry(:)   !< [entries] their place in `lower`
       real(wp), allocatable :: diagonal(:,:,:) !< [6,6,n]
       real(wp), allocatable :: lower(:,:,:)    !< [6,6,entries] block (row, column)
    end type block_matrix_type
+
+   integer, parameter :: parallel_from = 500   !< block rows from which threads repay their start
 
 contains
 
@@ -46,7 +51,37 @@ contains
       if (allocated(matrix%diagonal)) deallocate (matrix%diagonal)
       if (allocated(matrix%lower)) deallocate (matrix%lower)
       allocate (matrix%diagonal(6, 6, n), matrix%lower(6, 6, entries), source=0.0_wp)
+      call list_columns(matrix)
    end subroutine set_pattern
+
+   !> The same entries seen by columns.
+   pure subroutine list_columns(matrix)
+      type(block_matrix_type), intent(inout) :: matrix
+      integer, allocatable :: start(:), row_of(:), entry(:), next(:)
+      integer :: row, k, column
+
+      allocate (start(matrix%n + 1), source=0)
+      allocate (row_of(size(matrix%column)), entry(size(matrix%column)))
+      do k = 1, size(matrix%column)
+         start(matrix%column(k) + 1) = start(matrix%column(k) + 1) + 1
+      end do
+      start(1) = 1
+      do column = 1, matrix%n
+         start(column + 1) = start(column) + start(column + 1)
+      end do
+      next = start
+      do row = 1, matrix%n
+         do k = matrix%row_start(row), matrix%row_start(row + 1) - 1
+            column = matrix%column(k)
+            row_of(next(column)) = row
+            entry(next(column)) = k
+            next(column) = next(column) + 1
+         end do
+      end do
+      call move_alloc(start, matrix%below_start)
+      call move_alloc(row_of, matrix%below_row)
+      call move_alloc(entry, matrix%below_entry)
+   end subroutine list_columns
 
    !> Put each pair's column into its row's stretch.
    pure subroutine scatter_pairs(row_start, pairs, column)
@@ -133,22 +168,52 @@ contains
       end do
    end function entry_of
 
-   !> y = K x.
-   pure subroutine multiply(matrix, x, y)
+   !> y = K x, gathered row by row: no two threads write the same row, whatever their number.
+   subroutine multiply(matrix, x, y)
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: x(6, matrix%n)
       real(wp), intent(out) :: y(6, matrix%n)
-      integer :: i, e
+      integer :: i, k
+      real(wp) :: row(6)
 
+      !$omp parallel do private(row, k) schedule(static) if (matrix%n >= parallel_from)
       do i = 1, matrix%n
-         y(:, i) = matmul(matrix%diagonal(:, :, i), x(:, i))
-      end do
-      do i = 1, matrix%n
-         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            y(:, i) = y(:, i) + matmul(matrix%lower(:, :, e), x(:, matrix%column(e)))
-            y(:, matrix%column(e)) = y(:, matrix%column(e)) + matmul(x(:, i), matrix%lower(:, :, e))
+         call multiply_block(matrix%diagonal(:, :, i), x(:, i), row)
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            call add_product(matrix%lower(:, :, k), x(:, matrix%column(k)), row)
          end do
+         do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
+            call add_transposed_product(matrix%lower(:, :, matrix%below_entry(k)), x(:, matrix%below_row(k)), row)
+         end do
+         y(:, i) = row
       end do
    end subroutine multiply
+
+   !> row = B x
+   pure subroutine multiply_block(b, x, row)
+      real(wp), intent(in) :: b(6, 6), x(6)
+      real(wp), intent(out) :: row(6)
+
+      row = b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) + b(:, 6)*x(6)
+   end subroutine multiply_block
+
+   !> row += B x
+   pure subroutine add_product(b, x, row)
+      real(wp), intent(in) :: b(6, 6), x(6)
+      real(wp), intent(inout) :: row(6)
+
+      row = row + (b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) + b(:, 6)*x(6))
+   end subroutine add_product
+
+   !> row += Bᵀ x
+   pure subroutine add_transposed_product(b, x, row)
+      real(wp), intent(in) :: b(6, 6), x(6)
+      real(wp), intent(inout) :: row(6)
+      integer :: j
+
+      do j = 1, 6
+         row(j) = row(j) + (b(1, j)*x(1) + b(2, j)*x(2) + b(3, j)*x(3) + b(4, j)*x(4) + b(5, j)*x(5) + b(6, j)*x(6))
+      end do
+   end subroutine add_transposed_product
 
 end module dda_block_matrix

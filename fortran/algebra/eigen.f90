@@ -285,7 +285,7 @@ contains
       class(shifted_inverse_type), intent(inout) :: self
       real(wp), intent(in) :: x(:)
       real(wp), intent(out) :: y(:)
-      real(wp), allocatable :: clean(:)
+      real(wp) :: clean(size(x))
 
       clean = x
       call project_out(self%deflation, clean)

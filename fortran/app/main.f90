@@ -3,11 +3,12 @@ program sitedda_native
    use, intrinsic :: iso_fortran_env, only: error_unit
    use dda_kinds, only: long
    use dda_arguments, only: arguments_type, read_arguments, usage
-   use dda_errors, only: error_type
+   use dda_errors, only: error_type, error_interrupted, fail
    use dda_input, only: read_model_file
    use dda_model, only: model_type
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
+   use dda_signals, only: watch_signals, stop_requested
    use dda_simulation, only: summary
    use dda_site_response, only: amplification_peak, peak_text
    use dda_spectrum, only: peak_type
@@ -58,10 +59,15 @@ contains
       integer(long), parameter :: chunk = 100
       type(progress_type) :: progress
 
+      call watch_signals
       call start_progress(progress, quiet)
       do while (.not. is_done(run))
          call continue_run(run, chunk, error)
          if (allocated(error)) return
+         if (stop_requested() .and. .not. is_done(run)) then
+            call fail(error, error_interrupted, 'interrupted; the results so far are in '//run%output%dataset%file)
+            return
+         end if
          associate (control => run%simulation%model%control)
             call show_progress(progress, run%simulation%time, control%steps*control%time_step)
          end associate

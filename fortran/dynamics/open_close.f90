@@ -11,7 +11,7 @@ module dda_open_close
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_friction, only: laws_type, response_type, law_of, respond
    use dda_line_search, only: descend
-   use dda_solver, only: solver_type, factorise, solve
+   use dda_solver, only: solver_type, renew, solve
    implicit none
    private
    public :: iteration_type, close_contacts, solve_assumed, measure_contacts, assumed_normal, assumed_shear
@@ -49,10 +49,10 @@ contains
       iteration%changes = 0
       iteration%broken = 0
       call forget(iteration%slide_memory)
-      changed = 1
+      changed = 0
       do i = 1, iteration%max_iterations
          iteration%iterations = i
-         call solve_assumed(system, solver, contacts, laws, changed > 0, error)
+         call solve_assumed(system, solver, contacts, laws, i == 1 .or. changed > 0, changed, error)
          if (allocated(error)) return
          call ask_contacts(iteration, system%d, contacts, laws)
          if (iteration%residual <= iteration%tolerance) then
@@ -81,19 +81,20 @@ contains
    end subroutine globalise
 
    !> Solve for d with the contacts in their assumed states.
-   subroutine solve_assumed(system, solver, contacts, laws, new_matrix, error)
+   subroutine solve_assumed(system, solver, contacts, laws, new_matrix, changes, error)
       type(system_type), intent(inout) :: system
       type(solver_type), intent(inout) :: solver
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       logical, intent(in) :: new_matrix  !< .false. if only slide forces changed since the last solve
+      integer, intent(in) :: changes     !< springs changed since the last solve
       type(error_type), allocatable, intent(out) :: error
 
       call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, new_matrix)
-      if (new_matrix) call factorise(solver, system%matrix, error)
+      if (new_matrix) call renew(solver, system%matrix, system%base, changes, error)
       if (allocated(error)) return
       system%previous_d = system%d
-      call solve(solver, system%rhs, system%d, error)
+      call solve(solver, system%matrix, system%rhs, system%d, error)
    end subroutine solve_assumed
 
    !> What each contact answers to d, and how far that is from what was assumed.

@@ -40,7 +40,7 @@ contains
       iteration%broken = 0
       do i = 1, most_iterations
          iteration%iterations = i
-         call solve_assumed(system, solver, contacts, laws, .true., error)
+         call solve_assumed(system, solver, contacts, laws, .true., 0, error)
          if (allocated(error)) return
          call measure_contacts(contacts, system%d)
          do c = 1, contacts%n

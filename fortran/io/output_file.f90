@@ -64,11 +64,25 @@ contains
       output%dataset%file = file//partial
       points = size(simulation%model%points)
       allocate (output%time_buffer(buffered), output%sample(buffered, per_sample), output%point(2, points, buffered, 3))
+      call check_folder(file, error)
+      if (allocated(error)) return
       call checked(output%dataset, nf90_create(output%dataset%file, ior(nf90_netcdf4, nf90_clobber), output%dataset%id), &
          'create the file')
       call define_file(output, simulation)
       if (allocated(output%dataset%error)) error = output%dataset%error
    end subroutine open_output
+
+   !> The folder must be there; what netCDF says of a missing one misleads.
+   subroutine check_folder(file, error)
+      character(len=*), intent(in) :: file
+      type(error_type), allocatable, intent(out) :: error
+      logical :: exists
+
+      if (index(file, '/') == 0) return
+      inquire (file=file(:index(file, '/', back=.true.))//'.', exist=exists)
+      if (.not. exists) call fail(error, error_file, file//': the folder '//file(:index(file, '/', back=.true.))// &
+         ' does not exist')
+   end subroutine check_folder
 
    subroutine define_file(output, simulation)
       type(output_type), intent(inout) :: output

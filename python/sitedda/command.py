@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import ast
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 from tqdm import tqdm
@@ -61,11 +62,15 @@ def _assignment(text: str):
 
 def _run(options: argparse.Namespace) -> int:
     look = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}]"
-    with tqdm(total=1.0, disable=options.quiet, bar_format=look) as bar:
+    with ExitStack() as stack:
+        bars = []
 
         def show(simulation: Simulation) -> None:
-            bar.total = simulation.duration
-            bar.update(simulation.time - bar.n)
+            if not bars:
+                total = simulation.duration
+                bar = tqdm(total=total, disable=options.quiet, bar_format=look)
+                bars.append(stack.enter_context(bar))
+            bars[0].update(simulation.time - bars[0].n)
 
         result = run(options.file, options.output or True, show, **dict(options.set))
     print(result.summary)

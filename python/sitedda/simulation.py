@@ -5,8 +5,10 @@ from __future__ import annotations
 import io
 import os
 import tempfile
+import threading
 import weakref
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import f90nml
@@ -14,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from ._core import api
-from .errors import InputError, SiteddaError
+from .errors import InputError, OutputError, SiteddaError
 
 _ENERGY_NAMES = (
     "kinetic",
@@ -32,6 +34,7 @@ _ENERGY_NAMES = (
     "balance",
 )
 _CHUNK = 200  # steps between looks at the keyboard
+_FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
 
 def _checked(*result):
@@ -68,21 +71,20 @@ class Simulation:
 
     def __init__(self, file, output=None, **changes):
         file = Path(file)
-        try:
-            text = file.read_bytes().decode("utf-8", "surrogateescape")
-        except OSError as trouble:
-            raise InputError(f"{file}: {trouble.strerror}") from trouble
+        text = _checked_input(file)
         if changes:
             text = changed_input(text, changes)
         target = b"" if output in (None, True) else os.fsencode(output)
-        self._handle = _checked(
-            *api.open_run(
-                os.fsencode(file),
-                text.encode("utf-8", "surrogateescape"),
-                target,
-                0 if output is None else 1,
+        self._writes = output is not None
+        with _FILES:
+            self._handle = _checked(
+                *api.open_run(
+                    os.fsencode(file),
+                    text.encode("utf-8", "surrogateescape"),
+                    target,
+                    int(self._writes),
+                )
             )
-        )
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
         self.done = False
@@ -108,13 +110,15 @@ class Simulation:
         ConvergenceError
             If a step does not close; the message names step, contact and blocks.
         """
-        done = _checked(*api.advance_run(self._handle, steps))
+        with _FILES if self._writes else nullcontext():
+            done = _checked(*api.advance_run(self._handle, steps))
         self.done = bool(done)
         return self.done
 
     def finish(self) -> Path | None:
         """Close the output file, if one is written, and return where it is."""
-        _checked(*api.finish_run(self._handle))
+        with _FILES:
+            _checked(*api.finish_run(self._handle))
         return self.output
 
     @property
@@ -229,6 +233,16 @@ class Simulation:
         return np.transpose(_checked(*api.point_motions(self._handle, self._sizes()[2])), (2, 1, 0))
 
 
+def _checked_input(file: Path) -> str:
+    """The text of an input file; errors in the words of the native executable."""
+    try:
+        return file.read_bytes().decode("utf-8", "surrogateescape")
+    except FileNotFoundError as trouble:
+        raise InputError(f"{file}: there is no such file") from trouble
+    except OSError as trouble:
+        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+
+
 class Run:
     """A run that has ended.
 
@@ -325,7 +339,7 @@ def run(
             summary = simulation.summary
         if not complete:
             where = where.with_name(where.name + ".partial")
-        with xr.open_dataset(where, engine="netcdf4") as dataset:
+        with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
             history = dataset.load()
     return Run(history, complete, None if output is None else where, summary)
 

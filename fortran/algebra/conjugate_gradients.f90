@@ -1,0 +1,112 @@
+!> Preconditioned conjugate gradients on 6×6 blocks.
+!>
+!> The preconditioner is an object that answers z = P⁻¹ r: the inverse diagonal blocks, or an older
+!> Cholesky factor in single precision.
+module dda_conjugate_gradients
+   use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type, multiply
+   use dda_ordered_sums, only: inner_product
+   implicit none
+   private
+   public :: preconditioner_type, workspace_type, make_workspace, iterate_to_solution
+
+   !> Something that is nearly the inverse of the matrix.
+   type, abstract :: preconditioner_type
+   contains
+      procedure(apply_type), deferred :: apply
+   end type preconditioner_type
+
+   abstract interface
+      !> z = P⁻¹ r
+      subroutine apply_type(self, n, r, z)
+         import :: preconditioner_type, wp
+         class(preconditioner_type), intent(inout) :: self
+         integer, intent(in) :: n
+         real(wp), intent(in) :: r(6, n)
+         real(wp), intent(out) :: z(6, n)
+      end subroutine apply_type
+   end interface
+
+   !> Vectors of the iteration.
+   type :: workspace_type
+      real(wp), allocatable :: r(:,:), z(:,:), p(:,:), q(:,:)   !< [6,n]
+   end type workspace_type
+
+contains
+
+   subroutine make_workspace(work, n)
+      type(workspace_type), intent(out) :: work
+      integer, intent(in) :: n
+
+      allocate (work%r(6, n), work%z(6, n), work%p(6, n), work%q(6, n), source=0.0_wp)
+   end subroutine make_workspace
+
+   !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·‖b‖.
+   subroutine iterate_to_solution(matrix, preconditioner, b, x, tolerance, most, work, iterations, residual)
+      type(block_matrix_type), intent(in) :: matrix
+      class(preconditioner_type), intent(inout) :: preconditioner
+      real(wp), intent(in) :: b(6, matrix%n)
+      real(wp), intent(inout) :: x(6, matrix%n)
+      real(wp), intent(in) :: tolerance
+      integer, intent(in) :: most                !< iterations
+      type(workspace_type), intent(inout) :: work
+      integer, intent(out) :: iterations
+      real(wp), intent(out) :: residual          !< ‖r‖/‖b‖ reached
+      real(wp) :: wanted, size_of_b, slope, old_slope, length
+      integer :: n
+
+      n = matrix%n
+      iterations = 0
+      residual = 0.0_wp
+      size_of_b = sqrt(inner_product(n, b, b))
+      if (.not. size_of_b > 0.0_wp) then
+         x = 0.0_wp
+         return
+      end if
+      wanted = tolerance*size_of_b
+      call multiply(matrix, x, work%q)
+      call difference(n, b, work%q, work%r)
+      slope = 1.0_wp
+      do
+         residual = sqrt(inner_product(n, work%r, work%r))
+         if (residual <= wanted .or. iterations == most .or. .not. residual <= huge(1.0_wp)) exit
+         call preconditioner%apply(n, work%r, work%z)
+         old_slope = slope
+         slope = inner_product(n, work%r, work%z)
+         call turn(n, work%z, merge(0.0_wp, slope/old_slope, iterations == 0), work%p)
+         call multiply(matrix, work%p, work%q)
+         length = slope/inner_product(n, work%p, work%q)
+         call advance(n, length, work%p, work%q, x, work%r)
+         iterations = iterations + 1
+      end do
+      residual = residual/size_of_b
+   end subroutine iterate_to_solution
+
+   pure subroutine difference(n, a, b, c)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: a(6, n), b(6, n)
+      real(wp), intent(out) :: c(6, n)
+
+      c = a - b
+   end subroutine difference
+
+   !> p = z + share·p
+   pure subroutine turn(n, z, share, p)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: z(6, n), share
+      real(wp), intent(inout) :: p(6, n)
+
+      p = z + share*p
+   end subroutine turn
+
+   !> x += length·p, r −= length·q
+   pure subroutine advance(n, length, p, q, x, r)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: length, p(6, n), q(6, n)
+      real(wp), intent(inout) :: x(6, n), r(6, n)
+
+      x = x + length*p
+      r = r - length*q
+   end subroutine advance
+
+end module dda_conjugate_gradients

@@ -1,0 +1,31 @@
+!> Symmetric positive definite 6×6 matrices.
+module dda_small_matrix
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: invert
+
+contains
+
+   !> Inverse by Gauss–Jordan elimination in place; definite, so no pivoting is needed.
+   pure subroutine invert(matrix, inverse)
+      real(wp), intent(in) :: matrix(6, 6)
+      real(wp), intent(out) :: inverse(6, 6)
+      real(wp) :: pivot, factor(6)
+      integer :: k, j
+
+      inverse = matrix
+      do k = 1, 6
+         pivot = 1.0_wp/inverse(k, k)
+         factor = inverse(:, k)
+         factor(k) = 0.0_wp
+         inverse(:, k) = 0.0_wp
+         inverse(k, k) = 1.0_wp
+         inverse(k, :) = pivot*inverse(k, :)
+         do j = 1, 6
+            inverse(:, j) = inverse(:, j) - factor*inverse(k, j)
+         end do
+      end do
+   end subroutine invert
+
+end module dda_small_matrix

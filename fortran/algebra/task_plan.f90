@@ -1,0 +1,112 @@
+!> Sharing the fronts of a tree between threads, by the pattern only.
+!>
+!> Whole subtrees are bound into tasks that need nothing from one another; the fronts above them
+!> form the top, where all threads work on one front together.  The division must not know the
+!> number of threads: sums then run in the same order, and results agree to the last bit.
+module dda_task_plan
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: task_plan_type, plan_tasks
+
+   !> Which fronts a thread may take alone, and which need all.
+   type :: task_plan_type
+      integer :: tasks = 0               !< independent stretches of fronts
+      integer, allocatable :: first(:)   !< [tasks] first front of each, the costliest task first
+      integer, allocatable :: last(:)    !< [tasks] last front of each
+      integer, allocatable :: top(:)     !< [any] fronts above the tasks, in postorder
+      logical, allocatable :: in_top(:)  !< [fronts]
+      logical :: is_shared = .false.     !< is there work for more than one thread?
+   end type task_plan_type
+
+   !> Cost below which threads do not gain, in the unit of `front_cost` (about 10 ns).
+   real(wp), parameter :: worth_sharing = 5.0e4_wp
+   !> A task is at most this part of the whole.
+   real(wp), parameter :: largest_share = 1.0_wp/12.0_wp
+
+contains
+
+   !> Cut the tree where subtrees become too heavy for one task.
+   pure subroutine plan_tasks(parent, cost, plan)
+      integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
+      real(wp), intent(in) :: cost(:)   !< [fronts]
+      type(task_plan_type), intent(out) :: plan
+      real(wp) :: subtree(size(cost)), limit
+      integer :: front
+
+      subtree = cost
+      do front = 1, size(cost)
+         if (parent(front) > 0) subtree(parent(front)) = subtree(parent(front)) + subtree(front)
+      end do
+      limit = huge(limit)
+      plan%is_shared = sum(cost) >= worth_sharing
+      if (plan%is_shared) limit = largest_share*sum(cost)
+      plan%in_top = subtree > limit
+      plan%top = pack([(front, front=1, size(cost))], plan%in_top)
+      call bind_tasks(parent, subtree, limit, plan)
+   end subroutine plan_tasks
+
+   !> Bind neighbouring subtrees below the top into tasks, up to the limit.
+   pure subroutine bind_tasks(parent, subtree, limit, plan)
+      integer, intent(in) :: parent(:)
+      real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
+      real(wp), intent(in) :: limit       !< most that a task may cost
+      type(task_plan_type), intent(inout) :: plan
+      integer :: first(size(parent)), last(size(parent)), front, begin
+      real(wp) :: load(size(parent))
+      logical :: open  ! the last task reaches up to the front before `begin`
+
+      begin = 1
+      open = .false.
+      do front = 1, size(parent)
+         if (plan%in_top(front)) then
+            begin = front + 1
+            open = .false.
+         else if (is_task_root(front)) then
+            if (open) open = load(plan%tasks) + subtree(front) <= limit
+            if (.not. open) then
+               plan%tasks = plan%tasks + 1
+               first(plan%tasks) = begin
+               load(plan%tasks) = 0.0_wp
+            end if
+            open = .true.
+            last(plan%tasks) = front
+            load(plan%tasks) = load(plan%tasks) + subtree(front)
+            begin = front + 1
+         end if
+      end do
+      plan%first = first(:plan%tasks)
+      plan%last = last(:plan%tasks)
+      call costliest_first(load(:plan%tasks), plan)
+
+   contains
+
+      pure logical function is_task_root(front)
+         integer, intent(in) :: front
+
+         is_task_root = parent(front) == 0
+         if (.not. is_task_root) is_task_root = plan%in_top(parent(front))
+      end function is_task_root
+
+   end subroutine bind_tasks
+
+   !> Threads that take the costliest tasks first end together.  Insertion sort: tasks are few.
+   pure subroutine costliest_first(load, plan)
+      real(wp), intent(in) :: load(:)
+      type(task_plan_type), intent(inout) :: plan
+      integer :: order(size(load)), i, j
+
+      do i = 1, size(load)
+         j = i
+         do while (j > 1)
+            if (load(order(j - 1)) >= load(i)) exit
+            order(j) = order(j - 1)
+            j = j - 1
+         end do
+         order(j) = i
+      end do
+      plan%first = plan%first(order)
+      plan%last = plan%last(order)
+   end subroutine costliest_first
+
+end module dda_task_plan

@@ -1,0 +1,223 @@
+!> The inverse questions: which time step gives a wanted damping, which penalty a wanted first frequency.
+module dda_advice
+   use dda_kinds, only: wp, pi
+   use dda_eigen, only: eigenpairs_type
+   use dda_errors, only: error_type, error_input, error_solver, fail
+   use dda_linear_model, only: linear_model_type, set_constants
+   use dda_modes, only: find_elastic
+   use dda_scheme, only: step_for_damping, forced_damping
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: penalty_type, time_step_for, damping_at, first_frequency, stiff_limit, penalty_for_frequency, penalty_for_shift
+
+   !> A normal stiffness and what it gives.
+   type :: penalty_type
+      logical :: found = .false.
+      real(wp) :: normal_stiffness = 0.0_wp  !< k_n, N/m per metre of thickness; others keep their ratios to it
+      real(wp) :: frequency = 0.0_wp         !< first frequency with it, Hz
+      real(wp) :: target = 0.0_wp            !< wanted, Hz
+      real(wp) :: limit = 0.0_wp             !< first frequency for k → ∞, Hz
+      integer :: solves = 0                  !< eigenvalue problems
+      character(len=:), allocatable :: words
+   end type penalty_type
+
+   real(wp), parameter :: close_enough = 1.0e-9_wp  !< of the target frequency
+
+contains
+
+   !> Δt, s, for a damping ratio at a frequency: 2 atan(2ζ)/ω.
+   elemental real(wp) function time_step_for(ratio, frequency)
+      real(wp), intent(in) :: ratio      !< ζ
+      real(wp), intent(in) :: frequency  !< Hz
+
+      time_step_for = step_for_damping(ratio, 2.0_wp*pi*frequency)
+   end function time_step_for
+
+   !> Damping ratio of the scheme in steady motion at a frequency: tan(ωΔt/2)/2.
+   elemental real(wp) function damping_at(frequency, time_step)
+      real(wp), intent(in) :: frequency  !< Hz
+      real(wp), intent(in) :: time_step  !< s
+
+      damping_at = forced_damping(2.0_wp*pi*frequency, time_step)
+   end function damping_at
+
+   !> First frequency with stiffness, Hz, at a penalty; all springs and fixed points scale with it.
+   subroutine first_frequency(linear, normal_stiffness, frequency, error)
+      type(linear_model_type), intent(inout) :: linear
+      real(wp), intent(in) :: normal_stiffness  !< N/m per metre of thickness
+      real(wp), intent(out) :: frequency
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: pairs
+      integer :: rigid, mechanisms
+
+      frequency = 0.0_wp
+      call set_constants(linear, normal_stiffness)
+      call find_elastic(linear, 1, pairs, rigid, mechanisms, error)
+      if (allocated(error)) return
+      if (pairs%n == 0) then
+         call fail(error, error_input, 'the model has no mode with stiffness')
+      else if (linear%springs%n == 0) then
+         call fail(error, error_input, 'no contact is closed and nothing is fixed: the penalty has no effect')
+      else
+         frequency = sqrt(pairs%value(1))/(2.0_wp*pi)
+      end if
+   end subroutine first_frequency
+
+   !> First frequency of the same blocks for k → ∞, Hz.  Joint compliance adds to 1/f² almost in
+   !> proportion to 1/k: three stiff penalties and a parabola through them.
+   subroutine stiff_limit(linear, frequency, error)
+      type(linear_model_type), intent(inout) :: linear
+      real(wp), intent(out) :: frequency
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: stiffest = 1.0e3_wp  !< of the modulus of the blocks × 1 m
+      real(wp) :: f(3), softness(3)
+      integer :: i
+
+      frequency = 0.0_wp
+      do i = 1, 3
+         call first_frequency(linear, stiffest*linear%modulus/i, f(i), error)
+         if (allocated(error)) return
+      end do
+      softness = 1.0_wp/f**2
+      frequency = 1.0_wp/sqrt(3.0_wp*softness(1) - 3.0_wp*softness(2) + softness(3))
+   end subroutine stiff_limit
+
+   !> The penalty that keeps the first frequency within a percentage of its limit for k → ∞, or of a
+   !> given frequency.
+   subroutine penalty_for_shift(linear, percent, penalty, error, reference)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: percent                 !< above 0, below 100
+      type(penalty_type), intent(out) :: penalty
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: reference     !< Hz; default: the limit
+      type(linear_model_type) :: work
+      real(wp) :: from
+
+      if (.not. (percent > 0.0_wp .and. percent < 100.0_wp)) then
+         call fail(error, error_input, 'a shift of '//to_text(percent)//' % is not between 0 and 100')
+         return
+      end if
+      if (present(reference)) then
+         from = reference
+      else
+         work = linear
+         call stiff_limit(work, from, error)
+         if (allocated(error)) return
+      end if
+      call penalty_for_frequency(linear, (1.0_wp - 0.01_wp*percent)*from, penalty, error)
+   end subroutine penalty_for_shift
+
+   !> The penalty that makes the first frequency match a target (the paper's Avdat calibration, §3.2).
+   subroutine penalty_for_frequency(linear, target, penalty, error)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: target  !< Hz
+      type(penalty_type), intent(out) :: penalty
+      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type) :: work
+
+      if (.not. target > 0.0_wp) then
+         call fail(error, error_input, 'a target frequency of '//to_text(target)//' Hz is not positive')
+         return
+      end if
+      work = linear
+      penalty%target = target
+      call stiff_limit(work, penalty%limit, error)
+      if (allocated(error)) return
+      penalty%solves = 3
+      if (target >= penalty%limit) then
+         penalty%words = 'no penalty gives '//to_text(target)//' Hz: even rigid joints leave the first frequency at '// &
+            to_text(penalty%limit)//' Hz; the blocks themselves are too soft or too heavy'
+         return
+      end if
+      call find_root(work, linear%constants(1), penalty, error)
+      if (allocated(error)) return
+      if (penalty%found) then
+         penalty%words = 'normal_stiffness = '//to_text(penalty%normal_stiffness)//' gives a first frequency of '// &
+            to_text(penalty%frequency)//' Hz ('//to_text(penalty%limit)//' Hz with rigid joints)'
+      else
+         penalty%words = 'no penalty gives '//to_text(target)//' Hz: the first frequency does not follow the penalty'
+      end if
+   end subroutine penalty_for_frequency
+
+   !> Root of 1/f² − 1/target² over s = 1/k, where it is almost a straight line: bracket, then regula
+   !> falsi with the Illinois weight.
+   subroutine find_root(work, first_guess, penalty, error)
+      type(linear_model_type), intent(inout) :: work
+      real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
+      type(penalty_type), intent(inout) :: penalty
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: s(2), g(2), new_s, new_g
+      integer :: i, last
+      logical :: bracketed
+
+      call bracket_root(work, first_guess, penalty, s, g, bracketed, error)
+      if (allocated(error) .or. .not. bracketed) return
+      last = 0
+      do i = 1, 60
+         new_s = (s(1)*g(2) - s(2)*g(1))/(g(2) - g(1))
+         call miss(work, new_s, penalty, new_g, error)
+         if (allocated(error)) return
+         if (abs(new_g) <= 2.0_wp*close_enough/penalty%target**2) exit
+         if (new_g < 0.0_wp) then
+            if (last == 1) g(2) = 0.5_wp*g(2)
+            s(1) = new_s
+            g(1) = new_g
+            last = 1
+         else
+            if (last == 2) g(1) = 0.5_wp*g(1)
+            s(2) = new_s
+            g(2) = new_g
+            last = 2
+         end if
+      end do
+      penalty%normal_stiffness = 1.0_wp/new_s
+      penalty%found = abs(penalty%frequency/penalty%target - 1.0_wp) < 1.0e-6_wp
+      if (.not. penalty%found) call fail(error, error_solver, 'the search for a penalty that gives '// &
+         to_text(penalty%target)//' Hz has stopped at '//to_text(penalty%frequency)//' Hz')
+   end subroutine find_root
+
+   !> g < 0 at s(1), stiffer than wanted, and g > 0 at s(2), softer.
+   subroutine bracket_root(work, first_guess, penalty, s, g, bracketed, error)
+      type(linear_model_type), intent(inout) :: work
+      real(wp), intent(in) :: first_guess
+      type(penalty_type), intent(inout) :: penalty
+      real(wp), intent(out) :: s(2), g(2)
+      logical, intent(out) :: bracketed
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: stride = 8.0_wp
+      real(wp) :: new_s, new_g
+      integer :: i, side
+
+      ! Rigid joints are one end already.
+      s = 0.0_wp
+      g = [1.0_wp/penalty%limit**2 - 1.0_wp/penalty%target**2, 0.0_wp]
+      new_s = 1.0_wp/first_guess
+      do i = 1, 20
+         call miss(work, new_s, penalty, new_g, error)
+         if (allocated(error)) return
+         side = merge(1, 2, new_g < 0.0_wp)
+         s(side) = new_s
+         g(side) = new_g
+         if (side == 2) exit
+         new_s = new_s*stride
+      end do
+      bracketed = g(2) > 0.0_wp
+   end subroutine bracket_root
+
+   !> How far 1/f² at k = 1/s is from that of the target.
+   subroutine miss(work, s, penalty, g, error)
+      type(linear_model_type), intent(inout) :: work
+      real(wp), intent(in) :: s
+      type(penalty_type), intent(inout) :: penalty
+      real(wp), intent(out) :: g
+      type(error_type), allocatable, intent(out) :: error
+
+      g = 0.0_wp
+      call first_frequency(work, 1.0_wp/s, penalty%frequency, error)
+      if (allocated(error)) return
+      penalty%solves = penalty%solves + 1
+      g = 1.0_wp/penalty%frequency**2 - 1.0_wp/penalty%target**2
+   end subroutine miss
+
+end module dda_advice

@@ -1,0 +1,190 @@
+!> The lowest modes of a linearised model: frequencies, shapes, what base motion excites them, and what
+!> the time integration makes of them.
+module dda_modes
+   use dda_kinds, only: wp, pi
+   use dda_deflation, only: null_space_type
+   use dda_eigen, only: eigenpairs_type, lowest_eigenvalues
+   use dda_errors, only: error_type
+   use dda_linear_model, only: linear_model_type, energy_type, energy_of
+   use dda_rigid_modes, only: find_rigid_modes
+   use dda_scheme, only: free_damping, period_elongation
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: modes_type, find_modes, find_elastic
+
+   !> The lowest modes with stiffness, ascending.  Arrays are [n] unless stated.
+   type :: modes_type
+      integer :: n = 0                              !< modes found
+      integer :: rigid = 0                          !< free motions of loose parts as rigid bodies
+      integer :: mechanisms = 0                     !< further motions without stiffness, as hinges and slides
+      real(wp), allocatable :: omega(:)             !< rad/s
+      real(wp), allocatable :: frequency(:)         !< Hz
+      real(wp), allocatable :: residual(:)          !< relative, of the inverse that was iterated
+      real(wp), allocatable :: shape(:,:,:)         !< [6,blocks,n] mass-normalised
+      real(wp), allocatable :: participation(:,:)   !< [2,n] Γ = φᵀMr for base motion in x and y, √kg
+      real(wp), allocatable :: effective_mass(:,:)  !< [2,n] Γ² / total mass; sums to 1 over all modes
+      real(wp), allocatable :: damping(:)           !< ζ by the scheme in free vibration at Δt
+      real(wp), allocatable :: elongation(:)        !< of the period by the scheme, relative; −1: no swing
+      real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
+      character(len=:), allocatable :: words        !< on what is singular, and on contacts
+   end type modes_type
+
+   real(wp), parameter :: nothing = 1.0e-14_wp  !< of the scale of ω_max²: no stiffness
+
+contains
+
+   !> The `count` lowest modes that have stiffness; fewer if there are fewer.
+   subroutine find_modes(linear, count, modes, error, time_step)
+      type(linear_model_type), intent(in) :: linear
+      integer, intent(in) :: count
+      type(modes_type), intent(out) :: modes
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: time_step  !< s; default: that of the run
+      type(eigenpairs_type) :: pairs
+      real(wp) :: step
+      integer :: i
+
+      call find_elastic(linear, count, pairs, modes%rigid, modes%mechanisms, error)
+      if (allocated(error)) return
+      step = linear%time_step
+      if (present(time_step)) step = time_step
+      modes%n = pairs%n
+      modes%omega = sqrt(pairs%value)
+      modes%frequency = modes%omega/(2.0_wp*pi)
+      modes%residual = pairs%residual
+      modes%damping = free_damping(modes%omega, step)
+      modes%elongation = period_elongation(modes%omega, step)
+      call move_alloc(pairs%vector, modes%shape)
+      modes%total_mass = sum(linear%block_mass)
+      allocate (modes%participation(2, modes%n))
+      do i = 1, modes%n
+         modes%participation(:, i) = participation_of(linear, modes%shape(:, :, i))
+      end do
+      modes%effective_mass = modes%participation**2/modes%total_mass
+      call put_in_words(linear, count, modes)
+   end subroutine find_modes
+
+   !> Γ = φᵀMr for r = a unit translation of all blocks, which is how rigid supports carry the model.
+   pure function participation_of(linear, shape) result(participation)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: shape(:,:)  !< [6,n]
+      real(wp) :: participation(2)
+      integer :: b
+
+      participation = 0.0_wp
+      do b = 1, linear%n
+         participation = participation + matmul(shape(:, b), linear%mass(:, 1:2, b))
+      end do
+   end function participation_of
+
+   !> Lowest eigenpairs with stiffness.  Their values are taken anew from the energies of springs and
+   !> strains, where nothing cancels, so a motion without stiffness shows as one.
+   subroutine find_elastic(linear, count, pairs, rigid, mechanisms, error)
+      type(linear_model_type), intent(in) :: linear
+      integer, intent(in) :: count
+      type(eigenpairs_type), intent(out) :: pairs
+      integer, intent(out) :: rigid, mechanisms
+      type(error_type), allocatable, intent(out) :: error
+      type(null_space_type) :: free
+      integer, parameter :: most_mechanisms = 100
+      integer :: wanted, found
+
+      mechanisms = 0
+      rigid = 0
+      call find_rigid_modes(linear, free, error)
+      if (allocated(error)) return
+      rigid = free%dimension
+      do
+         wanted = min(count + mechanisms, 6*linear%n - rigid)
+         call lowest_eigenvalues(linear%stiffness, linear%mass, wanted, pairs, error, free)
+         if (allocated(error)) return
+         call take_energies(linear, pairs, mechanisms)
+         found = pairs%n - mechanisms
+         if (found >= count .or. pairs%n < wanted .or. mechanisms > most_mechanisms) exit
+         if (wanted >= 6*linear%n - rigid) exit
+      end do
+      call drop_first(pairs, mechanisms)
+   end subroutine find_elastic
+
+   !> ω² = Σ k (stretch)² + strain energies of each mass-normalised vector, sorted.
+   subroutine take_energies(linear, pairs, mechanisms)
+      type(linear_model_type), intent(in) :: linear
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(out) :: mechanisms  !< how many have none
+      type(energy_type) :: energy
+      real(wp) :: limit
+      integer :: i
+
+      do i = 1, pairs%n
+         energy = energy_of(linear, pairs%vector(:, :, i))
+         pairs%value(i) = energy%total
+      end do
+      call sort_pairs(pairs)
+      limit = nothing*scale_of(linear)
+      mechanisms = count(pairs%value < limit)
+   end subroutine take_energies
+
+   !> Scale of ω_max²: the largest stiffness of a block over its mass.
+   pure real(wp) function scale_of(linear) result(scale)
+      type(linear_model_type), intent(in) :: linear
+      integer :: b, i
+
+      scale = 0.0_wp
+      do b = 1, linear%n
+         do i = 1, 6
+            scale = max(scale, linear%stiffness%diagonal(i, i, b)/linear%mass(i, i, b))
+         end do
+      end do
+   end function scale_of
+
+   !> Insertion sort: they are nearly in order.
+   pure subroutine sort_pairs(pairs)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer :: order(pairs%n), i, j, moving
+
+      order = [(i, i=1, pairs%n)]
+      do i = 2, pairs%n
+         moving = order(i)
+         j = i - 1
+         do while (j >= 1)
+            if (pairs%value(order(j)) <= pairs%value(moving)) exit
+            order(j + 1) = order(j)
+            j = j - 1
+         end do
+         order(j + 1) = moving
+      end do
+      if (all(order(2:) > order(:pairs%n - 1))) return
+      pairs%value = pairs%value(order)
+      pairs%residual = pairs%residual(order)
+      pairs%vector = pairs%vector(:, :, order)
+   end subroutine sort_pairs
+
+   subroutine drop_first(pairs, dropped)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, intent(in) :: dropped
+
+      if (dropped == 0) return
+      pairs%n = pairs%n - dropped
+      pairs%value = pairs%value(dropped + 1:)
+      pairs%residual = pairs%residual(dropped + 1:)
+      pairs%vector = pairs%vector(:, :, dropped + 1:)
+   end subroutine drop_first
+
+   subroutine put_in_words(linear, wanted, modes)
+      type(linear_model_type), intent(in) :: linear
+      integer, intent(in) :: wanted
+      type(modes_type), intent(inout) :: modes
+
+      modes%words = to_text(linear%closed)//' contacts are closed'
+      if (linear%closed == 0) modes%words = 'no contact is closed: each block stands alone'
+      if (linear%sliding > 0) modes%words = modes%words//', '//to_text(linear%sliding)//' of them slide'
+      if (allocated(linear%settling%words)) modes%words = modes%words//'; '//linear%settling%words
+      if (modes%rigid > 0) modes%words = modes%words//'; the stiffness is singular: loose parts move freely as rigid '// &
+         'bodies in '//to_text(modes%rigid)//' ways'
+      if (modes%mechanisms > 0) modes%words = modes%words//'; at least '//to_text(modes%mechanisms)// &
+         ' further motions meet no stiffness (hinges or slides)'
+      if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)//' modes have stiffness'
+   end subroutine put_in_words
+
+end module dda_modes

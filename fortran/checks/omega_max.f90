@@ -1,0 +1,198 @@
+!> The highest frequency of a model: what Δt < 4/ω_max (paper eq. 13) asks for.
+!>
+!> ω_max by ARPACK is a Ritz value, at most the true one.  The bracket needs no iteration: with K_ii the
+!> 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each contact spring,
+!>
+!>     max λ(M⁻¹ K_ii) ≤ ω_max² ≤ max λ(M⁻¹ (2 K_ii^contact + K_ii^elastic + K_ii^fixed)) over i .
+module dda_omega_max
+   use dda_kinds, only: wp, long
+   use dda_dense_eigen, only: block_eigen, is_above
+   use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
+   use dda_errors, only: error_type, error_solver, fail
+   use dda_linear_model, only: linear_model_type, energy_type, energy_of, energy_kinds, kind_names, block_label, &
+      spring_label, strain_energy
+   use dda_springs, only: spring_fixed
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: omega_max_type, bracket_type, find_omega_max, find_bracket, upper_blocks
+
+   real(wp), parameter :: tie = 1.0_wp + 1.0e-12_wp  !< eigenvalues of blocks that differ by less are equal
+
+   !> Guaranteed bounds of ω_max and the blocks that give them.
+   type :: bracket_type
+      real(wp) :: lower = 0.0_wp    !< rad/s
+      real(wp) :: upper = 0.0_wp    !< rad/s
+      integer :: lower_block = 0
+      integer :: upper_block = 0
+   end type bracket_type
+
+   !> The highest frequency and what governs it.
+   type :: omega_max_type
+      real(wp) :: omega = 0.0_wp         !< ω_max, rad/s
+      real(wp) :: tolerance = 0.0_wp     !< asked of the residual
+      real(wp) :: residual = 0.0_wp      !< reached, ‖Kx − ω²Mx‖/ω² in the mass norm
+      integer(long) :: products = 0      !< of K with a vector
+      type(bracket_type) :: bracket
+      type(energy_type) :: energy        !< of its mode
+      integer :: kind = 0                !< what governs: the kind that holds most of that energy
+      integer :: spring = 0              !< spring of that kind that holds the most, else 0
+      integer :: block(2) = 0            !< blocks of that spring, or the block whose strain holds the most
+      real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
+      character(len=:), allocatable :: governs     !< the same in words
+      character(len=:), allocatable :: words       !< all in words
+   end type omega_max_type
+
+contains
+
+   !> ω_max with its bracket and what governs it.
+   subroutine find_omega_max(linear, result, error, tolerance)
+      type(linear_model_type), intent(in) :: linear
+      type(omega_max_type), intent(out) :: result
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in), optional :: tolerance  !< of the relative residual; default: what the size affords
+      type(eigenpairs_type) :: pairs
+
+      result%tolerance = suggested_tolerance(linear%n)
+      if (present(tolerance)) result%tolerance = tolerance
+      call find_bracket(linear, result%bracket, error)
+      if (allocated(error)) return
+      call largest_eigenvalue(linear%stiffness, linear%mass, result%tolerance, pairs, error)
+      if (allocated(error)) then
+         error%message = 'omega_max is not known (it lies between '//bracket_text(result%bracket)//'): '//error%message
+         return
+      end if
+      result%omega = sqrt(max(pairs%value(1), 0.0_wp))
+      result%residual = pairs%residual(1)
+      result%products = pairs%products
+      result%shape = pairs%vector(:, :, 1)
+      result%energy = energy_of(linear, result%shape)
+      call name_governing(linear, result)
+      call put_in_words(linear, result)
+      call check_bracket(result, error)
+   end subroutine find_omega_max
+
+   !> Bounds from each block alone.
+   subroutine find_bracket(linear, bracket, error)
+      type(linear_model_type), intent(in) :: linear
+      type(bracket_type), intent(out) :: bracket
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: upper(:,:,:)
+
+      call largest_of_blocks(linear%stiffness%diagonal, linear%mass, bracket%lower, bracket%lower_block, error)
+      if (allocated(error)) return
+      call upper_blocks(linear, upper)
+      call largest_of_blocks(upper, linear%mass, bracket%upper, bracket%upper_block, error)
+      bracket%upper = tie*bracket%upper
+   end subroutine find_bracket
+
+   !> 2 K_ii^contact + K_ii^elastic + K_ii^fixed
+   subroutine upper_blocks(linear, upper)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), allocatable, intent(out) :: upper(:,:,:)  !< [6,6,n]
+      integer :: b, i, j
+
+      upper = 2.0_wp*linear%stiffness%diagonal
+      do b = 1, linear%n
+         upper(4:6, 4:6, b) = upper(4:6, 4:6, b) - linear%elastic(:, :, b)
+      end do
+      associate (springs => linear%springs)
+         do i = 1, springs%n
+            if (springs%kind(i) /= spring_fixed) cycle
+            b = springs%block_a(i)
+            do j = 1, 6
+               upper(:, j, b) = upper(:, j, b) - linear%constants(spring_fixed)*springs%row_a(j, i)*springs%row_a(:, i)
+            end do
+         end do
+      end associate
+   end subroutine upper_blocks
+
+   !> √ of the largest eigenvalue of all k x = λ m x; of equal ones the first.
+   subroutine largest_of_blocks(k, m, omega, block, error)
+      real(wp), intent(in) :: k(:,:,:), m(:,:,:)  !< [6,6,n]
+      real(wp), intent(out) :: omega              !< rad/s
+      integer, intent(out) :: block
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: values(6), vectors(6, 6), largest
+      integer :: b
+
+      largest = 0.0_wp
+      block = 0
+      do b = 1, size(k, 3)
+         if (block > 0) then
+            if (is_above(tie*largest, k(:, :, b), m(:, :, b))) cycle
+         end if
+         call block_eigen(k(:, :, b), m(:, :, b), values, vectors, error)
+         if (allocated(error)) return
+         if (values(6) > largest) block = b
+         largest = max(largest, values(6))
+      end do
+      omega = sqrt(largest)
+   end subroutine largest_of_blocks
+
+   !> The kind that holds most of the energy of the highest mode, and the spring or block of that kind
+   !> that holds the most.
+   subroutine name_governing(linear, result)
+      type(linear_model_type), intent(in) :: linear
+      type(omega_max_type), intent(inout) :: result
+      integer :: holder
+
+      result%kind = maxloc(result%energy%share, 1)
+      holder = result%energy%holder(result%kind)
+      if (result%kind == strain_energy) then
+         result%block = [max(1, holder), 0]
+         result%governs = 'a strain mode of '//block_label(linear, result%block(1))
+      else
+         result%spring = holder
+         result%block = [linear%springs%block_a(holder), linear%springs%block_b(holder)]
+         result%governs = spring_label(linear, holder)
+      end if
+   end subroutine name_governing
+
+   subroutine put_in_words(linear, result)
+      type(linear_model_type), intent(in) :: linear
+      type(omega_max_type), intent(inout) :: result
+      integer :: kind
+
+      associate (energy => result%energy)
+         result%words = 'omega_max = '//to_text(result%omega)//' rad/s, guaranteed between '// &
+            bracket_text(result%bracket)//'; relative residual '//to_text(result%residual)//'; governed by '// &
+            result%governs//' with '//percent(energy%most(result%kind))//' of the energy of its mode ('
+         do kind = 1, energy_kinds
+            result%words = result%words//trim(kind_names(kind))//' '//percent(energy%share(kind))// &
+               merge(', ', ') ', kind < energy_kinds)
+         end do
+         result%words = trim(result%words)//'; the largest bound comes from '// &
+            block_label(linear, result%bracket%upper_block)
+      end associate
+   end subroutine put_in_words
+
+   !> A value outside its bracket cannot be an eigenvalue: never pass it off.
+   subroutine check_bracket(result, error)
+      type(omega_max_type), intent(in) :: result
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: slack
+
+      slack = result%residual + 1.0e-10_wp
+      if (result%omega >= (1.0_wp - slack)*result%bracket%lower .and. &
+         result%omega <= (1.0_wp + slack)*result%bracket%upper) return
+      call fail(error, error_solver, 'omega_max = '//to_text(result%omega)//' rad/s lies outside its bounds '// &
+         bracket_text(result%bracket)//'; the eigenvalue search has failed')
+   end subroutine check_bracket
+
+   pure function bracket_text(bracket) result(text)
+      type(bracket_type), intent(in) :: bracket
+      character(len=:), allocatable :: text
+
+      text = to_text(bracket%lower)//' and '//to_text(bracket%upper)
+   end function bracket_text
+
+   pure function percent(share) result(text)
+      real(wp), intent(in) :: share
+      character(len=:), allocatable :: text
+
+      text = to_text(nint(100*share))//' %'
+      if (share < 0.1_wp) text = to_text(0.1_wp*nint(1000*share))//' %'
+   end function percent
+
+end module dda_omega_max

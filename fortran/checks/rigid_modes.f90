@@ -1,0 +1,152 @@
+!> Motions without any stiffness that can be written down: loose parts of a model as rigid bodies.
+!>
+!> Blocks joined by springs form parts.  A part moves rigidly in up to three ways, as many as its fixed
+!> points leave free; these are exact null vectors of the linearised stiffness.
+module dda_rigid_modes
+   use dda_kinds, only: wp
+   use dda_deflation, only: null_space_type
+   use dda_dense_eigen, only: symmetric_eigen
+   use dda_errors, only: error_type
+   use dda_linear_model, only: linear_model_type
+   use dda_springs, only: spring_fixed
+   implicit none
+   private
+   public :: find_rigid_modes
+
+   real(wp), parameter :: nothing = 1.0e-12_wp  !< of the stiffest rigid motion: not held
+
+contains
+
+   !> Parts and their free rigid motions.
+   subroutine find_rigid_modes(linear, free, error)
+      type(linear_model_type), intent(in) :: linear
+      type(null_space_type), intent(out) :: free
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: motion(:,:,:)
+
+      call find_parts(linear, free)
+      call rigid_motions(linear, free, motion)
+      call leave_free_ones(linear, free, motion, error)
+   end subroutine find_rigid_modes
+
+   !> Number the connected parts of the model.
+   subroutine find_parts(linear, free)
+      type(linear_model_type), intent(in) :: linear
+      type(null_space_type), intent(inout) :: free
+      integer :: parent(linear%n), i, b
+
+      parent = [(b, b=1, linear%n)]
+      do i = 1, linear%springs%n
+         if (linear%springs%block_b(i) == 0) cycle
+         call join(parent, linear%springs%block_a(i), linear%springs%block_b(i))
+      end do
+      allocate (free%group(linear%n))
+      free%groups = 0
+      do b = 1, linear%n
+         i = root_of(parent, b)
+         if (i == b) then
+            free%groups = free%groups + 1
+            free%group(b) = free%groups
+         else
+            free%group(b) = free%group(i)
+         end if
+      end do
+   end subroutine find_parts
+
+   !> The smaller root becomes the root of both, so that a root comes before its members.
+   pure subroutine join(parent, a, b)
+      integer, intent(inout) :: parent(:)
+      integer, intent(in) :: a, b
+      integer :: i, j, next
+
+      i = root_of(parent, a)
+      j = root_of(parent, b)
+      parent(max(i, j)) = min(i, j)
+      j = a
+      do while (parent(j) /= j)
+         next = parent(j)
+         parent(j) = parent(next)
+         j = next
+      end do
+   end subroutine join
+
+   pure integer function root_of(parent, b) result(root)
+      integer, intent(in) :: parent(:), b
+
+      root = b
+      do while (parent(root) /= root)
+         root = parent(root)
+      end do
+   end function root_of
+
+   !> Two translations and the rotation of each part about its centre of mass, mass-orthonormal.
+   subroutine rigid_motions(linear, free, motion)
+      type(linear_model_type), intent(in) :: linear
+      type(null_space_type), intent(in) :: free
+      real(wp), allocatable, intent(out) :: motion(:,:,:)  !< [6,3,n]
+      real(wp) :: mass(free%groups), centre(2, free%groups), inertia(free%groups), arm(2)
+      integer :: b
+
+      mass = 0.0_wp
+      centre = 0.0_wp
+      inertia = 0.0_wp
+      do b = 1, linear%n
+         associate (g => free%group(b), m => linear%block_mass(b))
+            mass(g) = mass(g) + m
+            centre(:, g) = centre(:, g) + m*linear%position(:, b)
+         end associate
+      end do
+      centre = centre/spread(mass, 1, 2)
+      do b = 1, linear%n
+         associate (g => free%group(b))
+            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%block_mass(b)*sum((linear%position(:, b) - centre(:, g))**2)
+         end associate
+      end do
+      allocate (motion(6, 3, linear%n), source=0.0_wp)
+      do b = 1, linear%n
+         associate (g => free%group(b))
+            arm = linear%position(:, b) - centre(:, g)
+            motion(1, 1, b) = 1.0_wp/sqrt(mass(g))
+            motion(2, 2, b) = 1.0_wp/sqrt(mass(g))
+            motion(1:3, 3, b) = [-arm(2), arm(1), 1.0_wp]/sqrt(inertia(g))
+         end associate
+      end do
+   end subroutine rigid_motions
+
+   !> Of each part's motions keep the combinations that its fixed points do not resist.
+   subroutine leave_free_ones(linear, free, motion, error)
+      type(linear_model_type), intent(in) :: linear
+      type(null_space_type), intent(inout) :: free
+      real(wp), intent(in) :: motion(:,:,:)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: resistance(3, 3, free%groups), row(3)
+      real(wp), allocatable :: values(:)
+      integer :: i, g, b, held
+
+      resistance = 0.0_wp
+      do i = 1, linear%springs%n
+         if (linear%springs%kind(i) /= spring_fixed) cycle
+         b = linear%springs%block_a(i)
+         g = free%group(b)
+         row = matmul(linear%springs%row_a(:, i), motion(:, :, b))
+         resistance(:, :, g) = resistance(:, :, g) + spread(row, 2, 3)*spread(row, 1, 3)
+      end do
+      do g = 1, free%groups
+         held = 0
+         if (any(abs(resistance(:, :, g)) > 0.0_wp)) then
+            call symmetric_eigen(resistance(:, :, g), values, error)
+            if (allocated(error)) return
+            held = count(values > nothing*values(3))
+         else
+            resistance(:, :, g) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+         end if
+         resistance(:, 4 - held:, g) = 0.0_wp
+         free%dimension = free%dimension + 3 - held
+      end do
+      allocate (free%basis(6, 3, linear%n))
+      do b = 1, linear%n
+         free%basis(:, :, b) = matmul(motion(:, :, b), resistance(:, :, free%group(b)))
+      end do
+   end subroutine leave_free_ones
+
+end module dda_rigid_modes

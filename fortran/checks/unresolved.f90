@@ -1,0 +1,213 @@
+!> How many modes a time step cannot resolve (ω > 4/Δt, paper eq. 13), and of which kind.
+!>
+!> Two bounds cost nothing.  K lies below the block-diagonal matrix of the upper bracket, so its
+!> eigenvalues do too (Courant–Fischer): at most as many modes lie beyond as blocks alone have there.
+!> Blocks that share no spring leave their diagonal blocks uncoupled, so by Cauchy's interlacing at
+!> least as many lie beyond as those blocks have.  Small models are counted exactly.
+module dda_unresolved
+   use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type
+   use dda_dense_eigen, only: block_eigen, is_above
+   use dda_eigen, only: eigenpairs_type, all_eigenvalues
+   use dda_errors, only: error_type
+   use dda_inertia, only: count_above
+   use dda_linear_model, only: linear_model_type, energy_type, energy_of, energy_kinds, kind_names
+   use dda_mass_factor, only: mass_factor_type, factor_mass
+   use dda_omega_max, only: upper_blocks
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: unresolved_type, count_unresolved
+
+   !> Modes beyond 4/Δt.
+   type :: unresolved_type
+      real(wp) :: limit = 0.0_wp              !< 4/Δt, rad/s
+      integer :: modes = 0                    !< of the model, 6 for each block
+      integer :: least = 0                    !< at least so many lie beyond
+      integer :: most = 0                     !< at most so many
+      logical :: exact = .false.              !< the two are one
+      integer :: of_kind(energy_kinds) = 0    !< by the kind that holds most energy; of `most`, or of the exact count
+      character(len=:), allocatable :: words
+   end type unresolved_type
+
+   integer, parameter :: dense_blocks = 50          !< all modes of a model up to this size are computed
+   real(wp), parameter :: affordable = 1.0e9_wp     !< multiplications for a count by inertia, about ½ s
+
+contains
+
+   !> Count the modes beyond 4/Δt.
+   subroutine count_unresolved(linear, time_step, unresolved, error)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: time_step  !< s
+      type(unresolved_type), intent(out) :: unresolved
+      type(error_type), allocatable, intent(out) :: error
+      type(mass_factor_type) :: mass
+      integer :: exact
+
+      unresolved%limit = 4.0_wp/time_step
+      unresolved%modes = 6*linear%n
+      if (linear%n <= dense_blocks) then
+         call count_all(linear, unresolved, error)
+      else
+         call bound_above(linear, unresolved, error)
+         if (allocated(error)) return
+         call bound_below(linear, unresolved)
+         if (unresolved%least < unresolved%most) then
+            call factor_mass(mass, linear%mass, error)
+            if (allocated(error)) return
+            call count_above(linear%stiffness, mass, unresolved%limit**2, affordable, exact, unresolved%exact)
+            if (unresolved%exact) unresolved%least = exact
+            if (unresolved%exact) unresolved%most = exact
+         end if
+      end if
+      unresolved%exact = unresolved%least == unresolved%most
+      call put_in_words(unresolved)
+   end subroutine count_unresolved
+
+   !> Every mode, by LAPACK.
+   subroutine count_all(linear, unresolved, error)
+      type(linear_model_type), intent(in) :: linear
+      type(unresolved_type), intent(inout) :: unresolved
+      type(error_type), allocatable, intent(out) :: error
+      type(eigenpairs_type) :: pairs
+      integer :: i
+
+      call all_eigenvalues(linear%stiffness, linear%mass, pairs, error)
+      if (allocated(error)) return
+      do i = 1, pairs%n
+         if (pairs%value(i) <= unresolved%limit**2) cycle
+         unresolved%most = unresolved%most + 1
+         call add_kind(unresolved, energy_of(linear, pairs%vector(:, :, i)))
+      end do
+      unresolved%least = unresolved%most
+   end subroutine count_all
+
+   subroutine add_kind(unresolved, energy)
+      type(unresolved_type), intent(inout) :: unresolved
+      type(energy_type), intent(in) :: energy
+      integer :: kind
+
+      kind = maxloc(energy%share, 1)
+      unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
+   end subroutine add_kind
+
+   !> Modes beyond, of the blocks of the upper bracket.
+   subroutine bound_above(linear, unresolved, error)
+      type(linear_model_type), intent(in) :: linear
+      type(unresolved_type), intent(inout) :: unresolved
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: upper(:,:,:), by_kind(:,:,:,:)
+      real(wp) :: values(6), vectors(6, 6)
+      integer :: b, i, kind
+
+      call upper_blocks(linear, upper)
+      call split_blocks(linear, by_kind)
+      do b = 1, linear%n
+         if (is_above(unresolved%limit**2, upper(:, :, b), linear%mass(:, :, b))) cycle
+         call block_eigen(upper(:, :, b), linear%mass(:, :, b), values, vectors, error)
+         if (allocated(error)) return
+         do i = 1, 6
+            if (values(i) <= unresolved%limit**2) cycle
+            unresolved%most = unresolved%most + 1
+            kind = governing(vectors(:, i), by_kind(:, :, :, b))
+            unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
+         end do
+      end do
+   end subroutine bound_above
+
+   !> Stiffness of each block alone by kind; contacts count twice.
+   subroutine split_blocks(linear, by_kind)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), allocatable, intent(out) :: by_kind(:,:,:,:)  !< [6,6,kinds,n]
+      real(wp) :: k
+      integer :: i
+
+      allocate (by_kind(6, 6, energy_kinds, linear%n), source=0.0_wp)
+      by_kind(4:6, 4:6, energy_kinds, :) = linear%elastic
+      associate (springs => linear%springs)
+         do i = 1, springs%n
+            associate (kind => springs%kind(i), a => springs%block_a(i), b => springs%block_b(i))
+               k = linear%constants(kind)*merge(1.0_wp, 2.0_wp, b == 0)
+               by_kind(:, :, kind, a) = by_kind(:, :, kind, a) + k*square(springs%row_a(:, i))
+               if (b > 0) by_kind(:, :, kind, b) = by_kind(:, :, kind, b) + k*square(springs%row_b(:, i))
+            end associate
+         end do
+      end associate
+   end subroutine split_blocks
+
+   pure function square(row) result(product)
+      real(wp), intent(in) :: row(6)
+      real(wp) :: product(6, 6)
+      integer :: j
+
+      do j = 1, 6
+         product(:, j) = row(j)*row
+      end do
+   end function square
+
+   !> The kind of stiffness that holds most of the energy of a block's motion.
+   pure integer function governing(x, by_kind)
+      real(wp), intent(in) :: x(6), by_kind(:,:,:)
+      real(wp) :: energy(energy_kinds)
+      integer :: kind
+
+      do kind = 1, energy_kinds
+         energy(kind) = dot_product(x, matmul(by_kind(:, :, kind), x))
+      end do
+      governing = maxloc(energy, 1)
+   end function governing
+
+   !> Modes beyond, of blocks no two of which share a spring, chosen one after the other.
+   subroutine bound_below(linear, unresolved)
+      type(linear_model_type), intent(in) :: linear
+      type(unresolved_type), intent(inout) :: unresolved
+      logical :: taken(linear%n)
+      real(wp) :: values(6), vectors(6, 6)
+      type(error_type), allocatable :: error
+      integer :: b
+
+      taken = .false.
+      do b = 1, linear%n
+         if (touches(linear%stiffness, taken, b)) cycle
+         if (is_above(unresolved%limit**2, linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b))) cycle
+         call block_eigen(linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b), values, vectors, error)
+         if (allocated(error)) return
+         taken(b) = .true.
+         unresolved%least = unresolved%least + count(values > unresolved%limit**2)
+      end do
+   end subroutine bound_below
+
+   !> Block b shares a spring with a chosen block before it.
+   pure logical function touches(matrix, taken, b)
+      type(block_matrix_type), intent(in) :: matrix
+      logical, intent(in) :: taken(:)
+      integer, intent(in) :: b
+
+      touches = any(taken(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - 1)))
+   end function touches
+
+   subroutine put_in_words(unresolved)
+      type(unresolved_type), intent(inout) :: unresolved
+      integer :: kind
+      logical :: first
+
+      associate (u => unresolved)
+         if (u%most == 0) then
+            u%words = 'all '//to_text(u%modes)//' modes lie below 4/time_step = '//to_text(u%limit)//' rad/s'
+            return
+         end if
+         u%words = to_text(u%least)
+         if (.not. u%exact) u%words = 'between '//to_text(u%least)//' and '//to_text(u%most)
+         u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '//to_text(u%limit)//' rad/s, mostly in '
+         first = .true.
+         do kind = 1, energy_kinds
+            if (u%of_kind(kind) == 0) cycle
+            if (.not. first) u%words = u%words//', '
+            first = .false.
+            u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100.0_wp*u%of_kind(kind)/sum(u%of_kind)))//' %)'
+         end do
+         u%words = u%words//'; they do not oscillate but are damped'
+      end associate
+   end subroutine put_in_words
+
+end module dda_unresolved

@@ -1,0 +1,134 @@
+!> Models that the suites of the pre-checks share, as input texts.
+module check_models
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type
+   use dda_input, only: read_model
+   use dda_linear_model, only: linear_model_type, linearise
+   use dda_model, only: model_type
+   use dda_simulation, only: simulation_type, start
+   use dda_text, only: to_text
+   use testing, only: check_no_error
+   implicit none
+   private
+   public :: layered_site, layered_site_two, drum_column, brick_wall, started, linear_of
+
+   character(len=*), parameter :: nl = new_line('a')
+   character(len=*), parameter :: glue = ' friction_angle=50.0, cohesion=1.0e8, tensile_strength=1.0e8 /'
+
+contains
+
+   !> Table I of the paper: 15 equal layers on a base of the same rock.
+   function layered_site() result(text)
+      character(len=:), allocatable :: text
+
+      text = head('1.0e-3', '', '1.5e12')// &
+         "&material name='rock', density=2643.0, young_modulus=4.788e9, poisson_ratio=0.25 /"//nl// &
+         "&layers name='base', bottom=-1.0, width=15.0, thickness=1.0 /"//nl// &
+         "&layers name='layer', bottom=0.0, width=15.0, thickness=1.0, count=15 /"//nl//feet(15.0_wp)// &
+         "&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
+         "&measured_point name='surface', x=7.5, y=14.5, block='layer_15' /"//nl
+   end function layered_site
+
+   !> Table II: five rocks, three layers each, layer 1 on top; the base is of the lowest rock.
+   function layered_site_two() result(text)
+      character(len=:), allocatable :: text
+      real(wp), parameter :: density(5) = [2643.0_wp, 2483.0_wp, 2243.0_wp, 2162.0_wp, 2403.0_wp]
+      real(wp), parameter :: young(5) = [4.8e9_wp, 4.0e9_wp, 4.2e9_wp, 4.1e9_wp, 4.5e9_wp]
+      integer :: i
+
+      text = head('1.0e-3', '', '1.5e12')
+      do i = 1, 5
+         text = text//"&material name='"//to_text(i)//"', density="//to_text(density(i))//', young_modulus='// &
+            to_text(young(i))//', poisson_ratio=0.25 /'//nl
+      end do
+      text = text//"&layers name='base', material='1', bottom=-1.0, width=15.0, thickness=1.0 /"//nl
+      do i = 1, 5
+         text = text//"&layers name='rock_"//to_text(i)//"', material='"//to_text(i)//"', bottom="//to_text(3*(i - 1))// &
+            '.0, width=15.0, thickness=1.0, count=3 /'//nl
+      end do
+      text = text//feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
+         "&measured_point name='surface', x=7.5, y=14.5, block='rock_5_3' /"//nl
+   end function layered_site_two
+
+   !> Ten drums of 0.6 × 0.5 m, E 17 GPa, ν 0.22, ρ 2250, on a base block held at four points.
+   function drum_column(penalty, more) result(text)
+      character(len=*), intent(in) :: penalty  !< N/m
+      character(len=*), intent(in) :: more     !< in &control
+      character(len=:), allocatable :: text
+
+      text = head('1.0e-3', more, penalty)// &
+         "&material name='stone', density=2250.0, young_modulus=17.0e9, poisson_ratio=0.22 /"//nl// &
+         "&layers name='base', left=-0.3, bottom=-0.5, width=0.6, thickness=0.5 /"//nl// &
+         "&drums name='drum', centre=0.0, width=0.6, height=0.5, count=10 /"//nl// &
+         '&fixed_point x=-0.25, y=-0.4 /'//nl//'&fixed_point x=0.25, y=-0.4 /'//nl// &
+         '&fixed_point x=-0.25, y=-0.1 /'//nl//'&fixed_point x=0.25, y=-0.1 /'//nl// &
+         "&measured_point name='base', x=0.0, y=-0.25, block='base_1' /"//nl// &
+         "&measured_point name='top', x=0.0, y=4.75, block='drum_10' /"//nl
+   end function drum_column
+
+   !> Running-bond wall of 1 × 0.5 m bricks, E 10 GPa, ν 0.25, ρ 2500, on a base held at four points.
+   function brick_wall(bricks, courses, penalty, more) result(text)
+      integer, intent(in) :: bricks, courses
+      character(len=*), intent(in) :: penalty  !< N/m
+      character(len=*), intent(in) :: more     !< in &control
+      character(len=:), allocatable :: text
+
+      text = head('1.0e-3', more, penalty)// &
+         "&material name='clay', density=2500.0, young_modulus=10.0e9, poisson_ratio=0.25 /"//nl// &
+         "&layers name='base', bottom=-1.0, width="//to_text(bricks)//'.0, thickness=1.0 /'//nl// &
+         "&wall name='brick', brick_length=1.0, brick_height=0.5, bricks="//to_text(bricks)//', courses='// &
+         to_text(courses)//' /'//nl//feet(real(bricks, wp))// &
+         "&measured_point name='base', x=0.5, y=-0.5, block='base_1' /"//nl// &
+         "&measured_point name='top', x=0.5, y="//to_text(0.5_wp*courses - 0.25_wp)//' /'//nl
+   end function brick_wall
+
+   function head(time_step, more, penalty) result(text)
+      character(len=*), intent(in) :: time_step, more, penalty
+      character(len=:), allocatable :: text
+
+      text = '&control time_step='//time_step//', steps=1000'//more//' /'//nl// &
+         '&contact normal_stiffness='//penalty//' /'//nl//"&joint name='joint',"//glue//nl
+   end function head
+
+   !> Four fixed points in a base block of some width and 1 m of height below y = 0.
+   function feet(width) result(text)
+      real(wp), intent(in) :: width
+      character(len=:), allocatable :: text
+      integer :: i, j
+
+      text = ''
+      do i = 1, 2
+         do j = 1, 2
+            text = text//'&fixed_point x='//to_text(merge(width/6, 5*width/6, i == 1))//', y='// &
+               to_text(merge(-0.25_wp, -0.75_wp, j == 1))//' /'//nl
+         end do
+      end do
+   end function feet
+
+   !> A simulation of an input text.
+   subroutine started(simulation, text)
+      type(simulation_type), intent(out) :: simulation
+      character(len=*), intent(in) :: text
+      type(error_type), allocatable :: error
+      type(model_type) :: model
+
+      call read_model(model, 'text.nml', text, error)
+      call check_no_error(error, 'input')
+      if (allocated(error)) return
+      call start(simulation, model, error)
+      call check_no_error(error, 'start')
+   end subroutine started
+
+   !> Its linearised model.
+   subroutine linear_of(linear, text, which)
+      type(linear_model_type), intent(out) :: linear
+      character(len=*), intent(in) :: text, which
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+
+      call started(simulation, text)
+      call linearise(linear, simulation, which, error)
+      call check_no_error(error, 'linearise')
+   end subroutine linear_of
+
+end module check_models

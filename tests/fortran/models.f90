@@ -1,0 +1,218 @@
+!> Small models for the tests: groups of an input as text, polygons, blocks, and repeatable random numbers.
+module models
+   use dda_kinds, only: wp, long, pi
+   use dda_blocks, only: blocks_type, set_blocks
+   use dda_energy, only: energy_type, balance
+   use dda_errors, only: error_type
+   use dda_input, only: read_model
+   use dda_material, only: material_type
+   use dda_model, only: model_type
+   use dda_outlines, only: outlines_type
+   use dda_simulation, only: simulation_type, start, advance
+   use testing, only: check_no_error
+   implicit none
+   private
+   public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, block_text, rock
+   public :: random, random_vector, sow, star, rectangle, turned, shifted, blocks_of, fan, relative_balance
+
+   !> E = 5 GPa, ν = 0.25, ρ = 2500 kg/m³.
+   character(len=*), parameter :: rock = &
+      " &material name = 'rock' density = 2500.0 young_modulus = 5.0e9 poisson_ratio = 0.25 /"
+
+   integer(long) :: seed = 1_long   !< of the random numbers
+
+contains
+
+   !> A run at its first state; anything wrong is a failed check.
+   subroutine begin(simulation, text)
+      type(simulation_type), intent(out) :: simulation
+      character(len=*), intent(in) :: text
+      type(error_type), allocatable :: error
+
+      call begin_or_fail(simulation, text, error)
+      call check_no_error(error, 'the model starts')
+   end subroutine begin
+
+   subroutine begin_or_fail(simulation, text, error)
+      type(simulation_type), intent(out) :: simulation
+      character(len=*), intent(in) :: text
+      type(error_type), allocatable, intent(out) :: error
+      type(model_type) :: model
+
+      call read_model(model, 'test.nml', text, error)
+      if (.not. allocated(error)) call start(simulation, model, error)
+   end subroutine begin_or_fail
+
+   !> Take steps; a step that fails is a failed check and the end of it.
+   subroutine run(simulation, steps)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: steps
+      type(error_type), allocatable :: error
+      integer :: i
+
+      do i = 1, steps
+         call advance(simulation, error)
+         if (allocated(error)) exit
+      end do
+      call check_no_error(error, 'all steps close')
+   end subroutine run
+
+   !> What the energy audit leaves over, as a share of the largest energy in it.
+   pure real(wp) function relative_balance(energy)
+      type(energy_type), intent(in) :: energy
+      real(wp) :: largest
+
+      largest = maxval(abs([energy%kinetic, energy%strain, energy%contact, energy%support, energy%gravity, &
+         energy%input, energy%friction, energy%fracture, energy%algorithmic, energy%kinetic_damping, energy%initial]))
+      relative_balance = 0.0_wp
+      if (largest > 0.0_wp) relative_balance = abs(balance(energy))/largest
+   end function relative_balance
+
+   !> A number with all its digits.
+   pure function number(value) result(text)
+      real(wp), intent(in) :: value
+      character(len=:), allocatable :: text
+      character(len=32) :: buffer
+
+      write (buffer, '(es24.16e3)') value
+      text = trim(adjustl(buffer))
+   end function number
+
+   pure function control_text(time_step, steps, more) result(text)
+      real(wp), intent(in) :: time_step
+      integer, intent(in) :: steps
+      character(len=*), intent(in) :: more   !< further variables
+      character(len=:), allocatable :: text
+
+      text = ' &control time_step = '//number(time_step)//' steps = '//number(real(steps, wp))//' '//more//' /'
+   end function control_text
+
+   pure function contact_text(normal_stiffness, more) result(text)
+      real(wp), intent(in) :: normal_stiffness
+      character(len=*), intent(in) :: more
+      character(len=:), allocatable :: text
+
+      text = ' &contact normal_stiffness = '//number(normal_stiffness)//' '//more//' /'
+   end function contact_text
+
+   pure function joint_text(friction_angle, cohesion, tensile_strength) result(text)
+      real(wp), intent(in) :: friction_angle, cohesion, tensile_strength
+      character(len=:), allocatable :: text
+
+      text = ' &joint friction_angle = '//number(friction_angle)//' cohesion = '//number(cohesion)// &
+         ' tensile_strength = '//number(tensile_strength)//' /'
+   end function joint_text
+
+   pure function block_text(name, vertices, more) result(text)
+      character(len=*), intent(in) :: name
+      real(wp), intent(in) :: vertices(:,:)
+      character(len=*), intent(in), optional :: more
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ' &block name = '''//name//''' '
+      if (present(more)) text = text//more
+      text = text//' vertices = '
+      do i = 1, size(vertices, 2)
+         text = text//number(vertices(1, i))//' '//number(vertices(2, i))//' '
+      end do
+      text = text//'/'
+   end function block_text
+
+   !> Begin the random numbers anew, so that each test is repeatable by itself.
+   subroutine sow(from)
+      integer, intent(in) :: from
+
+      seed = 1_long + abs(int(from, long))
+   end subroutine sow
+
+   !> Next random number between two bounds (Park and Miller's generator).
+   real(wp) function random(low, high)
+      real(wp), intent(in) :: low, high
+      integer(long), parameter :: modulus = 2147483647_long
+
+      seed = modulo(48271_long*seed, modulus)
+      random = low + (high - low)*real(seed, wp)/real(modulus, wp)
+   end function random
+
+   function random_vector(n) result(values)
+      integer, intent(in) :: n
+      real(wp) :: values(n)
+      integer :: i
+
+      do i = 1, n
+         values(i) = random(-1.0_wp, 1.0_wp)
+      end do
+   end function random_vector
+
+   !> A star-shaped polygon round the origin, seldom convex.
+   function star(m, low, high) result(vertices)
+      integer, intent(in) :: m
+      real(wp), intent(in) :: low, high   !< bounds of the radius
+      real(wp) :: vertices(2, m)
+      real(wp) :: angle, radius
+      integer :: i
+
+      do i = 1, m
+         angle = 2.0_wp*pi*(real(i, wp) + random(-0.4_wp, 0.4_wp))/real(m, wp)
+         radius = random(low, high)
+         vertices(:, i) = radius*[cos(angle), sin(angle)]
+      end do
+   end function star
+
+   pure function rectangle(left, bottom, right, top) result(vertices)
+      real(wp), intent(in) :: left, bottom, right, top
+      real(wp) :: vertices(2, 4)
+
+      vertices = reshape([left, bottom, right, bottom, right, top, left, top], [2, 4])
+   end function rectangle
+
+   pure function turned(vertices, angle) result(copy)
+      real(wp), intent(in) :: vertices(:,:), angle
+      real(wp) :: copy(2, size(vertices, 2))
+
+      copy = matmul(reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2]), vertices)
+   end function turned
+
+   pure function shifted(vertices, by) result(copy)
+      real(wp), intent(in) :: vertices(:,:), by(2)
+      real(wp) :: copy(2, size(vertices, 2))
+
+      copy = vertices + spread(by, 2, size(vertices, 2))
+   end function shifted
+
+   !> Blocks of the gathered outlines, all of one material.
+   subroutine blocks_of(outlines, blocks)
+      type(outlines_type), intent(in) :: outlines
+      type(blocks_type), intent(out) :: blocks
+      type(material_type) :: rocks(1)
+      integer :: one(outlines%n)
+
+      rocks(1) = material_type('rock', 2500.0_wp, 5.0e9_wp, 0.25_wp, 0.0_wp, 0.0_wp)
+      one = 1
+      call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, one, one, rocks, .false.)
+   end subroutine blocks_of
+
+   !> Points and weights that integrate quadratics exactly over a polygon that is star-shaped round `centre`:
+   !> the middles of the sides of each triangle of the fan.
+   pure subroutine fan(vertices, centre, points, weights)
+      real(wp), intent(in) :: vertices(:,:), centre(2)
+      real(wp), allocatable, intent(out) :: points(:,:), weights(:)
+      real(wp) :: a(2), b(2)
+      integer :: i, m
+
+      m = size(vertices, 2)
+      allocate (points(2, 3*m), weights(3*m))
+      do i = 1, m
+         a = vertices(:, i)
+         b = vertices(:, modulo(i, m) + 1)
+         points(:, 3*i - 2) = 0.5_wp*(a + b)
+         points(:, 3*i - 1) = 0.5_wp*(a + centre)
+         points(:, 3*i) = 0.5_wp*(b + centre)
+         a = a - centre
+         b = b - centre
+         weights(3*i - 2:3*i) = 0.5_wp*(a(1)*b(2) - a(2)*b(1))/3.0_wp
+      end do
+   end subroutine fan
+
+end module models

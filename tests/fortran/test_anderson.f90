@@ -1,0 +1,107 @@
+!> Anderson acceleration of affine fixed points, whose solution is known.
+module test_anderson
+   use dda_kinds, only: wp
+   use dda_anderson, only: accelerate, anderson_type, forget
+   use models, only: random, random_vector, sow
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: anderson_suite
+
+contains
+
+   subroutine anderson_suite()
+      integer :: n, i
+
+      call sow(13)
+      do n = 1, 5
+         call case('affine and contracting')
+         do i = 1, 10
+            call converge(n, 0.6_wp, n + 1)
+         end do
+         call case('affine and diverging')
+         do i = 1, 10
+            call converge(n, 3.0_wp, n + 1)
+         end do
+      end do
+      call long_contraction()
+      call solved_already()
+      call used_again()
+   end subroutine anderson_suite
+
+   !> x = A x + b with ‖A‖ about `size_a`: the solution after `most` evaluations.
+   subroutine converge(n, size_a, most)
+      integer, intent(in) :: n, most
+      real(wp), intent(in) :: size_a
+      type(anderson_type) :: memory
+      real(wp) :: a(n, n), solution(n), x(n)
+      integer :: i, k
+
+      a = size_a/real(n, wp)*reshape(random_vector(n*n), [n, n])
+      do k = 1, n
+         a(k, k) = a(k, k) - 0.5_wp*size_a
+      end do
+      solution = random_vector(n)
+      x = 0.0_wp
+      do i = 1, most
+         call accelerate(memory, x, solution + matmul(a, x - solution))
+      end do
+      call check_close(x, solution, 'solution', absolute=1.0e-6_wp)
+   end subroutine converge
+
+   !> More unknowns than memory: faster than the plain iteration.
+   subroutine long_contraction()
+      integer, parameter :: n = 40
+      type(anderson_type) :: memory
+      real(wp) :: x(n), plain(n), rate(n), solution(n)
+      integer :: i
+
+      call case('more unknowns than memory')
+      rate = [(0.95_wp*real(i, wp)/real(n, wp), i=1, n)]
+      solution = random_vector(n)
+      x = 0.0_wp
+      plain = 0.0_wp
+      do i = 1, 40
+         call accelerate(memory, x, solution + rate*(x - solution))
+         plain = solution + rate*(plain - solution)
+      end do
+      call check(norm2(x - solution) < 1.0e-3_wp*norm2(plain - solution), 'a thousand times nearer in 40 iterations')
+   end subroutine long_contraction
+
+   subroutine solved_already()
+      type(anderson_type) :: memory
+      real(wp) :: x(3), solution(3)
+      integer :: i
+
+      call case('begun at the solution')
+      solution = [1.0_wp, -2.0_wp, 3.0_wp]
+      x = solution
+      do i = 1, 4
+         call accelerate(memory, x, solution)
+      end do
+      call check_close(x, solution, 'it stays', relative=1.0e-15_wp)
+   end subroutine solved_already
+
+   !> After `forget`, other sizes and other maps leave no trace.
+   subroutine used_again()
+      type(anderson_type) :: used, new
+      real(wp) :: x(2), y(2), long(30)
+      integer :: i
+
+      call case('forget')
+      long = 1.0_wp
+      do i = 1, 9
+         call accelerate(used, long, 0.5_wp*cos(long))
+      end do
+      call forget(used)
+      x = 0.0_wp
+      y = 0.0_wp
+      do i = 1, 3
+         call accelerate(used, x, [1.0_wp - 2.0_wp*x(2), 0.5_wp*x(1)])
+         call accelerate(new, y, [1.0_wp - 2.0_wp*y(2), 0.5_wp*y(1)])
+      end do
+      call check_close(x, y, 'as with a new memory')
+      call check_close(x, [0.5_wp, 0.25_wp], 'solution', absolute=1.0e-10_wp)
+   end subroutine used_again
+
+end module test_anderson

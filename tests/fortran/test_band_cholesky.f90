@@ -1,0 +1,164 @@
+!> The band factor, and the solver interface above it, against dense LAPACK.
+module test_band_cholesky
+   use dda_kinds, only: wp
+   use dda_band_cholesky, only: band_cholesky_type, analyse_band, factorise_band, solve_band
+   use dda_block_matrix, only: block_matrix_type, set_pattern
+   use dda_errors, only: error_type, error_input, error_solver
+   use dda_solver, only: solver_type, analyse, choose_solver, factorise, solve
+   use models, only: random, random_vector, sow
+   use testing, only: case, check, check_close, check_no_error, check_fails
+   implicit none
+   private
+   public :: band_cholesky_suite
+
+   interface
+      !> LAPACK: dense Cholesky solution.
+      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dposv
+   end interface
+
+contains
+
+   subroutine band_cholesky_suite()
+      call sow(12)
+      call patterns()
+      call band_of_a_chain()
+      call not_definite()
+      call solver_interface()
+   end subroutine band_cholesky_suite
+
+   subroutine patterns()
+      type(band_cholesky_type) :: factor
+      integer :: i, n, p
+      integer, allocatable :: pairs(:,:)
+
+      call case('against dense LAPACK, the same factor used again')
+      call compare(factor, 1, reshape([integer ::], [2, 0]))
+      call compare(factor, 4, reshape([integer ::], [2, 0]))
+      call compare(factor, 4, reshape([1, 2, 3, 4], [2, 2]))
+      call compare(factor, 5, reshape([5, 1, 5, 2, 5, 3, 5, 4], [2, 4]))
+      do i = 1, 10
+         n = 3 + 3*i
+         allocate (pairs(2, 2*n))
+         do p = 1, 2*n
+            pairs(:, p) = 1 + modulo([p, p + 1 + int(random(0.0_wp, 5.0_wp))], n)
+            if (pairs(1, p) == pairs(2, p)) pairs(2, p) = 1 + modulo(pairs(1, p), n)
+         end do
+         call compare(factor, n, pairs)
+         deallocate (pairs)
+      end do
+   end subroutine patterns
+
+   !> Any numbering of a chain has a band one block wide.
+   subroutine band_of_a_chain()
+      type(band_cholesky_type) :: factor
+      type(block_matrix_type) :: matrix
+
+      call case('a chain numbered at random')
+      call set_pattern(matrix, 7, reshape([4, 1, 1, 6, 6, 2, 2, 7, 7, 3, 3, 5], [2, 6]))
+      call analyse_band(factor, matrix)
+      call check(factor%half_width == 11, 'half width 11')
+   end subroutine band_of_a_chain
+
+   subroutine compare(factor, n, pairs)
+      type(band_cholesky_type), intent(inout) :: factor
+      integer, intent(in) :: n, pairs(:,:)
+      type(block_matrix_type) :: matrix
+      type(error_type), allocatable :: error
+      real(wp) :: dense(6*n, 6*n), b(6, n), x(6, n), expected(6*n)
+      integer :: pass, info
+
+      call set_pattern(matrix, n, pairs)
+      call analyse_band(factor, matrix)
+      do pass = 1, 2
+         call fill_definite(matrix, dense)
+         b = reshape(random_vector(6*n), [6, n])
+         call factorise_band(factor, matrix, error)
+         call check_no_error(error, 'factor')
+         call solve_band(factor, b, x)
+         expected = reshape(b, [6*n])
+         call dposv('L', 6*n, 1, dense, 6*n, expected, 6*n, info)
+         call check_close(reshape(x, [6*n]), expected, 'solution', relative=1.0e-12_wp)
+      end do
+   end subroutine compare
+
+   !> Random values, made definite by the diagonal.
+   subroutine fill_definite(matrix, dense)
+      type(block_matrix_type), intent(inout) :: matrix
+      real(wp), intent(out) :: dense(:,:)
+      real(wp) :: block(6, 6)
+      integer :: i, e, k, r, c
+
+      dense = 0.0_wp
+      do i = 1, matrix%n
+         r = 6*i - 5
+         block = reshape(random_vector(36), [6, 6])
+         block = matmul(block, transpose(block))
+         do k = 1, 6
+            block(k, k) = block(k, k) + 6.0_wp*(1.0_wp + real(count_row(matrix, i), wp))
+         end do
+         matrix%diagonal(:, :, i) = block
+         dense(r:r + 5, r:r + 5) = block
+         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            c = 6*matrix%column(e) - 5
+            matrix%lower(:, :, e) = reshape(random_vector(36), [6, 6])
+            dense(r:r + 5, c:c + 5) = matrix%lower(:, :, e)
+            dense(c:c + 5, r:r + 5) = transpose(matrix%lower(:, :, e))
+         end do
+      end do
+   end subroutine fill_definite
+
+   !> How many blocks row i is coupled to.
+   pure integer function count_row(matrix, i)
+      type(block_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: i
+
+      count_row = matrix%row_start(i + 1) - matrix%row_start(i) + count(matrix%column == i)
+   end function count_row
+
+   subroutine not_definite()
+      type(band_cholesky_type) :: factor
+      type(block_matrix_type) :: matrix
+      type(error_type), allocatable :: error
+      real(wp) :: dense(12, 12)
+
+      call case('not positive definite')
+      call set_pattern(matrix, 2, reshape([1, 2], [2, 1]))
+      call fill_definite(matrix, dense)
+      matrix%diagonal(3, 3, 2) = -1.0_wp
+      call analyse_band(factor, matrix)
+      call factorise_band(factor, matrix, error)
+      call check_fails(error, 'positive definite')
+      if (allocated(error)) call check(error%kind == error_solver, 'its kind')
+   end subroutine not_definite
+
+   subroutine solver_interface()
+      type(solver_type) :: solver
+      type(block_matrix_type) :: matrix
+      type(error_type), allocatable :: error
+      real(wp) :: dense(18, 18), b(6, 3), x(6, 3)
+
+      call case('the solver interface')
+      call choose_solver(solver, 'no such one', error)
+      call check_fails(error, 'no such one')
+      if (allocated(error)) call check(error%kind == error_input, 'its kind')
+      call choose_solver(solver, 'auto', error)
+      call check_no_error(error, 'auto')
+      call set_pattern(matrix, 3, reshape([1, 2, 2, 3], [2, 2]))
+      call fill_definite(matrix, dense)
+      b = reshape(random_vector(18), [6, 3])
+      x = 0.0_wp
+      call analyse(solver, matrix)
+      call factorise(solver, matrix, error)
+      call check_no_error(error, 'factor')
+      call solve(solver, b, x, error)
+      call check_no_error(error, 'solve')
+      call check_close(matmul(dense, reshape(x, [18])), reshape(b, [18]), 'K x = b', relative=1.0e-12_wp)
+   end subroutine solver_interface
+
+end module test_band_cholesky

@@ -1,0 +1,112 @@
+!> The block matrix against the dense matrix that it stands for.
+module test_block_matrix
+   use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type, clear, entry_of, multiply, set_pattern
+   use models, only: random, random_vector, sow
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: block_matrix_suite
+
+contains
+
+   subroutine block_matrix_suite()
+      integer :: i
+
+      call sow(11)
+      call case('a block alone')
+      call try_pattern(1, reshape([integer ::], [2, 0]))
+      call case('blocks apart')
+      call try_pattern(5, reshape([integer ::], [2, 0]))
+      call case('a pair, named twice and backwards')
+      call try_pattern(2, reshape([1, 2, 2, 1], [2, 2]))
+      call case('random patterns')
+      do i = 1, 20
+         call try_pattern(4 + i, random_pairs(4 + i, 6*i))
+      end do
+      call pattern_again()
+   end subroutine block_matrix_suite
+
+   !> Pairs i ≠ j in any order, with repeats.
+   function random_pairs(n, count) result(pairs)
+      integer, intent(in) :: n, count
+      integer :: pairs(2, count)
+      integer :: p
+
+      do p = 1, count
+         pairs(1, p) = 1 + int(random(0.0_wp, real(n, wp) - 1.0e-6_wp))
+         pairs(2, p) = 1 + modulo(pairs(1, p) + int(random(0.0_wp, real(n - 1, wp) - 1.0e-6_wp)), n)
+      end do
+   end function random_pairs
+
+   subroutine try_pattern(n, pairs)
+      integer, intent(in) :: n, pairs(:,:)
+      type(block_matrix_type) :: matrix
+      logical :: coupled(n, n)
+      integer :: p, i, j, found, wrong
+
+      call set_pattern(matrix, n, pairs)
+      coupled = .false.
+      do p = 1, size(pairs, 2)
+         coupled(pairs(1, p), pairs(2, p)) = .true.
+         coupled(pairs(2, p), pairs(1, p)) = .true.
+      end do
+      call check(size(matrix%column) == count(coupled)/2, 'each pair once')
+      call check(matrix%row_start(n + 1) == size(matrix%column) + 1, 'the rows hold all entries')
+      wrong = 0
+      do i = 1, n
+         do j = 1, n
+            if (i == j) cycle
+            found = entry_of(matrix, i, j)
+            if ((found > 0) .neqv. coupled(i, j)) wrong = wrong + 1
+            if (found /= entry_of(matrix, j, i)) wrong = wrong + 1
+            if (found > 0) wrong = wrong + merge(0, 1, matrix%column(found) == min(i, j))
+         end do
+         associate (row => matrix%column(matrix%row_start(i):matrix%row_start(i + 1) - 1))
+            if (any(row(2:) <= row(:size(row) - 1)) .or. any(row >= i)) wrong = wrong + 1
+         end associate
+      end do
+      call check(wrong == 0, 'every pair is found, no other; rows ascend below the diagonal')
+      call try_product(matrix)
+   end subroutine try_pattern
+
+   subroutine try_product(matrix)
+      type(block_matrix_type), intent(inout) :: matrix
+      real(wp) :: dense(6*matrix%n, 6*matrix%n), x(6, matrix%n), y(6, matrix%n)
+      integer :: i, e, r, c
+
+      dense = 0.0_wp
+      do i = 1, matrix%n
+         r = 6*i - 5
+         matrix%diagonal(:, :, i) = reshape(random_vector(36), [6, 6])
+         dense(r:r + 5, r:r + 5) = matrix%diagonal(:, :, i)
+         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            c = 6*matrix%column(e) - 5
+            matrix%lower(:, :, e) = reshape(random_vector(36), [6, 6])
+            dense(r:r + 5, c:c + 5) = matrix%lower(:, :, e)
+            dense(c:c + 5, r:r + 5) = transpose(matrix%lower(:, :, e))
+         end do
+      end do
+      x = reshape(random_vector(6*matrix%n), [6, matrix%n])
+      call multiply(matrix, x, y)
+      call check_close(reshape(y, [6*matrix%n]), matmul(dense, reshape(x, [6*matrix%n])), 'K x', relative=1.0e-14_wp)
+   end subroutine try_product
+
+   subroutine pattern_again()
+      type(block_matrix_type) :: matrix
+
+      call case('another pattern in the same matrix')
+      call set_pattern(matrix, 3, reshape([1, 2, 2, 3], [2, 2]))
+      matrix%diagonal = 1.0_wp
+      matrix%lower = 1.0_wp
+      call set_pattern(matrix, 4, reshape([1, 4], [2, 1]))
+      call check(all(shape(matrix%diagonal) == [6, 6, 4]) .and. all(shape(matrix%lower) == [6, 6, 1]), 'its size')
+      call check(entry_of(matrix, 1, 2) == 0 .and. entry_of(matrix, 4, 1) == 1, 'its entries')
+      call check_close(sum(abs(matrix%diagonal)) + sum(abs(matrix%lower)), 0.0_wp, 'its values are zero')
+      matrix%diagonal = 1.0_wp
+      matrix%lower = 1.0_wp
+      call clear(matrix)
+      call check_close(sum(abs(matrix%diagonal)) + sum(abs(matrix%lower)), 0.0_wp, 'cleared')
+   end subroutine pattern_again
+
+end module test_block_matrix

@@ -1,0 +1,260 @@
+!> Transfer functions: the paper's layered sites, the same from time stepping, and a large model.
+module test_transfer
+   use dda_kinds, only: wp, pi
+   use dda_baseline, only: baseline_type, make_motion_curve, acceleration_at
+   use dda_errors, only: error_type
+   use dda_input, only: read_model
+   use dda_linear_model, only: linear_model_type, linearise
+   use dda_measure, only: measure_point
+   use dda_model, only: model_type
+   use dda_simulation, only: simulation_type, start, advance
+   use dda_transfer, only: transfer_type, peak_type, prepare_transfer, transfer_at, undamped_transfer_at, transfer_error, &
+      transfer_peak
+   use check_models, only: layered_site, layered_site_two, brick_wall, linear_of
+   use testing, only: case, check, check_close, check_no_error, check_fails
+   implicit none
+   private
+   public :: transfer_suite
+
+   real(wp), parameter :: probed(5) = [1.0_wp, 8.0_wp, 13.9_wp, 23.0_wp, 42.0_wp]  !< Hz
+
+contains
+
+   subroutine transfer_suite()
+      call layered_sites()
+      call time_stepping(.false., 1.0_wp)
+      call time_stepping(.true., 1.0_wp)
+      call time_stepping(.false., 0.98_wp)
+      call peak_is_a_maximum()
+      call ritz_vectors()
+      call supports_apart()
+      call refusals()
+   end subroutine transfer_suite
+
+   !> Paper figures 15 and 16, exact: DDA there gives 29.07 @ 13.95 and 28.76 @ 14.23 Hz.
+   subroutine layered_sites()
+      call case('layered sites')
+      call check_site(layered_site(), 29.065_wp, 13.948_wp)
+      call check_site(layered_site_two(), 28.761_wp, 14.238_wp)
+   end subroutine layered_sites
+
+   subroutine check_site(text, amplitude, frequency)
+      character(len=*), intent(in) :: text
+      real(wp), intent(in) :: amplitude, frequency
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(peak_type) :: peak
+      type(error_type), allocatable :: error
+
+      call linear_of(linear, text, 'closed')
+      call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
+      call check_no_error(error, 'transfer')
+      call transfer_peak(transfer, 10.0_wp, 20.0_wp, peak)
+      call check(peak%inside, 'a peak inside the band')
+      call check_close(peak%amplitude, amplitude, 'amplification', relative=1.0e-3_wp)
+      call check_close(peak%frequency, frequency, 'resonance', relative=1.0e-3_wp)
+      call check_close(abs(transfer_at(transfer, 1.0e-3_wp)), 1.0_wp, 'static', absolute=1.0e-6_wp)
+      call check(abs(undamped_transfer_at(transfer, peak%frequency)) > 2*peak%amplitude, 'higher without damping')
+   end subroutine check_site
+
+   !> The ratio of two histories of a run, at any frequency, is the transfer function.
+   subroutine time_stepping(body_force, dynamic_factor)
+      logical, intent(in) :: body_force
+      real(wp), intent(in) :: dynamic_factor
+      type(simulation_type) :: simulation
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(error_type), allocatable :: error
+      complex(wp) :: measured(size(probed)), expected(size(probed))
+      integer :: i
+
+      call case('time stepping'//merge(' with body force', '                ', body_force))
+      call shaken(simulation, body_force, dynamic_factor)
+      call linearise(linear, simulation, 'closed', error)
+      call check_no_error(error, 'linearise')
+      call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
+      call check_no_error(error, 'transfer')
+      if (allocated(error)) return
+      call measure_ratio(simulation, body_force, measured)
+      do i = 1, size(probed)
+         expected(i) = transfer_at(transfer, probed(i))
+      end do
+      call check_close(real(measured), real(expected), 'real part', relative=2.0e-4_wp)
+      call check_close(aimag(measured), aimag(expected), 'imaginary part', relative=2.0e-4_wp)
+   end subroutine time_stepping
+
+   !> The layered site with a short pulse at its base.
+   subroutine shaken(simulation, body_force, dynamic_factor)
+      type(simulation_type), intent(out) :: simulation
+      logical, intent(in) :: body_force
+      real(wp), intent(in) :: dynamic_factor
+      integer, parameter :: samples = 41
+      real(wp), parameter :: height = 1.0e-6_wp
+      type(model_type) :: model
+      type(error_type), allocatable :: error
+      real(wp) :: pulse(samples)
+      integer :: i
+
+      call read_model(model, 'text.nml', layered_site(), error)
+      call check_no_error(error, 'input')
+      pulse = [(height*sin(pi*(i - 1)/(samples - 1))**4, i=1, samples)]
+      deallocate (model%motions)
+      allocate (model%motions(1))
+      if (body_force) then
+         model%control%base_motion(1) = 1
+         call make_motion_curve(model%motions(1)%curve, 'acceleration', 1.0e4_wp*pulse, 1.0e-3_wp, error, &
+            baseline_type(order=0))
+      else
+         model%fixed_points%motion(1) = 1
+         call make_motion_curve(model%motions(1)%curve, 'displacement', pulse, 1.0e-3_wp, error, baseline_type(order=0))
+      end if
+      call check_no_error(error, 'motion')
+      model%control%dynamic_factor = dynamic_factor
+      call start(simulation, model, error)
+      call check_no_error(error, 'start')
+   end subroutine shaken
+
+   !> Fourier sums of both points over a run that dies away.
+   subroutine measure_ratio(simulation, body_force, ratio)
+      type(simulation_type), intent(inout) :: simulation
+      logical, intent(in) :: body_force
+      complex(wp), intent(out) :: ratio(:)
+      integer, parameter :: steps = 8000
+      type(error_type), allocatable :: error
+      complex(wp) :: sums(size(ratio), 3), turn(size(ratio))
+      real(wp) :: out(2), in(2), rate(2), bend(2), base
+      integer :: i
+
+      sums = 0.0_wp
+      base = 0.0_wp
+      do i = 1, steps
+         call advance(simulation, error)
+         if (allocated(error)) then
+            call check_no_error(error, 'step')
+            return
+         end if
+         call measure_point(simulation%blocks, simulation%model%points(2), out, rate, bend)
+         call measure_point(simulation%blocks, simulation%model%points(1), in, rate, bend)
+         if (body_force) base = acceleration_at(simulation%model%motions(1)%curve, simulation%time)
+         turn = exp(cmplx(0.0_wp, -2.0_wp*pi*probed*simulation%time, wp))
+         sums(:, 1) = sums(:, 1) + out(1)*turn
+         sums(:, 2) = sums(:, 2) + in(1)*turn
+         sums(:, 3) = sums(:, 3) - base*turn/(2.0_wp*pi*probed)**2
+      end do
+      ratio = (sums(:, 1) + sums(:, 3))/(sums(:, 2) + sums(:, 3))
+   end subroutine measure_ratio
+
+   subroutine peak_is_a_maximum()
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(peak_type) :: peak
+      type(error_type), allocatable :: error
+      real(wp) :: largest
+      integer :: i
+
+      call case('peak against a fine grid')
+      call linear_of(linear, layered_site(), 'closed')
+      call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
+      call transfer_peak(transfer, 30.0_wp, 60.0_wp, peak)
+      largest = 0.0_wp
+      do i = 0, 30000
+         largest = max(largest, abs(transfer_at(transfer, 30.0_wp + 1.0e-3_wp*i)))
+      end do
+      call check_close(peak%amplitude, largest, 'second peak', relative=1.0e-6_wp)
+      call transfer_peak(transfer, 16.0_wp, 18.0_wp, peak)
+      call check(.not. peak%inside, 'the flank of a peak is not a peak')
+   end subroutine peak_is_a_maximum
+
+   !> A wall just too large for all its modes answers as with all of them.
+   subroutine ritz_vectors()
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(error_type), allocatable :: error
+      complex(wp) :: x(6), expected
+      integer :: i
+
+      call case('Ritz vectors')
+      call linear_of(linear, brick_wall(6, 8, '1.0e10', ''), 'closed')
+      call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 200.0_wp, error)
+      call check_no_error(error, 'transfer')
+      call check(size(transfer%lambda) < 6*linear%n, 'fewer vectors than modes')
+      call check(transfer_error(transfer, 200.0_wp) < 1.0e-8_wp, 'residual')
+      x = [1.0_wp, 20.0_wp, 60.0_wp, 65.0_wp, 130.0_wp, 190.0_wp]
+      do i = 1, size(x)
+         call solve_directly(linear, real(x(i)), expected)
+         call check_close(abs(transfer_at(transfer, real(x(i))) - expected), 0.0_wp, 'against a direct solution', &
+            absolute=1.0e-6_wp*abs(expected))
+      end do
+   end subroutine ritz_vectors
+
+   !> (K + cM) x = F by LAPACK, dense and complex.
+   subroutine solve_directly(linear, frequency, ratio)
+      use dda_scheme, only: inertia_factor
+      use dda_springs, only: spring_fixed
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: frequency
+      complex(wp), intent(out) :: ratio
+      interface
+         !> LAPACK: dense complex solution.
+         subroutine zgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+            import :: wp
+            integer, intent(in) :: n, nrhs, lda, ldb
+            complex(wp), intent(inout) :: a(lda, *), b(ldb, *)
+            integer, intent(out) :: ipiv(*), info
+         end subroutine zgesv
+      end interface
+      complex(wp) :: a(6*linear%n, 6*linear%n), x(6, linear%n), c
+      integer :: i, e, b, info, pivot(6*linear%n)
+
+      c = inertia_factor(2.0_wp*pi*frequency, linear%time_step, 1.0_wp)
+      a = 0.0_wp
+      do b = 1, linear%n
+         a(6*b - 5:6*b, 6*b - 5:6*b) = linear%stiffness%diagonal(:, :, b) + c*linear%mass(:, :, b)
+         do e = linear%stiffness%row_start(b), linear%stiffness%row_start(b + 1) - 1
+            i = linear%stiffness%column(e)
+            a(6*b - 5:6*b, 6*i - 5:6*i) = linear%stiffness%lower(:, :, e)
+            a(6*i - 5:6*i, 6*b - 5:6*b) = transpose(linear%stiffness%lower(:, :, e))
+         end do
+      end do
+      x = 0.0_wp
+      do i = 1, linear%springs%n
+         if (linear%springs%kind(i) /= spring_fixed .or. linear%springs%row_a(1, i) /= 1.0_wp) cycle
+         b = linear%springs%block_a(i)
+         x(:, b) = x(:, b) + linear%constants(spring_fixed)*linear%springs%row_a(:, i)
+      end do
+      call zgesv(6*linear%n, 1, a, 6*linear%n, pivot, x, 6*linear%n, info)
+      call check(info == 0, 'zgesv')
+      ratio = sum(linear%point_rows(1, :, 2)*x(:, linear%points(2)%block)) &
+         /sum(linear%point_rows(1, :, 1)*x(:, linear%points(1)%block))
+   end subroutine solve_directly
+
+   !> Only some of the fixed points move: the static answer is solved for.
+   subroutine supports_apart()
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(error_type), allocatable :: error
+
+      call case('supports that move apart')
+      call linear_of(linear, layered_site(), 'closed')
+      linear%fixed_points([1, 2])%motion(1) = 1
+      call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
+      call check_no_error(error, 'transfer')
+      call check_close(transfer%still(2), 0.5_wp, 'the middle of the base follows half', relative=1.0e-3_wp)
+      call check_close(abs(transfer_at(transfer, 1.0e-3_wp)), 1.0_wp, 'static', absolute=1.0e-3_wp)
+   end subroutine supports_apart
+
+   subroutine refusals()
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(error_type), allocatable :: error
+
+      call case('no transfer function')
+      call linear_of(linear, layered_site(), 'closed')
+      call prepare_transfer(transfer, linear, [3, 1], [1, 1], 1, 50.0_wp, error)
+      call check_fails(error, 'measured points')
+      linear%springs%n = 0
+      call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
+      call check_fails(error, 'no base')
+   end subroutine refusals
+
+end module test_transfer

@@ -1,0 +1,109 @@
+"""What the tests of the package and of the executable share."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from model_text import namelist
+
+ROOT = Path(__file__).parents[2]
+
+
+def executable(name: str) -> str:
+    """A program of the environment that runs the tests, or of the PATH."""
+    beside = Path(sys.executable).parent / name
+    found = str(beside) if beside.exists() else shutil.which(name)
+    assert found, f"{name} is not installed"
+    return found
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """Top of the source tree."""
+    return ROOT
+
+
+@pytest.fixture(scope="session", params=["sitedda", "sitedda-native"])
+def program(request):
+    """Each of the two programs: call it with arguments, get the completed process."""
+    return caller(request.param)
+
+
+@pytest.fixture(scope="session")
+def native():
+    """The executable without Python: call it with arguments."""
+    return caller("sitedda-native")
+
+
+@pytest.fixture(scope="session")
+def python_program():
+    """The command line of the package: call it with arguments."""
+    return caller("sitedda")
+
+
+def caller(name: str):
+    """A function that runs a program with arguments and returns the completed process."""
+    path = executable(name)
+
+    def call(*arguments, folder=None) -> subprocess.CompletedProcess:
+        return subprocess.run(
+            [path, *map(os.fspath, arguments)],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+
+    call.name = name
+    call.path = path
+    return call
+
+
+@pytest.fixture
+def write_input(tmp_path):
+    """Write groups, or a text, as an input file in the test's own folder."""
+
+    def write(groups, name: str = "model.nml") -> Path:
+        file = tmp_path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = groups if isinstance(groups, str | bytes) else namelist(groups)
+        file.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return file
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def same_bits():
+    """Assert that two output files, or datasets, hold the same bits in every variable."""
+
+    def compare(one, other, attributes=("title", "input_text", "step_control")):
+        one, other = load(one), load(other)
+        assert set(one.variables) == set(other.variables)
+        for name in one.variables:
+            left, right = one[name].values, other[name].values
+            assert (left.shape, left.dtype) == (right.shape, right.dtype), name
+            if left.dtype == object:
+                assert left.tolist() == right.tolist(), name
+            elif left.tobytes() != right.tobytes():
+                pytest.fail(f"{name} differs by up to {np.max(np.abs(left - right))}")
+        for name in attributes:
+            assert one.attrs[name] == other.attrs[name], name
+
+    return compare
+
+
+def load(source) -> xr.Dataset:
+    """A dataset in memory."""
+    if isinstance(source, xr.Dataset):
+        return source
+    with xr.open_dataset(source, engine="netcdf4") as dataset:
+        return dataset.load()

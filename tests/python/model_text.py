@@ -1,0 +1,95 @@
+"""Namelist inputs written from Python, and two small models that most tests start from."""
+
+from __future__ import annotations
+
+import copy
+
+ROCK = {"name": "rock", "density": 2643.0, "young_modulus": 4.788e9, "poisson_ratio": 0.25}
+BONDED = {
+    "name": "bedding",
+    "friction_angle": 50.0,
+    "cohesion": 100.0e6,
+    "tensile_strength": 50.0e6,
+}
+DRY = {"name": "bedding", "friction_angle": 35.0}
+
+
+def namelist(groups) -> str:
+    """The text of (group name, {variable: value}) pairs."""
+    return "\n".join(_group(name, values) for name, values in groups) + "\n"
+
+
+def _group(name: str, values: dict) -> str:
+    lines = [f"   {variable} = {_value(value)}" for variable, value in values.items()]
+    return "\n".join([f"&{name}", *lines, "/"])
+
+
+def _value(value) -> str:
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    if hasattr(value, "__len__"):
+        return ", ".join(_value(item) for item in value)
+    return repr(value.item() if hasattr(value, "item") else value)
+
+
+def changed(groups, group: str, which: int = 0, **values) -> list:
+    """A copy with variables of the `which`-th group of that name changed; None takes one out."""
+    groups = copy.deepcopy(list(groups))
+    target = [have for name, have in groups if name == group][which]
+    target.update(values)
+    for variable in [variable for variable, value in values.items() if value is None]:
+        del target[variable]
+    return groups
+
+
+def without(groups, group: str) -> list:
+    """A copy with no group of that name."""
+    return [pair for pair in copy.deepcopy(list(groups)) if pair[0] != group]
+
+
+def rectangle(left: float, bottom: float, width: float, height: float) -> list[float]:
+    """Vertices of an upright rectangle, counter-clockwise, as they stand in &block."""
+    right, top = left + width, bottom + height
+    return [left, bottom, right, bottom, right, top, left, top]
+
+
+def tower(layers: int = 3, steps: int = 60, joint=None, **control) -> list:
+    """Layers of 15 m x 1 m on a base block that a short pulse shakes."""
+    return [
+        ("run", {"title": "A small tower"}),
+        ("control", {"time_step": 1e-3, "steps": steps, **control}),
+        ("contact", {"normal_stiffness": 1.5e12}),
+        ("material", dict(ROCK)),
+        ("joint", dict(joint or BONDED)),
+        ("layers", {"name": "base", "bottom": -1.0, "width": 15.0, "thickness": 1.0}),
+        ("layers", {"name": "layer", "width": 15.0, "thickness": 1.0, "count": layers}),
+        (
+            "motion",
+            {
+                "name": "pulse",
+                "values": [0.0, 0.3, 0.5, 0.1, -0.4, -0.2, 0.0],
+                "time_step": 0.01,
+                "quantity": "acceleration",
+            },
+        ),
+        *(
+            ("fixed_point", {"x": x, "y": y, "motion_x": "pulse"})
+            for y in (-0.25, -0.75)
+            for x in (2.5, 12.5)
+        ),
+        ("measured_point", {"name": "base", "x": 7.5, "y": -0.5, "block": "base_1"}),
+        ("measured_point", {"name": "surface", "x": 7.5, "y": float(layers)}),
+        ("output", {"file": "tower.nc", "block_interval": 20}),
+    ]
+
+
+def flying_block(steps: int = 50, **control) -> list:
+    """One free block, 2 m x 1 m, with nothing to touch."""
+    return [
+        ("control", {"time_step": 1e-3, "steps": steps, **control}),
+        ("contact", {"normal_stiffness": 1.0e9}),
+        ("material", dict(ROCK)),
+        ("joint", dict(DRY)),
+        ("block", {"name": "brick", "vertices": rectangle(0.0, 0.0, 2.0, 1.0)}),
+        ("measured_point", {"name": "corner", "x": 2.0, "y": 1.0}),
+    ]

@@ -1,0 +1,278 @@
+"""Bad input: one message that names file, group and value, from both programs, and no harm done."""
+
+import numpy as np
+import pytest
+import sitedda
+from model_text import changed, flying_block, namelist, rectangle, tower, without
+
+SQUARE = rectangle(0.0, 0.0, 1.0, 1.0)
+OLD = b"an older result"
+
+
+def blocks(*outlines, **more) -> list:
+    """The flying block's model with other blocks."""
+    groups = without(without(flying_block(**more), "block"), "measured_point")
+    return [*groups, *(("block", {"vertices": outline}) for outline in outlines)]
+
+
+def moved(**values) -> list:
+    """The tower with its motion changed."""
+    return changed(tower(), "motion", **values)
+
+
+def record(text: str, **values) -> dict:
+    """The tower shaken by a record file of this text."""
+    take = {"values": None, "quantity": None, "time_step": None, "file": "record.txt"}
+    take |= {"quantity": "acceleration", "unit": "m/s2", "format": "text"} | values
+    return {"groups": moved(**take), "record.txt": text}
+
+
+# Each row: a name, the input, the group that the message must name, words and values it must hold.
+CASES = [
+    # What issue 2 lists
+    ("unknown group", [*tower(), ("blok", {"x": 1.0})], "&blok", ["no such group", "&block"]),
+    ("unknown variable", changed(tower(), "control", time_stop=1.0), "&control", ["time_stop"]),
+    ("missing record", moved(values=None, file="gone.smc"), "&motion", ["gone.smc"]),
+    ("negative density", changed(tower(), "material", density=-5.0), "&material", ["density", "-5"]),
+    ("zero time step", changed(tower(), "control", time_step=0.0), "&control", ["time_step = 0"]),
+    ("self-crossing", blocks([0.0, 0, 1, 1, 1, 0, 0, 1]), "&block", ["crosses"]),
+    ("clockwise", blocks([0.0, 0, 0, 1, 1, 1, 1, 0]), "&block", ["clockwise"]),
+    ("overlap", blocks(SQUARE, rectangle(0.5, 0.5, 1, 1)), "&block", ["overlaps", "0.5 m"]),
+    (
+        "fixed point outside",
+        [*tower(), ("fixed_point", {"x": 99.0, "y": 0.5})],
+        "&fixed_point",
+        ["99", "outside every block"],
+    ),
+    ("one sample", moved(values=[0.5]), "&motion", ["too few samples"]),
+    ("record of one sample", record("0.0 1.0\n"), "&motion", ["record.txt", "sample"]),
+    ("empty record", record(""), "&motion", ["record.txt"]),
+    # Numbers
+    ("density missing", changed(tower(), "material", density=None), "&material", ["density"]),
+    ("not a number", changed(tower(), "control", time_step=np.nan), "&control", ["time_step", "NaN"]),
+    ("infinite", changed(tower(), "material", density=np.inf), "&material", ["density", "Inf"]),
+    ("Poisson", changed(tower(), "material", poisson_ratio=0.5), "&material", ["poisson_ratio", "0.5"]),
+    ("Poisson missing", changed(tower(), "material", poisson_ratio=None), "&material", ["poisson_ratio"]),
+    ("no stiffness", changed(tower(), "material", young_modulus=0.0), "&material", ["young_modulus"]),
+    ("friction", changed(tower(), "joint", friction_angle=90.0), "&joint", ["friction_angle", "90"]),
+    ("cohesion", changed(tower(), "joint", cohesion=-1.0), "&joint", ["cohesion", "-1"]),
+    ("no steps", changed(tower(), "control", steps=None), "&control", ["duration", "steps"]),
+    ("both", changed(tower(), "control", duration=1.0), "&control", ["duration", "steps"]),
+    ("half steps", changed(tower(), "control", steps=1.5), "&control", ["steps = 1.5"]),
+    ("negative steps", changed(tower(), "control", steps=-3), "&control", ["steps = -3"]),
+    ("too short", changed(tower(), "control", steps=None, duration=1e-5), "&control", ["duration"]),
+    ("dynamic factor", changed(tower(), "control", dynamic_factor=1.2), "&control", ["dynamic_factor"]),
+    ("gravity", changed(tower(), "control", gravity=[0.0, np.nan]), "&control", ["gravity", "NaN"]),
+    ("stiffness", changed(tower(), "contact", normal_stiffness=-1.0), "&contact", ["normal_stiffness"]),
+    ("interval", changed(tower(), "output", history_interval=0), "&output", ["history_interval"]),
+    ("text", changed(tower(), "control", time_step="fast"), "&control", ["time_step"]),
+    ("word", changed(tower(), "control", analysis="3d"), "&control", ["analysis", "'3d'"]),
+    ("solver", changed(tower(), "control", solver="magic"), "&control", ["solver", "'magic'"]),
+    ("layers", changed(tower(), "layers", thickness=-1.0), "&layers", ["thickness", "-1"]),
+    ("no layers", changed(tower(), "layers", count=0), "&layers", ["count", "0"]),
+    # Names
+    ("material name", changed(tower(), "layers", material="gold"), "&layers", ["material", "'gold'"]),
+    ("joint name", changed(tower(), "layers", joint="glue"), "&layers", ["joint", "'glue'"]),
+    ("motion name", changed(tower(), "fixed_point", motion_x="x"), "&fixed_point", ["motion_x", "'x'"]),
+    ("base motion", changed(tower(), "control", base_motion_y="x"), "&control", ["base_motion_y", "'x'"]),
+    ("block name", changed(tower(), "measured_point", block="no"), "&measured_point", ["block", "'no'"]),
+    ("other block", changed(tower(), "measured_point", block="layer_1"), "&measured_point", ["layer_1"]),
+    ("twice", [*tower(), ("material", tower()[3][1])], "&material", ["'rock'", "twice"]),
+    ("two titles", [*tower(), ("run", {"title": "b"})], "&run", ["only once"]),
+    ("point twice", changed(tower(), "measured_point", name="surface"), "&measured_point", ["twice"]),
+    ("nameless", changed(tower(), "measured_point", name=None), "&measured_point", ["name"]),
+    # Shapes
+    ("two corners", blocks([0.0, 0.0, 1.0, 0.0]), "&block", ["2", "at least 3"]),
+    ("no corners", blocks([]), "&block", ["vertices"]),
+    ("half a corner", blocks([0.0, 0, 1, 0, 1, 1, 0]), "&block", ["vertices"]),
+    ("flat", blocks([0.0, 0, 1, 0, 2, 0]), "&block", ["vertices"]),
+    ("corner twice", blocks([0.0, 0, 1, 0, 1, 0, 1, 1, 0, 1]), "&block", ["repeats a vertex"]),
+    ("touches itself", blocks([0.0, 0, 4, 0, 4, 2, 2, 0, 0, 2]), "&block", ["touches itself"]),
+    ("vertex not a number", blocks([0.0, 0, 1, np.nan, 1, 1]), "&block", ["vertices", "NaN"]),
+    ("inside another", blocks(rectangle(0, 0, 3, 3), rectangle(1, 1, 1, 1)), "&block", ["overlaps"]),
+    ("the same twice", blocks(SQUARE, SQUARE), "&block", ["overlaps"]),
+    (
+        "a cross of two",
+        blocks(rectangle(-2, 0, 5, 1), rectangle(0, -2, 1, 5)),
+        "&block",
+        ["overlaps"],
+    ),
+    # Records, motions, loads
+    ("both sources", moved(file="record.txt"), "&motion", ["file", "values"]),
+    ("no source", moved(values=None), "&motion", ["file", "values"]),
+    ("quantity", moved(quantity="jerk"), "&motion", ["'jerk'"]),
+    ("unit", moved(unit="gal"), "&motion", ["'gal'"]),
+    ("motion step", moved(time_step=-0.01), "&motion", ["time_step", "-0.01"]),
+    ("value", moved(values=[0.0, np.nan, 1.0]), "&motion", ["values", "NaN"]),
+    ("gap in values", moved(values=[0.0, np.inf, 1.0]), "&motion", ["values", "Inf"]),
+    ("letters in a record", record("0.0 1.0\n0.1 abc\n0.2 1.0\n"), "&motion", ["record.txt", "abc"]),
+    ("record NaN", record("0.0 1.0\n0.1 NaN\n0.2 1.0\n"), "&motion", ["record.txt"]),
+    ("record format", record("0.0 1.0\n", format="xls"), "&motion", ["'xls'"]),
+    ("load", [*tower(), ("load", {"x": 1.0, "y": 0.5, "time": [0.0]})], "&load", ["time"]),
+    (
+        "load backwards",
+        [*tower(), ("load", {"x": 1.0, "y": 0.5, "time": [1.0, 0.0], "force_x": [1.0, 2.0]})],
+        "&load",
+        ["time"],
+    ),
+    (
+        "load of other length",
+        [*tower(), ("load", {"x": 1.0, "y": 0.5, "time": [0.0, 1.0], "force_x": [1.0]})],
+        "&load",
+        ["force_x"],
+    ),
+    (
+        "amplification point",
+        [*tower(), ("amplification", {"surface": "top", "lowest": 1.0, "highest": 9.0})],
+        "&amplification",
+        ["surface", "'top'"],
+    ),
+    (
+        "amplification band",
+        [*tower(), ("amplification", {"lowest": 9.0, "highest": 1.0})],
+        "&amplification",
+        ["highest"],
+    ),
+]
+
+# Texts that are no namelist: name, text, what the message must hold.
+TOWER = namelist(tower())
+TEXTS = [
+    ("no slash", TOWER.replace("/\n&contact", "\n&contact"), ["&control", "slash"]),
+    ("no last slash", TOWER.rstrip().removesuffix("/"), ["&output", "slash"]),
+    ("open quote", TOWER.replace("'tower.nc'", "'tower.nc"), ["&output", "quote"]),
+    ("prose", "shake it well\n" + TOWER, ["line 1", "'shake'"]),
+    ("stray word", TOWER.replace("&contact", "oops\n&contact"), ["line ", "'oops'"]),
+    ("nameless group", "& time_step = 1 /\n" + TOWER, ["line 1"]),
+    ("empty", "", ["&control"]),
+    ("only a comment", "! nothing yet\n", ["&control"]),
+    ("no control", namelist(without(tower(), "control")), ["&control"]),
+    ("no material", namelist(without(tower(), "material")), ["&material"]),
+    ("no joint", namelist(without(tower(), "joint")), ["&joint"]),
+    ("no blocks", namelist(without(without(flying_block(), "block"), "measured_point")), ["block"]),
+    ("two values", TOWER.replace("time_step = 0.001", "time_step = 0.001, 0.002"), ["&control"]),
+    ("decimal comma", TOWER.replace("density = 2643.0", "density = 2643,5"), ["&material"]),
+    ("a megabyte of noise", "&control " + "x" * 1_000_000 + " /\n", ["&control"]),
+    ("a null byte", TOWER.replace("steps = 60", "steps = 6\0"), ["&control"]),
+    ("a picture", "\x89PNG\r\n\x1a\n\0\0\0\rIHDR" * 20, ["line 1"]),
+]
+
+
+def both_complain(file, words, native, python_program, folder):
+    """Both programs refuse the input in the same words, and leave the older output alone."""
+    final = folder / "tower.nc"
+    final.write_bytes(OLD)
+    said = []
+    for program in (native, python_program):
+        done = program("run", file, "--quiet", "--output", final)
+        assert done.returncode == 1, (program.name, done.stdout, done.stderr)
+        lines = done.stderr.strip().splitlines()
+        assert len(lines) == 1, done.stderr
+        said.append(lines[0].removeprefix(f"{program.name}: "))
+    assert said[0] == said[1]
+    assert str(file) in said[0]
+    for word in words:
+        assert word in said[0], f"{word!r} is not in {said[0]!r}"
+    assert final.read_bytes() == OLD
+    assert not list(folder.glob("*.partial"))
+    with pytest.raises(sitedda.InputError) as caught:
+        sitedda.run(file)
+    assert str(caught.value) == said[0]
+
+
+@pytest.mark.parametrize(
+    ("groups", "group", "words"), [row[1:] for row in CASES], ids=[row[0] for row in CASES]
+)
+def test_values_that_make_no_sense(
+    groups, group, words, write_input, native, python_program, tmp_path
+):
+    if isinstance(groups, dict):
+        (tmp_path / "record.txt").write_text(groups["record.txt"])
+        groups = groups["groups"]
+    both_complain(write_input(groups), [group, *words], native, python_program, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [row[1:] for row in TEXTS], ids=[row[0] for row in TEXTS]
+)
+def test_texts_that_are_no_input(text, words, write_input, native, python_program, tmp_path):
+    file = write_input(text.encode("latin-1"))
+    both_complain(file, words, native, python_program, tmp_path)
+
+
+def test_a_missing_file_is_named(native, python_program, tmp_path):
+    both_complain(tmp_path / "gone.nml", ["no such file"], native, python_program, tmp_path)
+
+
+def test_a_folder_is_no_input(native, python_program, tmp_path):
+    (tmp_path / "folder.nml").mkdir()
+    done = [program("run", tmp_path / "folder.nml") for program in (native, python_program)]
+    assert {d.returncode for d in done} <= {1, 5}
+    assert all("folder.nml" in d.stderr and "Traceback" not in d.stderr for d in done)
+
+
+@pytest.mark.parametrize("line", [3, 40, 1000])
+def test_the_message_gives_the_line_of_the_group(line, write_input):
+    text = namelist([("material", {"density": -1.0})])
+    control = namelist([("control", {"time_step": 1.0, "steps": 1})])
+    file = write_input(control + "\n" * (line - control.count("\n") - 1) + text)
+    if control.count("\n") >= line:
+        file = write_input("\n" * (line - 1) + text + control)
+    with pytest.raises(sitedda.InputError, match=rf"&material \(line {line}\)"):
+        sitedda.run(file)
+
+
+# --- What must not be refused --------------------------------------------------------------------
+
+ODD = {
+    "windows line ends": lambda text: text.replace(b"\n", b"\r\n"),
+    "byte-order mark": lambda text: b"\xef\xbb\xbf" + text,
+    "both": lambda text: b"\xef\xbb\xbf" + text.replace(b"\n", b"\r\n"),
+    "no last line end": lambda text: text.rstrip(),
+    "tabs": lambda text: text.replace(b"   ", b"\t"),
+    "capitals": lambda text: text.replace(b"&control", b"&CONTROL").replace(b"steps", b"STEPS"),
+    "comments": lambda text: b"! caf\xc3\xa9 / & ' \"\n" + text.replace(b"\n", b" ! it's / & \"\n"),
+    "one line": lambda text: text.replace(b"\n", b" "),
+    "exponent d": lambda text: text.replace(b"2643.0", b"2.643D3"),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_but_good_texts_give_the_same_run(
+    name, write_input, native, python_program, tmp_path, same_bits
+):
+    plain = write_input(tower(steps=10))
+    expected = sitedda.run(plain).history
+    odd = write_input(ODD[name](plain.read_bytes()), "odd.nml")
+    for program in (native, python_program):
+        done = program("run", odd, "--quiet", "--output", tmp_path / "odd.nc")
+        assert done.returncode == 0, done.stderr
+        same_bits(expected, tmp_path / "odd.nc", attributes=("title", "step_control"))
+
+
+@pytest.mark.parametrize("folder", ["two words", "Größe α 地震", "it's 100%"])
+def test_paths_of_any_letters(folder, write_input, native, python_program, tmp_path, same_bits):
+    take = {"values": None, "time_step": None, "file": "rec dir/сейсмо грамма.txt", "unit": "m/s2"}
+    file = write_input(
+        changed(moved(format="text", **take), "control", steps=10), f"{folder}/Modell ü.nml"
+    )
+    (file.parent / "rec dir").mkdir()
+    samples = "".join(f"{0.01 * i} {np.sin(0.3 * i)}\n" for i in range(30))
+    (file.parent / "rec dir/сейсмо грамма.txt").write_text(samples)
+    outputs = []
+    for program in (native, python_program):
+        outputs.append(file.parent / f"Ausgabe β {program.name}.nc")
+        done = program("run", file, "--quiet", "--output", outputs[-1])
+        assert done.returncode == 0, done.stderr
+        assert outputs[-1].exists()
+    same_bits(*outputs)
+    same_bits(sitedda.run(file).history, outputs[0])
+
+
+def test_touching_blocks_do_not_overlap(write_input):
+    outlines = [rectangle(0.1 * i, 0.0, 0.1, 0.3) for i in range(20)]
+    assert sitedda.run(write_input(blocks(*outlines, steps=2))).complete
+
+
+def test_blocks_far_apart_do_not_overlap(write_input):
+    assert sitedda.run(write_input(blocks(SQUARE, rectangle(1e4, 0, 1, 1), steps=2))).complete

@@ -1,0 +1,271 @@
+"""Both command lines: sitedda run and sitedda-native run."""
+
+import importlib.metadata
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+
+import pytest
+import xarray as xr
+from model_text import DRY, changed, rectangle, tower
+
+NEVER_ENDING = 100_000_000  # steps
+
+
+def dataset(file) -> xr.Dataset:
+    with xr.open_dataset(file, engine="netcdf4") as opened:
+        return opened.load()
+
+
+def stubborn() -> list:
+    """A brick thrown into a corner at an angle with hardly any iterations allowed."""
+    return [
+        ("control", {"time_step": 1e-3, "steps": 400, "gravity": [3.0, -9.81]}),
+        ("contact", {"normal_stiffness": 1e8, "max_iterations": 2, "force_tolerance": 1e-15}),
+        (
+            "material",
+            {
+                "density": 2000.0,
+                "young_modulus": 1e9,
+                "poisson_ratio": 0.2,
+                "initial_velocity": [1.0, -3.0, 2.0],
+            },
+        ),
+        ("joint", dict(DRY)),
+        ("block", {"name": "ground", "vertices": rectangle(0, 0, 6, 1)}),
+        ("block", {"name": "brick", "vertices": [2.0, 1.01, 3.0, 1.05, 2.9, 2.0, 2.0, 1.9]}),
+        *(("fixed_point", {"x": x, "y": 0.5, "block": "ground"}) for x in (1.0, 5.0)),
+    ]
+
+
+# --- What both say -------------------------------------------------------------------------------
+
+
+def test_version_is_that_of_the_package(program):
+    done = program("--version")
+    assert done.returncode == 0
+    assert done.stdout == f"{program.name} {importlib.metadata.version('sitedda')}\n"
+
+
+def test_help_names_the_command(program):
+    done = program("--help")
+    assert done.returncode == 0
+    assert "run" in done.stdout and "usage" in done.stdout.lower()
+
+
+def test_a_run_writes_its_output_and_says_where(program, write_input, tmp_path):
+    file = write_input(tower(steps=40))
+    done = program("run", file, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "40 steps" in done.stdout
+    assert "output: tower.nc" in done.stdout
+    found = dataset(tmp_path / "tower.nc")
+    assert found.sizes["time"] == 41 and found.attrs["complete"] == "yes"
+    assert not list(tmp_path.glob("*.partial"))
+
+
+def test_output_goes_where_it_is_asked_for(program, write_input, tmp_path):
+    done = program("run", write_input(tower(steps=5)), "--output", tmp_path / "elsewhere.nc")
+    assert done.returncode == 0, done.stderr
+    assert f"output: {tmp_path / 'elsewhere.nc'}" in done.stdout
+    assert dataset(tmp_path / "elsewhere.nc").sizes["time"] == 6
+
+
+def test_an_older_output_is_replaced_when_the_new_one_is_complete(program, write_input, tmp_path):
+    (tmp_path / "tower.nc").write_bytes(b"an older result")
+    assert program("run", write_input(tower(steps=5)), "-q", folder=tmp_path).returncode == 0
+    assert dataset(tmp_path / "tower.nc").sizes["time"] == 6
+
+
+def test_amplification_is_printed_in_the_same_words_by_both(
+    native, python_program, write_input, tmp_path
+):
+    asked = ("amplification", {"lowest": 1.0, "highest": 200.0})
+    file = write_input([*tower(layers=4, steps=800), asked])
+    lines = []
+    for program in (native, python_program):
+        done = program("run", file, "-o", tmp_path / f"{program.name}.nc", "-q")
+        assert done.returncode == 0, done.stderr
+        lines.append([line for line in done.stdout.splitlines() if line.startswith("ampl")])
+    assert lines[0] == lines[1] and len(lines[0]) == 1
+    assert re.search(r'surface/base \("within"\): [\d.]+ at [\d.]+ Hz \(bin width', lines[0][0])
+
+
+def test_a_picture_is_drawn_beside_the_output_unless_unwanted(
+    python_program, write_input, tmp_path
+):
+    asked = ("amplification", {"lowest": 1.0, "highest": 200.0})
+    file = write_input([*tower(layers=2, steps=300), asked])
+    plain = python_program("run", file, "-o", tmp_path / "plain.nc", "--no-plot")
+    drawn = python_program("run", file, "-o", tmp_path / "drawn.nc")
+    assert (plain.returncode, drawn.returncode) == (0, 0), drawn.stderr
+    assert sorted(f.name for f in tmp_path.glob("*.png")) == ["drawn.png"]
+    assert (tmp_path / "drawn.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_set_changes_the_input(python_program, write_input, tmp_path):
+    file = write_input(tower(steps=40))
+    changes = ["--set", "time_step=5e-4", "--set", "steps=7", "--set", "title=Other"]
+    done = python_program("run", file, "-o", tmp_path / "set.nc", *changes)
+    assert done.returncode == 0, done.stderr
+    found = dataset(tmp_path / "set.nc")
+    assert found.time.values[-1] == 7 * 5e-4
+    assert found.attrs["title"] == "Other"
+
+
+# --- Progress ------------------------------------------------------------------------------------
+
+
+def test_native_progress_states_time_share_and_time_left(native, write_input, tmp_path):
+    done = native("run", write_input(tower(steps=500)), folder=tmp_path)
+    line = [line for line in done.stdout.splitlines() if line.startswith("t = ")][-1]
+    assert re.fullmatch(r"t = 0?\.500 of 0?\.500 s, 100\.0 %, spent .* s, left .* s", line), line
+
+
+def test_python_progress_bar_reaches_the_end(python_program, write_input, tmp_path):
+    done = python_program("run", write_input(tower(steps=500)), folder=tmp_path)
+    assert "0.50/0.50 s" in done.stderr
+    assert "100%" in done.stderr
+
+
+def test_quiet_shows_no_progress(program, write_input, tmp_path):
+    done = program("run", write_input(tower(steps=500)), "--quiet", folder=tmp_path)
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert "t = " not in done.stdout
+
+
+# --- Exit statuses -------------------------------------------------------------------------------
+
+
+def test_bad_input_is_status_1(program, tmp_path):
+    done = program("run", tmp_path / "nowhere.nml")
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"{program.name}: ") and "nowhere.nml" in done.stderr
+
+
+def test_a_step_that_does_not_close_is_status_3_and_located(program, write_input, tmp_path):
+    done = program("run", write_input(stubborn()), "-o", tmp_path / "out.nc", "-q")
+    assert done.returncode == 3, (done.stdout, done.stderr)
+    assert re.search(r"step \d+ at t = .*does not converge.*block .*'brick'", done.stderr)
+    assert "try" in done.stderr
+    assert not (tmp_path / "out.nc").exists()
+    kept = dataset(tmp_path / "out.nc.partial")
+    assert kept.attrs["complete"] == "no" and kept.sizes["time"] > 1
+
+
+def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_path):
+    done = program("run", write_input(tower()), "-o", tmp_path / "no/such/folder/out.nc")
+    assert done.returncode == 5
+    assert "no/such/folder/out.nc" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("walk", "a.nml"), ("run",), ("run", "a.nml", "b.nml"), ("run", "a.nml", "--colour")],
+)
+def test_a_wrong_command_line_fails_with_a_message(program, arguments):
+    done = program(*arguments)
+    assert done.returncode in (1, 2)
+    assert done.stderr.strip() and "Traceback" not in done.stderr
+
+
+def test_an_option_without_its_value_fails_with_a_message(program, write_input):
+    done = program("run", write_input(tower(steps=1)), "--output")
+    assert done.returncode in (1, 2)
+    assert "--output" in done.stderr
+
+
+# --- Ctrl-C --------------------------------------------------------------------------------------
+
+
+def start(program, file, folder) -> subprocess.Popen:
+    """Start a run in the background and wait until it has written something."""
+    running = subprocess.Popen(
+        [program.path, "run", file],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    partial = folder / "tower.nc.partial"
+    deadline = time.monotonic() + 60
+    while not (partial.exists() and partial.stat().st_size > 100_000):
+        assert running.poll() is None, running.communicate()
+        assert time.monotonic() < deadline, "nothing was written"
+        time.sleep(0.02)
+    return running
+
+
+def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
+    final = tmp_path / "tower.nc"
+    final.write_bytes(b"an older result")
+    running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+    assert running.returncode == 6, err
+    assert "Traceback" not in err
+    assert "interrupted" in err and "tower.nc.partial" in out
+    kept = dataset(tmp_path / "tower.nc.partial")
+    assert kept.attrs["complete"] == "no"
+    assert kept.sizes["time"] > 100
+    assert (kept.time.diff("time") > 0).all()
+    assert bool(kept.displacement.notnull().all())
+    assert final.read_bytes() == b"an older result"
+
+
+def test_the_kept_part_is_the_beginning_of_the_whole(
+    python_program, write_input, tmp_path, same_bits
+):
+    running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=60)
+    kept = dataset(tmp_path / "tower.nc.partial")
+    steps = kept.sizes["time"] - 1
+    whole = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
+    assert python_program("run", write_input(whole, "whole.nml"), folder=tmp_path).returncode == 0
+    history = dataset(tmp_path / "whole.nc")
+    for name in ("time", "displacement", "velocity", "acceleration", "energy_balance"):
+        assert kept[name].values.tobytes() == history[name].values.tobytes(), name
+
+
+def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_path):
+    final = tmp_path / "tower.nc"
+    final.write_bytes(b"an older result")
+    running = start(program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.kill()
+    running.communicate(timeout=60)
+    assert final.read_bytes() == b"an older result"
+
+
+def test_ctrl_c_on_the_executable_keeps_what_was_computed(native, write_input, tmp_path):
+    """The usage of sitedda-native promises status 6 for an interrupted run."""
+    if "6 interrupted" not in native("--help").stdout:
+        pytest.skip("the executable makes no promise about Ctrl-C")
+    running = start(native, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=60)
+    assert running.returncode == 6
+    assert dataset(tmp_path / "tower.nc.partial").attrs["complete"] == "no"
+
+
+# --- The environment -----------------------------------------------------------------------------
+
+
+def test_the_executable_needs_no_python(native, write_input, tmp_path):
+    linked = subprocess.run([shutil.which("ldd"), native.path], capture_output=True, text=True)
+    assert "libpython" not in linked.stdout
+    bare = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    done = subprocess.run(
+        [native.path, "run", write_input(tower(steps=5)), "-q"],
+        cwd=tmp_path,
+        env=bare | {"PATH": "/nowhere"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
