@@ -24,11 +24,12 @@ module dda_settling
    end type settling_type
 
    integer, parameter :: most_steps = 100
-   integer, parameter :: quiet_steps = 3               !< in a row, to be steady
+   integer, parameter :: quiet_steps = 2               !< in a row, to be steady
    real(wp), parameter :: first_fall = 1.0e-3_wp       !< of the contact distance, free fall in the first step
    real(wp), parameter :: quiet = 1.0e-7_wp            !< of half the model size, a move that counts as none
    real(wp), parameter :: long_step = 1.0e2_wp         !< of the first Δt: quiet means something from here on
    real(wp), parameter :: longest_step = 1.0e4_wp      !< of the first Δt
+   real(wp), parameter :: growth = 10.0_wp             !< of Δt after a good step
 
 contains
 
@@ -104,7 +105,7 @@ contains
          settled%time_step = 0.25_wp*settled%time_step
       end do
       same = same_states(old, settled%contacts(settled%now))
-      settled%time_step = min(2.0_wp*settled%time_step, longest_step*first_step)
+      settled%time_step = min(growth*settled%time_step, longest_step*first_step)
    end subroutine try_step
 
    pure logical function same_states(old, new)

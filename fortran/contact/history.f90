@@ -14,6 +14,7 @@ module dda_history
 
    !> Where the old contacts of each vertex are.
    type :: history_type
+      real(wp) :: touching = 0.0_wp     !< gap up to which a new contact is taken to press at first, m
       integer, allocatable :: head(:)   !< [vertices] first old contact of a vertex, as 2c or 2c+1
       integer, allocatable :: next(:)   !< [2·contacts+1] the next one
       logical, allocatable :: taken(:)  !< [contacts] already handed on
@@ -21,15 +22,18 @@ module dda_history
 
 contains
 
-   subroutine prepare_history(history, vertices)
+   subroutine prepare_history(history, vertices, touching)
       type(history_type), intent(out) :: history
       integer, intent(in) :: vertices
+      real(wp), intent(in) :: touching  !< m
 
+      history%touching = touching
       allocate (history%head(vertices), source=0)
       allocate (history%next(1), history%taken(0))
    end subroutine prepare_history
 
-   !> Give the new list the histories of the old one; contacts without one start open and unbonded.
+   !> Give the new list the histories of the old one; contacts without one start unbonded, and are
+   !> assumed to stick if they touch.
    subroutine inherit(new, old, history)
       type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old
@@ -38,7 +42,7 @@ contains
 
       call index_by_vertex(history, old)
       do c = 1, new%n
-         new%state(c) = merge(contact_stick, contact_open, new%gap(c) < 0.0_wp)
+         new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= history%touching)
          new%bonded(c) = .false.
          new%bond_length(c) = 0.0_wp
          new%stretch(c) = 0.0_wp

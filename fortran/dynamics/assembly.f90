@@ -159,10 +159,14 @@ contains
    end function support_target
 
    !> Put the springs and slide forces of the contacts, in their assumed states, on top of the base.
-   subroutine assemble_contacts(system, contacts, normal_stiffness, shear_stiffness, matrix_too)
+   !>
+   !> A sliding contact may keep a part of its shear spring about the slip of the last iteration, which slows the
+   !> iteration where it would overshoot and leaves its solution as it is.
+   subroutine assemble_contacts(system, contacts, normal_stiffness, shear_stiffness, kept, matrix_too)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: normal_stiffness, shear_stiffness
+      real(wp), intent(in) :: kept       !< share of the shear spring under sliding contacts
       logical, intent(in) :: matrix_too  !< .false. if K̂ still holds these springs
       integer :: c
 
@@ -174,23 +178,23 @@ contains
       do c = 1, contacts%n
          if (contacts%state(c) == contact_open) cycle
          call add_contact_load(system%rhs(:, contacts%block_v(c)), system%rhs(:, contacts%block_e(c)), contacts, c, &
-            normal_stiffness, shear_stiffness)
+            normal_stiffness, shear_stiffness, kept)
          if (matrix_too) call add_springs(system, contacts, c, normal_stiffness, &
-            merge(shear_stiffness, 0.0_wp, contacts%state(c) == contact_stick))
+            merge(shear_stiffness, kept*shear_stiffness, contacts%state(c) == contact_stick))
       end do
    end subroutine assemble_contacts
 
    !> Forces of contact c at d = 0 in its assumed state.
-   pure subroutine add_contact_load(rhs_v, rhs_e, contacts, c, normal_stiffness, shear_stiffness)
+   pure subroutine add_contact_load(rhs_v, rhs_e, contacts, c, normal_stiffness, shear_stiffness, kept)
       real(wp), intent(inout) :: rhs_v(6), rhs_e(6)
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: c
-      real(wp), intent(in) :: normal_stiffness, shear_stiffness
+      real(wp), intent(in) :: normal_stiffness, shear_stiffness, kept
       real(wp) :: push, drag
 
       push = contacts%pressure(c) - normal_stiffness*contacts%gap(c)
       drag = shear_stiffness*contacts%stretch(c)
-      if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c)
+      if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) - kept*shear_stiffness*contacts%slide_slip(c)
       rhs_v = rhs_v + push*contacts%normal_v(:, c) - drag*contacts%shear_v(:, c)
       rhs_e = rhs_e - push*contacts%normal_e(:, c) + drag*contacts%shear_e(:, c)
    end subroutine add_contact_load

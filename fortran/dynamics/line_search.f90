@@ -18,20 +18,20 @@ module dda_line_search
 
 contains
 
-   !> Shorten system%d towards system%previous_d if the function turns upwards before.
+   !> Shorten system%d towards system%previous_d if the function turns upwards before; `part` of the way is left.
    !>
    !> On entry the contacts hold gap and slip of the new d.
-   subroutine descend(system, contacts, laws, shortened)
+   subroutine descend(system, contacts, laws, part)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      logical, intent(out) :: shortened
+      real(wp), intent(out) :: part
       real(wp) :: low, high, middle, start, growth
       integer :: i
 
       call quadratic_slope(system, start, growth)
-      shortened = start + growth + contact_slope(system, contacts, laws, 1.0_wp) > abs(growth)*rounding
-      if (.not. shortened) return
+      part = 1.0_wp
+      if (start + growth + contact_slope(system, contacts, laws, 1.0_wp) <= abs(growth)*rounding) return
       low = 0.0_wp
       high = 1.0_wp
       do i = 1, bisections
@@ -42,7 +42,8 @@ contains
             low = middle
          end if
       end do
-      system%d = system%previous_d + high*(system%d - system%previous_d)
+      part = high
+      system%d = system%previous_d + part*(system%d - system%previous_d)
    end subroutine descend
 
    !> Slope of the quadratic part at the previous d, and how much it grows up to the new one.

@@ -17,6 +17,9 @@ module dda_open_close
    public :: iteration_type, close_contacts, solve_assumed, measure_contacts, assumed_normal, assumed_shear
 
 
+   real(wp), parameter :: short_way = 0.5_wp, good_way = 0.9_wp  !< parts of a way that overshot, or did not
+   real(wp), parameter :: least_kept = 0.01_wp                   !< share of the shear springs to begin with
+
    !> Settings and outcome of the iteration of one step.
    type :: iteration_type
       integer :: max_iterations = 200
@@ -30,6 +33,7 @@ module dda_open_close
       real(wp) :: tolerance = 0.0_wp               !< that it had to reach
       integer :: worst = 0                         !< contact with that difference
       real(wp) :: penetration_tolerance = 0.0_wp   !< m; > 0: augmented Lagrangian, else penalty alone
+      real(wp) :: kept = 0.0_wp                    !< share of the shear springs under sliding contacts
       type(anderson_type) :: slide_memory          !< of the fixed point of the slide forces
    end type iteration_type
 
@@ -44,44 +48,68 @@ contains
       type(laws_type), intent(in) :: laws
       type(error_type), allocatable, intent(out) :: error
       integer :: changed, i
+      logical :: new_matrix, tightened
 
-      iteration%iterations = 0
-      iteration%changes = 0
-      iteration%broken = 0
-      call forget(iteration%slide_memory)
+      call begin_iteration(iteration)
       changed = 0
+      new_matrix = .true.
       do i = 1, iteration%max_iterations
          iteration%iterations = i
-         call solve_assumed(system, solver, contacts, laws, i == 1 .or. changed > 0, changed, error)
+         call solve_assumed(iteration, system, solver, contacts, laws, new_matrix, changed, error)
          if (allocated(error)) return
          call ask_contacts(iteration, system%d, contacts, laws)
          if (iteration%residual <= iteration%tolerance) then
             call break_bonds(iteration, contacts, changed)
-            if (changed == 0 .and. tight(iteration, contacts)) return
+            if (changed == 0) call tighten(iteration, contacts, tightened)
+            if (changed == 0 .and. .not. tightened) return
          end if
-         call globalise(iteration, system, contacts, laws)
+         call globalise(iteration, system, contacts, laws, new_matrix)
          call adopt_answers(iteration, contacts, changed)
+         new_matrix = new_matrix .or. changed > 0
          iteration%changes = iteration%changes + changed
       end do
       call fail(error, error_convergence, 'the open–close iteration does not converge')
    end subroutine close_contacts
 
+   pure subroutine begin_iteration(iteration)
+      type(iteration_type), intent(inout) :: iteration
+
+      iteration%iterations = 0
+      iteration%changes = 0
+      iteration%broken = 0
+      iteration%kept = 0.0_wp
+      call forget(iteration%slide_memory)
+   end subroutine begin_iteration
+
    !> Where states change, do not go up: shorten the way from the last d if the energy rises on it.
-   subroutine globalise(iteration, system, contacts, laws)
+   !>
+   !> A way that had to be shortened much overshot in contacts that slide freely and are then found to
+   !> stick; they keep a growing part of their shear springs until the way is good again.
+   subroutine globalise(iteration, system, contacts, laws, new_matrix)
       type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
-      logical :: shortened
+      logical, intent(out) :: new_matrix  !< the part that is kept has changed
+      real(wp) :: part, before
 
+      new_matrix = .false.
       if (iteration%iterations == 1) return
-      if (all(contacts%answer(:contacts%n) == contacts%state(:contacts%n))) return
-      call descend(system, contacts, laws, shortened)
-      if (shortened) call ask_contacts(iteration, system%d, contacts, laws)
+      part = 1.0_wp
+      if (any(contacts%answer(:contacts%n) /= contacts%state(:contacts%n))) then
+         call descend(system, contacts, laws, part)
+         if (part < 1.0_wp) call ask_contacts(iteration, system%d, contacts, laws)
+      end if
+      before = iteration%kept
+      if (part < short_way) iteration%kept = min(1.0_wp, max(least_kept, 3*before))
+      if (part > good_way) iteration%kept = before/3
+      if (iteration%kept < 0.1_wp*least_kept) iteration%kept = 0.0_wp
+      new_matrix = iteration%kept /= before
    end subroutine globalise
 
    !> Solve for d with the contacts in their assumed states.
-   subroutine solve_assumed(system, solver, contacts, laws, new_matrix, changes, error)
+   subroutine solve_assumed(iteration, system, solver, contacts, laws, new_matrix, changes, error)
+      type(iteration_type), intent(in) :: iteration
       type(system_type), intent(inout) :: system
       type(solver_type), intent(inout) :: solver
       type(contacts_type), intent(in) :: contacts
@@ -90,7 +118,7 @@ contains
       integer, intent(in) :: changes     !< springs changed since the last solve
       type(error_type), allocatable, intent(out) :: error
 
-      call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, new_matrix)
+      call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept, new_matrix)
       if (new_matrix) call renew(solver, system%matrix, system%base, changes, error)
       if (allocated(error)) return
       system%previous_d = system%d
@@ -115,7 +143,7 @@ contains
          response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), contacts%pressure(c)), &
             contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c))
          difference = max(abs(response%normal_force - assumed_normal(contacts, laws, c)), &
-            abs(response%shear_force - assumed_shear(contacts, laws, c)))
+            abs(response%shear_force - assumed_shear(iteration, contacts, laws, c)))
          if (difference > iteration%residual) then
             iteration%residual = difference
             iteration%worst = c
@@ -156,14 +184,16 @@ contains
    end function assumed_normal
 
    !> Shear force that the solve assumed in contact c.
-   pure real(wp) function assumed_shear(contacts, laws, c)
+   pure real(wp) function assumed_shear(iteration, contacts, laws, c)
+      type(iteration_type), intent(in) :: iteration
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       integer, intent(in) :: c
 
       assumed_shear = 0.0_wp
       if (contacts%state(c) == contact_stick) assumed_shear = laws%shear_stiffness*(contacts%stretch(c) + contacts%slip(c))
-      if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c)
+      if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c) &
+         + iteration%kept*laws%shear_stiffness*(contacts%slip(c) - contacts%slide_slip(c))
    end function assumed_shear
 
    !> Break the bonds that the converged solution overloads; the iteration then goes on without them.
@@ -182,24 +212,25 @@ contains
       iteration%broken = iteration%broken + broken
    end subroutine break_bonds
 
-   !> Contacts that press neither penetrate nor gape beyond the tolerance, if there is one; else the
-   !> multipliers take over the forces.
+   !> Contacts that press must neither penetrate nor gape beyond the tolerance, if there is one; where they do,
+   !> the multipliers take over the forces.
    !>
    !> Augmented Lagrangian by Uzawa's iteration: the next solve starts from contacts that already press.
-   logical function tight(iteration, contacts)
+   subroutine tighten(iteration, contacts, tightened)
       type(iteration_type), intent(in) :: iteration
       type(contacts_type), intent(inout) :: contacts
+      logical, intent(out) :: tightened  !< the multipliers have changed
       integer :: c
 
-      tight = .true.
+      tightened = .false.
       if (iteration%penetration_tolerance <= 0.0_wp) return
-      tight = all(abs(contacts%new_gap(:contacts%n)) <= iteration%penetration_tolerance .or. &
-         contacts%state(:contacts%n) == contact_open .or. contacts%bonded(:contacts%n))
-      if (tight) return
+      tightened = any(abs(contacts%new_gap(:contacts%n)) > iteration%penetration_tolerance .and. &
+         contacts%state(:contacts%n) /= contact_open .and. .not. contacts%bonded(:contacts%n))
+      if (.not. tightened) return
       do c = 1, contacts%n
          if (.not. contacts%bonded(c)) contacts%pressure(c) = max(0.0_wp, contacts%normal_force(c))
       end do
-   end function tight
+   end subroutine tighten
 
    !> Assume what the contacts answered; count the changes that alter the matrix.
    !>
@@ -213,7 +244,8 @@ contains
 
       n = contacts%n
       changed = count(contacts%answer(:n) /= contacts%state(:n))
-      if (changed > 0) then
+      contacts%slide_slip(:n) = contacts%slip(:n)
+      if (changed > 0 .or. iteration%kept > 0.0_wp) then
          call forget(iteration%slide_memory)
          contacts%state(:n) = contacts%answer(:n)
          contacts%slide_force(:n) = contacts%shear_force(:n)

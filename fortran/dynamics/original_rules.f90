@@ -38,14 +38,15 @@ contains
 
       iteration%changes = 0
       iteration%broken = 0
+      iteration%kept = 0.0_wp
       do i = 1, most_iterations
          iteration%iterations = i
-         call solve_assumed(system, solver, contacts, laws, .true., 0, error)
+         call solve_assumed(iteration, system, solver, contacts, laws, .true., 0, error)
          if (allocated(error)) return
          call measure_contacts(contacts, system%d)
          do c = 1, contacts%n
             contacts%normal_force(c) = assumed_normal(contacts, laws, c)
-            contacts%shear_force(c) = assumed_shear(contacts, laws, c)
+            contacts%shear_force(c) = assumed_shear(iteration, contacts, laws, c)
             contacts%answer(c) = next_state(contacts, laws, half_size, c)
          end do
          switched = count((contacts%answer(:contacts%n) == contact_open) &

@@ -24,6 +24,7 @@ module dda_simulation
 
    real(wp), parameter :: search_margin = 1.0_wp   !< of the contact distance, searched beyond need
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< of Δt when adaptive
+   real(wp), parameter :: touching = 1.0e-12_wp    !< of half the model size: no gap
    integer, parameter :: most_attempts = 40        !< at one step
 
    !> What has been counted since the start.
@@ -74,7 +75,7 @@ contains
       if (allocated(error)) return
       call set_laws(simulation%laws, model%joints, model%contact%normal_stiffness, model%contact%shear_ratio)
       call prepare_detection(simulation%detection, simulation%blocks, contact_distance(model))
-      call prepare_history(simulation%history, size(simulation%blocks%owner))
+      call prepare_history(simulation%history, size(simulation%blocks%owner), touching*half_size(simulation%blocks))
       call prepare_system(simulation%system, simulation%blocks%n)
       gravity = norm2(model%control%gravity)
       simulation%iteration%max_iterations = model%contact%max_iterations
