@@ -3,7 +3,7 @@ module dda_text
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: to_text, lower_case, quoted
+   public :: to_text, lower_case, quoted, whole_characters
 
    !> A number written in as few characters as a reader needs.
    interface to_text
@@ -92,8 +92,35 @@ contains
       integer, parameter :: longest = 80
 
       inside = trim(text)
-      if (len(inside) > longest) inside = inside(:longest)//'…'
+      if (len(inside) > longest) inside = whole_characters(inside(:longest))//'…'
       inside = "'"//inside//"'"
    end function quoted
+
+   !> A text cut anywhere, without the beginning of a character of several bytes at its end (UTF-8).
+   pure function whole_characters(text) result(whole)
+      character(len=*), intent(in) :: text
+      character(len=:), allocatable :: whole
+      integer :: last
+
+      last = len(text)
+      do while (last > 0)
+         if (iachar(text(last:last)) < 128) exit
+         last = last - 1
+         if (iachar(text(last + 1:last + 1)) >= 192) exit
+      end do
+      whole = text(:last)
+      if (last < len(text)) then
+         if (length_of_character(text(last + 1:last + 1)) == len(text) - last) whole = text
+      end if
+   end function whole_characters
+
+   !> Bytes of the character that begins with this one.
+   pure integer function length_of_character(first) result(bytes)
+      character, intent(in) :: first
+
+      bytes = 2
+      if (iachar(first) >= 224) bytes = 3
+      if (iachar(first) >= 240) bytes = 4
+   end function length_of_character
 
 end module dda_text

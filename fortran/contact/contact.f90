@@ -45,6 +45,8 @@ module dda_contact
       integer, allocatable :: answer(:)        !< state that the solution calls for
       real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m
       real(wp), allocatable :: slip(:)         !< slip during the step, linear in d, m
+      real(wp), allocatable :: opening(:)      !< change of the gap by the last solve, m
+      real(wp), allocatable :: slipping(:)     !< change of the slip by the last solve, m
       real(wp), allocatable :: overload(:)     !< by how much a bond is over its strength, as a ratio
       real(wp), allocatable :: normal_force(:) !< compression positive, N/m
       real(wp), allocatable :: shear_force(:)  !< resists slip of the vertex along the edge, N/m
@@ -83,6 +85,8 @@ contains
       call grow_values(contacts%slide_slip, room)
       call grow_values(contacts%new_gap, room)
       call grow_values(contacts%slip, room)
+      call grow_values(contacts%opening, room)
+      call grow_values(contacts%slipping, room)
       call grow_values(contacts%overload, room)
       call grow_values(contacts%normal_force, room)
       call grow_values(contacts%shear_force, room)

@@ -31,6 +31,7 @@ module dda_detection
       integer :: vertex, edge
       real(wp) :: normal(2)    !< outward normal of the edge
       real(wp) :: gap          !< m
+      logical :: past_end      !< it is nearer to the edge's end than to its start
       real(wp) :: overshoot    !< how far the foot lies beyond the edge, m, ≤ 0 on it
       real(wp) :: separation   !< least sine of the angle between the edge and the vertex' own edges
    end type choice_type
@@ -130,6 +131,7 @@ contains
       choice%normal = [along(2), -along(1)]
       choice%gap = dot_product(choice%normal, from)
       choice%overshoot = max(-foot, foot - length)
+      choice%past_end = foot > 0.5_wp*length
       choice%separation = 0.0_wp
    end function examine
 
@@ -149,7 +151,7 @@ contains
       best%gap = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          choice = examine(blocks, neighbours%probe(1, p), neighbours%edge(i))
-         if (choice%overshoot > 0.0_wp .or. abs(choice%gap) > distance) cycle
+         if (abs(choice%gap) > distance .or. .not. faces(blocks, neighbours, choice, distance)) cycle
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
             if (choice%gap > best%gap) best = choice
          else if (.not. hidden(blocks, neighbours, p, choice)) then
@@ -162,6 +164,22 @@ contains
          met = .true.
       end if
    end subroutine meet_edges
+
+   !> The foot lies on the edge; or it lies beyond an end where the block has a notch, which a penetrating
+   !> vertex does.
+   pure logical function faces(blocks, neighbours, choice, distance)
+      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(in) :: neighbours
+      type(choice_type), intent(in) :: choice
+      real(wp), intent(in) :: distance
+      integer :: end_vertex
+
+      faces = choice%overshoot <= 0.0_wp
+      if (faces .or. choice%gap >= 0.0_wp .or. choice%overshoot > distance) return
+      end_vertex = choice%edge
+      if (choice%past_end) end_vertex = next_vertex(blocks, choice%edge)
+      faces = .not. neighbours%convex(end_vertex)
+   end function faces
 
    !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
    !> a convex corner, or on the other face of a thin part.
@@ -178,7 +196,7 @@ contains
       if (choice%gap >= 0.0_wp) return
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          other = examine(blocks, choice%vertex, neighbours%edge(i))
-         if (other%overshoot > 0.0_wp .or. other%gap <= choice%gap) cycle
+         if (other%overshoot > 0.0_wp .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) cycle
          across = next_vertex(blocks, other%edge) == choice%edge .and. neighbours%convex(choice%edge)
          across = across .or. (next_vertex(blocks, choice%edge) == other%edge .and. neighbours%convex(other%edge))
          if (across .or. dot_product(other%normal, choice%normal) < -0.5_wp) hidden = .true.

@@ -13,7 +13,8 @@ module dda_line_search
    private
    public :: descend
 
-   integer, parameter :: bisections = 40
+   integer, parameter :: most_looks = 40
+   real(wp), parameter :: flat = 1.0e-6_wp        !< a slope below this share of the first one is none
    real(wp), parameter :: rounding = 1.0e-10_wp  !< a slope below this share of the curvature is none
 
 contains
@@ -23,26 +24,37 @@ contains
    !> On entry the contacts hold gap and slip of the new d.
    subroutine descend(system, contacts, laws, part)
       type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
+      type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
       real(wp), intent(out) :: part
-      real(wp) :: low, high, middle, start, growth
-      integer :: i
+      real(wp) :: start, growth, up, down, far, near, here, first
+      integer :: look
 
-      call quadratic_slope(system, start, growth)
       part = 1.0_wp
-      if (start + growth + contact_slope(system, contacts, laws, 1.0_wp) <= abs(growth)*rounding) return
-      low = 0.0_wp
-      high = 1.0_wp
-      do i = 1, bisections
-         middle = 0.5_wp*(low + high)
-         if (start + middle*growth + contact_slope(system, contacts, laws, middle) > 0.0_wp) then
-            high = middle
+      call quadratic_slope(system, start, growth)
+      call measure_way(system, contacts)
+      up = start + growth + contact_slope(contacts, laws, 1.0_wp)
+      if (up <= abs(growth)*rounding) return
+      down = start + contact_slope(contacts, laws, 0.0_wp)
+      first = down
+      near = 0.0_wp
+      far = 1.0_wp
+      ! Regula falsi; halving the slope of an end that stays (Illinois) keeps it from creeping.
+      do look = 1, most_looks
+         part = near - down*(far - near)/(up - down)
+         if (.not. (part > near .and. part < far)) part = 0.5_wp*(near + far)
+         here = start + part*growth + contact_slope(contacts, laws, part)
+         if (abs(here) <= flat*abs(first)) exit
+         if (here > 0.0_wp) then
+            far = part
+            up = here
+            down = 0.5_wp*down
          else
-            low = middle
+            near = part
+            down = here
+            up = 0.5_wp*up
          end if
       end do
-      part = high
       system%d = system%previous_d + part*(system%d - system%previous_d)
    end subroutine descend
 
@@ -62,27 +74,35 @@ contains
       end do
    end subroutine quadratic_slope
 
-   !> Slope of all contacts a part of the way from the previous d to the new one.
-   pure real(wp) function contact_slope(system, contacts, laws, part) result(slope)
+   !> How much each contact opens and slips on the way from the previous d to the new one.
+   pure subroutine measure_way(system, contacts)
       type(system_type), intent(in) :: system
+      type(contacts_type), intent(inout) :: contacts
+      real(wp) :: way_v(6), way_e(6)
+      integer :: c
+
+      do c = 1, contacts%n
+         way_v = system%d(:, contacts%block_v(c)) - system%previous_d(:, contacts%block_v(c))
+         way_e = system%d(:, contacts%block_e(c)) - system%previous_d(:, contacts%block_e(c))
+         contacts%opening(c) = dot_product(contacts%normal_v(:, c), way_v) - dot_product(contacts%normal_e(:, c), way_e)
+         contacts%slipping(c) = dot_product(contacts%shear_v(:, c), way_v) - dot_product(contacts%shear_e(:, c), way_e)
+      end do
+   end subroutine measure_way
+
+   !> Slope of all contacts a part of the way from the previous d to the new one.
+   pure real(wp) function contact_slope(contacts, laws, part) result(slope)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       real(wp), intent(in) :: part
       type(response_type) :: response
-      real(wp) :: opening, slipping
       integer :: c
 
       slope = 0.0_wp
       do c = 1, contacts%n
-         associate (i => contacts%block_v(c), j => contacts%block_e(c))
-            opening = dot_product(contacts%normal_v(:, c), system%d(:, i) - system%previous_d(:, i)) &
-               - dot_product(contacts%normal_e(:, c), system%d(:, j) - system%previous_d(:, j))
-            slipping = dot_product(contacts%shear_v(:, c), system%d(:, i) - system%previous_d(:, i)) &
-               - dot_product(contacts%shear_e(:, c), system%d(:, j) - system%previous_d(:, j))
-         end associate
          response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), contacts%pressure(c)), &
-            contacts%new_gap(c) - (1.0_wp - part)*opening, contacts%stretch(c) + contacts%slip(c) - (1.0_wp - part)*slipping)
-         slope = slope - response%normal_force*opening + response%shear_force*slipping
+            contacts%new_gap(c) - (1.0_wp - part)*contacts%opening(c), &
+            contacts%stretch(c) + contacts%slip(c) - (1.0_wp - part)*contacts%slipping(c))
+         slope = slope - response%normal_force*contacts%opening(c) + response%shear_force*contacts%slipping(c)
       end do
    end function contact_slope
 

@@ -18,6 +18,8 @@ module dda_open_close
 
 
    real(wp), parameter :: short_way = 0.5_wp, good_way = 0.9_wp  !< parts of a way that overshot, or did not
+   real(wp), parameter :: very_short_way = 0.1_wp
+   integer, parameter :: most_short_ways = 2     !< then one whole way, over whatever holds the search up
    real(wp), parameter :: least_kept = 0.01_wp                   !< share of the shear springs to begin with
 
    !> Settings and outcome of the iteration of one step.
@@ -31,6 +33,7 @@ module dda_open_close
       integer :: broken = 0                        !< bonds broken in this step
       real(wp) :: residual = 0.0_wp                !< largest force difference, N/m
       real(wp) :: tolerance = 0.0_wp               !< that it had to reach
+      integer :: short_ways = 0                    !< ways in a row that had to be shortened very much
       integer :: worst = 0                         !< contact with that difference
       real(wp) :: penetration_tolerance = 0.0_wp   !< m; > 0: augmented Lagrangian, else penalty alone
       real(wp) :: kept = 0.0_wp                    !< share of the shear springs under sliding contacts
@@ -78,6 +81,7 @@ contains
       iteration%changes = 0
       iteration%broken = 0
       iteration%kept = 0.0_wp
+      iteration%short_ways = 0
       call forget(iteration%slide_memory)
    end subroutine begin_iteration
 
@@ -96,10 +100,12 @@ contains
       new_matrix = .false.
       if (iteration%iterations == 1) return
       part = 1.0_wp
-      if (any(contacts%answer(:contacts%n) /= contacts%state(:contacts%n))) then
+      if (iteration%short_ways < most_short_ways .and. &
+         any(contacts%answer(:contacts%n) /= contacts%state(:contacts%n))) then
          call descend(system, contacts, laws, part)
          if (part < 1.0_wp) call ask_contacts(iteration, system%d, contacts, laws)
       end if
+      iteration%short_ways = merge(iteration%short_ways + 1, 0, part < very_short_way)
       before = iteration%kept
       if (part < short_way) iteration%kept = min(1.0_wp, max(least_kept, 3*before))
       if (part > good_way) iteration%kept = before/3
@@ -148,7 +154,7 @@ contains
             iteration%residual = difference
             iteration%worst = c
          end if
-         contacts%answer(c) = response%state
+         contacts%answer(c) = next_state(contacts, response, c)
          contacts%normal_force(c) = response%normal_force
          contacts%shear_force(c) = response%shear_force
          contacts%overload(c) = response%overload
@@ -156,6 +162,18 @@ contains
       end do
       iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
    end subroutine ask_contacts
+
+   !> The state to assume next.  Slip that turns round sticks first: the trial from the other bound would
+   !> otherwise jump between the two bounds for ever.
+   pure integer function next_state(contacts, response, c)
+      type(contacts_type), intent(in) :: contacts
+      type(response_type), intent(in) :: response
+      integer, intent(in) :: c
+
+      next_state = response%state
+      if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
+         .and. response%shear_force*contacts%slide_force(c) < 0.0_wp) next_state = contact_stick
+   end function next_state
 
    !> Gap and slip of all contacts at d.
    pure subroutine measure_contacts(contacts, d)

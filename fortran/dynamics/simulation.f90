@@ -88,6 +88,9 @@ contains
       call reserve(simulation%contacts(1), simulation%blocks%n)
       call reserve(simulation%contacts(2), simulation%blocks%n)
       call find_contacts(simulation)
+      associate (contacts => simulation%contacts(simulation%now))
+         contacts%new_gap(:contacts%n) = contacts%gap(:contacts%n)
+      end associate
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
       if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), half_size(model%blocks))
       call open_books(simulation%energy, simulation%model, simulation%blocks, &
@@ -142,7 +145,8 @@ contains
       type(simulation_type), intent(inout) :: simulation
       real(wp) :: distance
 
-      distance = max(simulation%detection%distance, 2.5_wp*simulation%speed*simulation%time_step)
+      distance = max(simulation%detection%distance, 2.5_wp*simulation%speed*simulation%time_step, &
+         2*deepest_penetration(simulation%contacts(simulation%now)))
       if (distance + 2*simulation%neighbours%travel > simulation%neighbours%reach) then
          call find_neighbours(simulation%neighbours, simulation%blocks, (1.0_wp + search_margin)*distance)
          call set_matrix_pattern(simulation%system, simulation%blocks%n, simulation%neighbours)
@@ -151,6 +155,14 @@ contains
       end if
       call renew_contacts(simulation, distance)
    end subroutine find_contacts
+
+   !> How deep the last step's contacts went, m: what presses must not be lost from the list.
+   pure real(wp) function deepest_penetration(contacts) result(depth)
+      type(contacts_type), intent(in) :: contacts
+
+      depth = max(0.0_wp, -minval(contacts%new_gap(:contacts%n)))
+      if (contacts%n == 0) depth = 0.0_wp
+   end function deepest_penetration
 
    !> A new list from geometry, with the histories of the old one.
    subroutine renew_contacts(simulation, distance)

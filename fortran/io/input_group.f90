@@ -3,7 +3,7 @@ module dda_input_group
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
    use dda_namelist_groups, only: group_type
-   use dda_text, only: to_text, quoted
+   use dda_text, only: to_text, quoted, lower_case
    implicit none
    private
    public :: place_type, place_of_group, complain, complain_of_read, require_positive, require_within, require_finite
@@ -47,10 +47,15 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       type(place_type), intent(in) :: place
       character(len=*), intent(in) :: message  !< iomsg of the read
+      character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
       character(len=*), parameter :: unknown = 'Cannot match namelist object name '
 
       if (index(message, unknown) == 1) then
-         call complain(error, place, 'there is no variable '//quoted(message(len(unknown) + 1:))//' in this group')
+         if (verify(lower_case(message(len(unknown) + 1:len(unknown) + 1)), letters) > 0) then
+            call complain(error, place, quoted(message(len(unknown) + 1:))//' cannot be read as a value here')
+         else
+            call complain(error, place, 'there is no variable '//quoted(message(len(unknown) + 1:))//' in this group')
+         end if
       else if (index(message, 'End of file') > 0) then
          call complain(error, place, 'the group ends in the middle of a value')
       else

@@ -44,8 +44,8 @@ contains
       call require_within(error, place, 'poisson_ratio', poisson_ratio, -0.99_wp, 0.499_wp)
       call require_finite(error, place, 'initial_stress', initial_stress)
       call require_finite(error, place, 'initial_velocity', initial_velocity)
-      call require_within(error, place, 'density', density, 1.0e-6_wp, 1.0e9_wp)
-      call require_within(error, place, 'young_modulus', young_modulus, 1.0_wp, 1.0e15_wp)
+      call require_within(error, place, 'density', density, 1.0e-15_wp, 1.0e15_wp)
+      call require_within(error, place, 'young_modulus', young_modulus, 1.0e-6_wp, 1.0e18_wp)
       new = material_type(name, density, young_modulus, poisson_ratio, initial_stress, initial_velocity)
    end subroutine read_material
 
@@ -193,6 +193,7 @@ contains
          call complain(error, place, trouble%message)
          return
       end if
+      new%file = record%file
       new%source = trim(new%name)//': '//record%file//' '//record%station//' '//record%description//', '// &
          to_text(size(record%values))//' samples of '//record%quantity//' every '//to_text(record%time_step)//' s; '// &
          new%curve%method

@@ -21,25 +21,28 @@ module dda_input_points
 contains
 
    !> The block that holds a point: the named one, else the first that does.
-   subroutine find_block(place, blocks, names, wanted, x, y, b, error)
+   subroutine find_block(place, blocks, names, origin, wanted, x, y, b, error)
       type(place_type), intent(in) :: place
       type(blocks_type), intent(in) :: blocks
       character(len=*), intent(in) :: names(:)   !< [n] of the blocks
+      real(wp), intent(in) :: origin(2)          !< of the engine's coordinates, for messages
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
       real(wp), intent(in) :: x, y
       integer, intent(out) :: b
       type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: point
       integer :: status
 
       b = 0
       call require_finite(error, place, 'x', [x])
       call require_finite(error, place, 'y', [y])
       if (allocated(error)) return
+      point = 'the point ('//to_text(x + origin(1))//', '//to_text(y + origin(2))//')'
       if (wanted == '') then
          do b = 1, blocks%n
             if (holds(blocks, b, [x, y])) return
          end do
-         call complain(error, place, 'the point ('//to_text(x)//', '//to_text(y)//') lies outside every block')
+         call complain(error, place, point//' lies outside every block')
          return
       end if
       b = findloc(names == wanted, .true., 1)
@@ -50,8 +53,7 @@ contains
             return
          end if
       end if
-      if (.not. holds(blocks, b, [x, y])) call complain(error, place, 'the point ('//to_text(x)//', '//to_text(y)// &
-         ') lies outside block '//quoted(wanted))
+      if (.not. holds(blocks, b, [x, y])) call complain(error, place, point//' lies outside block '//quoted(wanted))
    end subroutine find_block
 
    pure logical function holds(blocks, b, point)
@@ -90,7 +92,7 @@ contains
       read (group, nml=fixed_point, iostat=status, iomsg=message)
       if (status /= 0) call complain_of_read(error, place, message)
       call to_model_origin(x, y, origin)
-      call find_block(place, blocks, names, block, x, y, new%block, error)
+      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
       if (.not. any(direction == [character(len=2) :: 'xy', 'x', 'y'])) call complain(error, place, &
          'direction = '//quoted(direction)//" must be 'x', 'y' or 'xy'")
       if (allocated(error)) return
@@ -148,7 +150,7 @@ contains
       read (group, nml=load, iostat=status, iomsg=message)
       if (status /= 0) call complain_of_read(error, place, message)
       call to_model_origin(x, y, origin)
-      call find_block(place, blocks, names, block, x, y, new%block, error)
+      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
       n = count(is_set(time))
       if (n < 2) call complain(error, place, 'time: at least 2 values are needed')
       if (.not. any(is_set(force_x))) force_x(:n) = 0.0_wp
@@ -187,7 +189,7 @@ contains
       read (group, nml=measured_point, iostat=status, iomsg=message)
       if (status /= 0) call complain_of_read(error, place, message)
       call to_model_origin(x, y, origin)
-      call find_block(place, blocks, names, block, x, y, new%block, error)
+      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
       if (name == '') call complain(error, place, 'name is missing')
       if (allocated(error)) return
       new%name = name

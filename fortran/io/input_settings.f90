@@ -5,6 +5,7 @@ module dda_input_settings
    use dda_input_group, only: place_type, complain, complain_of_read, require_positive, require_within, require_finite, &
       unset, is_set, name_length
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
+   use dda_solver, only: solver_names
    use dda_text, only: quoted, to_text
    implicit none
    private
@@ -65,6 +66,8 @@ contains
       call require_finite(error, place, 'gravity', gravity)
       if (.not. is_set(least_time_step)) least_time_step = 1.0e-6_wp*time_step
       call require_positive(error, place, 'least_time_step', least_time_step)
+      if (.not. any(solver == solver_names)) call complain(error, place, 'solver = '//quoted(solver)// &
+         ' is not known; there are'//listed(solver_names))
       call count_steps(error, place, time_step, duration, steps)
       if (.not. any(time_step_control == [character(len=8) :: 'fixed', 'adaptive'])) call complain(error, place, &
          'time_step_control = '//quoted(time_step_control)//" must be 'fixed' or 'adaptive'")
@@ -76,6 +79,17 @@ contains
          dynamic_factor, max_displacement_ratio, gravity, analysis == 'plane_strain', 0, solver(:16))
       base_motion = [base_motion_x, base_motion_y]
    end subroutine read_control
+
+   pure function listed(names) result(list)
+      character(len=*), intent(in) :: names(:)
+      character(len=:), allocatable :: list
+      integer :: i
+
+      list = ''
+      do i = 1, size(names)
+         list = list//merge(', ', '  ', i > 1)//trim(names(i))
+      end do
+   end function listed
 
    !> The number of steps, from `steps` or from `duration`.
    subroutine count_steps(error, place, time_step, duration, steps)

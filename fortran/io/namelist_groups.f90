@@ -1,7 +1,7 @@
 !> A namelist text cut into its groups, comments removed, each with the line it begins at.
 module dda_namelist_groups
    use dda_errors, only: error_type, error_input, fail
-   use dda_text, only: to_text, lower_case, quoted
+   use dda_text, only: to_text, lower_case, quoted, whole_characters
    implicit none
    private
    public :: group_type, split_groups
@@ -32,6 +32,10 @@ contains
       line = 1
       if (len(text) >= 3) then
          if (text(1:3) == char(239)//char(187)//char(191)) at = 4   ! byte-order mark
+      end if
+      if (index(text, achar(0)) > 0) then
+         call fail(error, error_input, file//' is not a text file: byte '//to_text(index(text, achar(0)))//' is zero')
+         return
       end if
       do
          call skip_blank(text, at, line)
@@ -171,7 +175,7 @@ contains
       integer :: length
 
       length = scan(text//' ', ' '//tab//newline//carriage_return) - 1
-      word = text(:min(length, 40))
+      word = whole_characters(text(:min(length, 40)))
    end function first_word
 
    subroutine double(groups)

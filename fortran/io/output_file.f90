@@ -2,16 +2,19 @@
 !>
 !> It grows under the name FILE.partial and gets its own name when the run is complete.
 module dda_output_file
-   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
+   use, intrinsic :: iso_c_binding, only: c_null_char
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, stress_of
    use dda_contact, only: contacts_type
    use dda_energy, only: energy_terms, energy_names, energy_values
    use dda_errors, only: error_type, error_file, fail
+   use dda_file_system, only: rename_file, same_file, in_use, is_folder, folder_of
    use dda_measure, only: measure_point
+   use dda_model, only: model_type
    use dda_netcdf_calls, only: dataset_type, checked, define, define_dimension, describe, put
    use dda_simulation, only: simulation_type, summary
+   use dda_text, only: quoted
    use dda_version, only: version
    use netcdf, only: nf90_create, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, nf90_unlimited, &
       nf90_double, nf90_int, nf90_char, nf90_put_att, nf90_put_var
@@ -42,14 +45,6 @@ module dda_output_file
       real(wp), allocatable :: point(:,:,:,:)     !< [2, points, buffered, 3] displacement, velocity, acceleration
    end type output_type
 
-   interface
-      !> C library: give a file another name, atomically.
-      integer(c_int) function c_rename(from, to) bind(c, name='rename')
-         import :: c_char, c_int
-         character(kind=c_char), intent(in) :: from(*), to(*)
-      end function c_rename
-   end interface
-
 contains
 
    !> Create the file and write what does not change.
@@ -64,7 +59,7 @@ contains
       output%dataset%file = file//partial
       points = size(simulation%model%points)
       allocate (output%time_buffer(buffered), output%sample(buffered, per_sample), output%point(2, points, buffered, 3))
-      call check_folder(file, error)
+      call check_target(file, simulation%model, error)
       if (allocated(error)) return
       call checked(output%dataset, nf90_create(output%dataset%file, ior(nf90_netcdf4, nf90_clobber), output%dataset%id), &
          'create the file')
@@ -72,17 +67,28 @@ contains
       if (allocated(output%dataset%error)) error = output%dataset%error
    end subroutine open_output
 
-   !> The folder must be there; what netCDF says of a missing one misleads.
-   subroutine check_folder(file, error)
+   !> The output must not be a folder, the input or a record, and nobody else may be writing it.
+   subroutine check_target(file, model, error)
       character(len=*), intent(in) :: file
+      type(model_type), intent(in) :: model
       type(error_type), allocatable, intent(out) :: error
-      logical :: exists
+      integer :: i
 
-      if (index(file, '/') == 0) return
-      inquire (file=file(:index(file, '/', back=.true.))//'.', exist=exists)
-      if (.not. exists) call fail(error, error_file, file//': the folder '//file(:index(file, '/', back=.true.))// &
-         ' does not exist')
-   end subroutine check_folder
+      if (file == '' .or. is_folder(file)) then
+         call fail(error, error_file, 'the output '//quoted(file)//' is a folder, not a file name')
+      else if (.not. is_folder(folder_of(file))) then
+         call fail(error, error_file, file//': the folder '//folder_of(file)//' does not exist')
+      else if (same_file(file, model%file)) then
+         call fail(error, error_file, 'the output '//file//' would replace the input')
+      else if (in_use(file//partial)) then
+         call fail(error, error_file, file//partial//' is being written by another run')
+      end if
+      do i = 1, size(model%motions)
+         if (allocated(error)) return
+         if (same_file(file, model%motions(i)%file)) call fail(error, error_file, &
+            'the output '//file//' would replace the record of motion '//trim(model%motions(i)%name))
+      end do
+   end subroutine check_target
 
    subroutine define_file(output, simulation)
       type(output_type), intent(inout) :: output
@@ -360,7 +366,7 @@ contains
 
       call close_output(output, simulation, 'yes', error)
       if (allocated(error)) return
-      if (c_rename(output%dataset%file//c_null_char, output%file//c_null_char) /= 0) call fail(error, error_file, &
+      if (.not. rename_file(output%dataset%file, output%file)) call fail(error, error_file, &
          output%dataset%file//' cannot be renamed to '//output%file)
    end subroutine finish_output
 

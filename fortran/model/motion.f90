@@ -8,6 +8,7 @@ module dda_motion
    !> A motion of the ground or of a support.
    type :: motion_type
       character(len=64) :: name = ''
+      character(len=:), allocatable :: file    !< record file, '' if the values stand in the input
       character(len=:), allocatable :: source  !< record file and what was done to it, for provenance
       type(motion_curve_type) :: curve
    end type motion_type

@@ -35,7 +35,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     running = commands.add_parser("run", help="run an input, print and draw what it asks for")
     running.add_argument("file", type=Path, metavar="FILE.nml")
-    running.add_argument("-o", "--output", type=Path, help="output file in place of the input's")
+    running.add_argument("-o", "--output", type=_file_name, help="output file in place of the input's")
     running.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     running.add_argument("--no-plot", action="store_true", help="draw no pictures")
     running.add_argument(
@@ -48,6 +48,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     running.set_defaults(act=_run)
     return parser
+
+
+def _file_name(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("a file name is needed")
+    return Path(text)
 
 
 def _assignment(text: str):

@@ -40,7 +40,7 @@ _FILES = threading.Lock()  # netCDF is not safe in threads: one file operation a
 def _checked(*result):
     *values, status, message = result
     if status:
-        raise SiteddaError.of(int(status), message.decode().strip())
+        raise SiteddaError.of(int(status), message.decode("utf-8", "replace").strip())
     if not values:
         return None
     return values[0] if len(values) == 1 else tuple(values)

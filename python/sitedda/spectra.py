@@ -35,7 +35,7 @@ class Peak:
 def _checked(*result):
     *values, status, message = result
     if status:
-        raise SiteddaError.of(int(status), message.decode().strip())
+        raise SiteddaError.of(int(status), message.decode("utf-8", "replace").strip())
     return values[0] if len(values) == 1 else tuple(values)
 
 
