@@ -40,6 +40,7 @@ module dda_contact
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
       ! The iteration: what is assumed, and what the solution answers
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
+      real(wp), allocatable :: direction(:)    !< assumed sign of the shear force while sliding
       real(wp), allocatable :: slide_slip(:)   !< slip at which that was answered, m
       real(wp), allocatable :: slide_answer(:) !< what the law answers to it, N/m
       integer, allocatable :: answer(:)        !< state that the solution calls for
@@ -83,6 +84,7 @@ contains
       call grow_values(contacts%slide_force, room)
       call grow_values(contacts%slide_answer, room)
       call grow_values(contacts%slide_slip, room)
+      call grow_values(contacts%direction, room)
       call grow_values(contacts%new_gap, room)
       call grow_values(contacts%slip, room)
       call grow_values(contacts%opening, room)

@@ -48,6 +48,7 @@ contains
          new%stretch(c) = 0.0_wp
          new%pressure(c) = 0.0_wp
          new%slide_force(c) = 0.0_wp
+         new%direction(c) = 1.0_wp
          from = exact_predecessor(new, old, history, c)
          if (from > 0) call hand_on(new, old, history, c, from)
       end do
@@ -153,6 +154,7 @@ contains
       new%stretch(c) = old%stretch(from)
       new%pressure(c) = old%pressure(from)
       new%slide_force(c) = old%slide_force(from)
+      new%direction(c) = old%direction(from)
    end subroutine hand_on
 
 end module dda_history

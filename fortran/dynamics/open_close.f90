@@ -19,6 +19,8 @@ module dda_open_close
 
    real(wp), parameter :: short_way = 0.5_wp, good_way = 0.9_wp  !< parts of a way that overshot, or did not
    real(wp), parameter :: very_short_way = 0.1_wp
+   integer, parameter :: most_follow = 60        !< solves for the slide forces while states are held
+   real(wp), parameter :: follow_share = 0.05_wp !< of their first difference, before states are asked again
    integer, parameter :: most_short_ways = 2     !< then one whole way, over whatever holds the search up
    real(wp), parameter :: least_kept = 0.01_wp                   !< share of the shear springs to begin with
 
@@ -60,6 +62,8 @@ contains
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, new_matrix, changed, error)
          if (allocated(error)) return
+         call follow_normal_forces(iteration, system, solver, contacts, laws, changed == 0, error)
+         if (allocated(error)) return
          call ask_contacts(iteration, system%d, contacts, laws)
          if (iteration%residual <= iteration%tolerance) then
             call break_bonds(iteration, contacts, changed)
@@ -67,7 +71,7 @@ contains
             if (changed == 0 .and. .not. tightened) return
          end if
          call globalise(iteration, system, contacts, laws, new_matrix)
-         call adopt_answers(iteration, contacts, changed)
+         call adopt_answers(contacts, changed)
          new_matrix = new_matrix .or. changed > 0
          iteration%changes = iteration%changes + changed
       end do
@@ -82,7 +86,6 @@ contains
       iteration%broken = 0
       iteration%kept = 0.0_wp
       iteration%short_ways = 0
-      call forget(iteration%slide_memory)
    end subroutine begin_iteration
 
    !> Where states change, do not go up: shorten the way from the last d if the energy rises on it.
@@ -131,6 +134,55 @@ contains
       call solve(solver, system%matrix, system%rhs, system%d, error)
    end subroutine solve_assumed
 
+   !> While the states are held, let the slide forces follow the normal forces of the same solution.
+   !>
+   !> A fixed point that costs no new matrix; Anderson's method solves it like a linear system, also where
+   !> friction is so high that plain repetition would run away.
+   subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, error)
+      type(iteration_type), intent(inout) :: iteration
+      type(system_type), intent(inout) :: system
+      type(solver_type), intent(inout) :: solver
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      logical, intent(in) :: exactly  !< to the tolerance, else to a share of the first difference
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: difference, wanted
+      integer :: i, n
+
+      n = contacts%n
+      if (.not. any(contacts%state(:n) == contact_slide)) return
+      call forget(iteration%slide_memory)
+      wanted = iteration%tolerance
+      do i = 1, most_follow
+         call measure_contacts(contacts, system%d)
+         call bound_slide_forces(contacts, laws)
+         difference = maxval(abs(contacts%slide_answer(:n) - contacts%slide_force(:n)))
+         if (i == 1 .and. .not. exactly) wanted = max(wanted, follow_share*difference)
+         if (difference <= wanted) return
+         call accelerate(iteration%slide_memory, contacts%slide_force(:n), contacts%slide_answer(:n))
+         call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept, .false.)
+         call solve(solver, system%matrix, system%rhs, system%d, error)
+         if (allocated(error)) return
+      end do
+   end subroutine follow_normal_forces
+
+   !> The slide forces that the present normal forces call for, in the assumed directions.
+   pure subroutine bound_slide_forces(contacts, laws)
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer :: c
+
+      do c = 1, contacts%n
+         if (contacts%state(c) == contact_slide) then
+            contacts%slide_answer(c) = contacts%direction(c)*laws%friction(contacts%joint(c)) &
+               *max(0.0_wp, assumed_normal(contacts, laws, c))
+         else
+            contacts%slide_force(c) = 0.0_wp
+            contacts%slide_answer(c) = 0.0_wp
+         end if
+      end do
+   end subroutine bound_slide_forces
+
    !> What each contact answers to d, and how far that is from what was assumed.
    subroutine ask_contacts(iteration, d, contacts, laws)
       type(iteration_type), intent(inout) :: iteration
@@ -172,7 +224,7 @@ contains
 
       next_state = response%state
       if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
-         .and. response%shear_force*contacts%slide_force(c) < 0.0_wp) next_state = contact_stick
+         .and. response%shear_force*contacts%direction(c) < 0.0_wp) next_state = contact_stick
    end function next_state
 
    !> Gap and slip of all contacts at d.
@@ -251,27 +303,17 @@ contains
    end subroutine tighten
 
    !> Assume what the contacts answered; count the changes that alter the matrix.
-   !>
-   !> While no state changes, only the slide forces follow the normal forces: a fixed point, which
-   !> costs no new matrix and is accelerated.
-   subroutine adopt_answers(iteration, contacts, changed)
-      type(iteration_type), intent(inout) :: iteration
+   pure subroutine adopt_answers(contacts, changed)
       type(contacts_type), intent(inout) :: contacts
       integer, intent(out) :: changed
       integer :: n
 
       n = contacts%n
       changed = count(contacts%answer(:n) /= contacts%state(:n))
+      contacts%state(:n) = contacts%answer(:n)
       contacts%slide_slip(:n) = contacts%slip(:n)
-      if (changed > 0 .or. iteration%kept > 0.0_wp) then
-         call forget(iteration%slide_memory)
-         contacts%state(:n) = contacts%answer(:n)
-         contacts%slide_force(:n) = contacts%shear_force(:n)
-      else
-         contacts%slide_answer(:n) = merge(contacts%shear_force(:n), 0.0_wp, contacts%state(:n) == contact_slide)
-         contacts%slide_force(:n) = merge(contacts%slide_force(:n), 0.0_wp, contacts%state(:n) == contact_slide)
-         call accelerate(iteration%slide_memory, contacts%slide_force(:n), contacts%slide_answer(:n))
-      end if
+      contacts%slide_force(:n) = contacts%shear_force(:n)
+      contacts%direction(:n) = sign(1.0_wp, contacts%shear_force(:n))
    end subroutine adopt_answers
 
 end module dda_open_close
