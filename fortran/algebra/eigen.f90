@@ -224,7 +224,7 @@ contains
       type(shifted_inverse_type), intent(inout) :: operator
       real(wp), intent(inout) :: values(:), vectors(:,:), residuals(:)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: larger = 1.0_wp + 1.0e-7_wp
+      real(wp), parameter :: larger = 1.0_wp + 1.0e-7_wp, glance = 1.0e-3_wp
       real(wp), allocatable :: new_value(:), new_vector(:,:), new_residual(:)
       integer :: i, n, count, at
 
@@ -234,6 +234,10 @@ contains
          call keep_vector(operator%deflation, vectors(:, i))
       end do
       do i = 1, count
+         ! A loose search is enough to see that nothing as large is left.
+         call largest_pairs(operator, n, 1, glance, new_value, new_vector, new_residual, error, salt=i)
+         if (allocated(error)) return
+         if (new_value(1)*(1.0_wp + 10*glance) < values(count)) return
          call largest_pairs(operator, n, 1, low_tolerance, new_value, new_vector, new_residual, error, salt=i)
          if (allocated(error)) return
          if (new_value(1) <= larger*values(count)) return

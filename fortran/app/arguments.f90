@@ -8,10 +8,11 @@ module dda_arguments
 
    !> What was asked for.
    type :: arguments_type
-      character(len=:), allocatable :: command   !< 'run', 'help' or 'version'
+      character(len=:), allocatable :: command   !< 'run', 'check', 'help' or 'version'
       character(len=:), allocatable :: file      !< input file
       character(len=:), allocatable :: output    !< '' or the output file, in place of the input's
       logical :: quiet = .false.                 !< no progress lines
+      logical :: check_first = .false.           !< run only if the check does not fail
    end type arguments_type
 
 contains
@@ -37,6 +38,8 @@ contains
             return
          case ('-q', '--quiet')
             arguments%quiet = .true.
+         case ('--check')
+            arguments%check_first = .true.
          case ('-o', '--output')
             i = i + 1
             arguments%output = argument(i)
@@ -48,7 +51,8 @@ contains
          i = i + 1
       end do
       if (arguments%command == '') arguments%command = 'help'
-      if (arguments%command == 'run' .and. arguments%file == '') call fail(error, error_input, 'run needs an input file')
+      if (arguments%command /= 'help' .and. arguments%file == '') call fail(error, error_input, &
+         arguments%command//' needs an input file')
    end subroutine read_arguments
 
    !> The command, then the input file.
@@ -59,7 +63,8 @@ contains
 
       if (arguments%command == '') then
          arguments%command = word
-         if (word /= 'run') call fail(error, error_input, 'there is no command '//quoted(word)//'; use run')
+         if (word /= 'run' .and. word /= 'check') call fail(error, error_input, 'there is no command '//quoted(word)// &
+            '; use run or check')
       else if (arguments%file == '' .and. word(1:1) /= '-') then
          arguments%file = word
       else
@@ -80,9 +85,10 @@ contains
    function usage() result(text)
       character(len=:), allocatable :: text
 
-      text = 'usage: sitedda-native run FILE.nml [--output FILE.nc] [--quiet]'//new_line('a')// &
+      text = 'usage: sitedda-native run FILE.nml [--output FILE.nc] [--check] [--quiet]'//new_line('a')// &
+         '       sitedda-native check FILE.nml'//new_line('a')// &
          '       sitedda-native --help | --version'//new_line('a')// &
-         'exit status: 0 done, 1 bad input, 3 a step does not close, 4 linear solver, 5 file, 6 interrupted'
+         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close, 4 linear solver, 5 file, 6 interrupted'
    end function usage
 
 end module dda_arguments

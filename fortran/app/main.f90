@@ -3,13 +3,14 @@ program sitedda_native
    use, intrinsic :: iso_fortran_env, only: error_unit
    use dda_kinds, only: long
    use dda_arguments, only: arguments_type, read_arguments, usage
-   use dda_errors, only: error_type, error_interrupted, fail
+   use dda_check_report, only: report_type, check_simulation, report_text, verdict_fail
+   use dda_errors, only: error_type, error_check, error_interrupted, fail
    use dda_input, only: read_model_file
    use dda_model, only: model_type
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
    use dda_signals, only: watch_signals, stop_requested
-   use dda_simulation, only: summary
+   use dda_simulation, only: simulation_type, start, summary
    use dda_site_response, only: amplification_peak, peak_text
    use dda_spectrum, only: peak_type
    use dda_version, only: version
@@ -25,12 +26,35 @@ program sitedda_native
       print '(a)', usage()
    case ('version')
       print '(a)', 'sitedda-native '//version
+   case ('check')
+      call check_input(arguments%file, error)
+      call leave_on(error)
    case ('run')
+      if (arguments%check_first) call check_input(arguments%file, error)
+      call leave_on(error)
       call run_input(arguments, error)
       call leave_on(error)
    end select
 
 contains
+
+   !> Print what a run will meet; an error if it should not be started.
+   subroutine check_input(file, error)
+      character(len=*), intent(in) :: file
+      type(error_type), allocatable, intent(out) :: error
+      type(model_type) :: model
+      type(simulation_type), allocatable :: simulation
+      type(report_type), allocatable :: report
+
+      call read_model_file(model, file, error)
+      if (allocated(error)) return
+      allocate (simulation, report)
+      call start(simulation, model, error)
+      if (.not. allocated(error)) call check_simulation(simulation, report, error)
+      if (allocated(error)) return
+      write (*, '(a)', advance='no') report_text(report)
+      if (report%worst == verdict_fail) call fail(error, error_check, file//': the check fails')
+   end subroutine check_input
 
    !> Run an input file to its end and print what it asks for.
    subroutine run_input(arguments, error)

@@ -72,9 +72,11 @@ contains
       character(len=*), intent(in) :: file
       type(model_type), intent(in) :: model
       type(error_type), allocatable, intent(out) :: error
+      logical :: folder
       integer :: i
 
-      if (file == '' .or. is_folder(file)) then
+      folder = is_folder(file)
+      if (file == '' .or. folder) then
          call fail(error, error_file, 'the output '//quoted(file)//' is a folder, not a file name')
       else if (.not. is_folder(folder_of(file))) then
          call fail(error, error_file, file//': the folder '//folder_of(file)//' does not exist')

@@ -1,6 +1,16 @@
 """Two-dimensional discontinuous deformation analysis for site response, masonry and jointed rock."""
 
 from ._core import api as _api
+from .check import (
+    Modes,
+    Penalty,
+    Report,
+    check,
+    modes,
+    penalty_for_frequency,
+    penalty_for_shift,
+    transfer,
+)
 from .column import Column, HalfSpace, Layer, scheme_damping, time_step_for_damping
 from .errors import (
     CheckError,
@@ -24,16 +34,24 @@ __all__ = [
     "InputError",
     "InterruptedRun",
     "Layer",
+    "Modes",
     "OutputError",
     "Peak",
+    "Penalty",
+    "Report",
     "Run",
     "Simulation",
     "SiteddaError",
     "SolverError",
     "amplification",
+    "check",
     "find_peak",
     "fourier_spectrum",
+    "modes",
+    "penalty_for_frequency",
+    "penalty_for_shift",
     "run",
     "scheme_damping",
     "time_step_for_damping",
+    "transfer",
 ]

@@ -4,6 +4,8 @@
 !> and frees it; a handle that is not open is an error, never a crash.
 module api
    use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_int
+   use dda_advice, only: penalty_type, penalty_for_frequency, penalty_for_shift
+   use dda_check_report, only: report_type, check_simulation, report_text
    use dda_contact, only: contacts_type
    use dda_energy, only: energy_terms, energy_values
    use dda_blocks, only: stress_of
@@ -11,16 +13,19 @@ module api
    use dda_input, only: read_model
    use dda_measure, only: measure_point
    use dda_kinds, only: long
+   use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
+   use dda_modes, only: modes_type, find_modes
    use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
    use dda_simulation, only: summary, set_rates
    use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
-   use dda_text_file, only: read_text_file
+   use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
    use dda_version, only: version
    implicit none
    private
    public :: open_run, advance_run, finish_run, close_run, run_sizes, run_clock, run_text
    public :: block_states, set_block_states, vertex_places, contact_states, energies, point_motions
+   public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: spectrum_of, amplification_of, peak_of, engine_version
 
    integer, parameter :: most_runs = 65536
@@ -398,6 +403,151 @@ contains
       peak = [found%frequency, found%amplitude, found%bin_width, merge(1.0_c_double, 0.0_c_double, found%interpolated)]
       call report(error, status, message)
    end subroutine peak_of
+
+   !> The check report as text, its worst verdict (1 ok, 2 warn, 3 fail), and its numbers:
+   !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz).
+   subroutine check_run(handle, text, worst, numbers, status, message)
+      integer(c_int), intent(in) :: handle
+      character(len=8192), intent(out) :: text
+      integer(c_int), intent(out) :: worst
+      real(c_double), intent(out) :: numbers(7)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+      type(report_type), allocatable :: found
+
+      text = ''
+      worst = 0
+      numbers = 0.0_c_double
+      allocate (found)
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_simulation(run%simulation, found, error)
+      if (.not. allocated(error)) then
+         text = report_text(found)
+         worst = found%worst
+         numbers = [found%highest%omega, found%highest%bracket%lower, found%highest%bracket%upper, &
+            found%highest%residual, found%shift, found%band%lowest, found%band%highest]
+      end if
+      call report(error, status, message)
+   end subroutine check_run
+
+   !> Lowest modes: frequency (Hz), damping and period elongation by the scheme, participation in x and y
+   !> (sqrt(kg)), effective mass in x and y as shares; shapes [6, blocks, modes], mass-normalised.
+   subroutine mode_shapes(handle, which, n, wanted, found, values, shapes, words, status, message)
+      integer(c_int), intent(in) :: handle, n, wanted
+      character(len=*), intent(in) :: which  !< contacts: 'auto', 'closed', 'present' or 'settled'
+      integer(c_int), intent(out) :: found
+      real(c_double), intent(out) :: values(7, wanted), shapes(6, n, wanted)
+      character(len=2048), intent(out) :: words
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+      type(linear_model_type) :: linear
+      type(modes_type) :: modes
+      integer :: i
+
+      found = 0
+      values = 0.0_c_double
+      shapes = 0.0_c_double
+      words = ''
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
+      if (.not. allocated(error)) call linearise(linear, run%simulation, which, error)
+      if (.not. allocated(error)) call find_modes(linear, wanted, modes, error)
+      if (.not. allocated(error)) then
+         found = min(wanted, modes%n)
+         words = modes%words
+         do i = 1, found
+            values(:, i) = [modes%frequency(i), modes%damping(i), modes%elongation(i), modes%participation(:, i), &
+               modes%effective_mass(:, i)]
+            shapes(:, :, i) = modes%shape(:, :, i)
+         end do
+      end if
+      call report(error, status, message)
+   end subroutine mode_shapes
+
+   !> Transfer function between two measured points (from 1) for base motion along an axis (1 x, 2 y).
+   subroutine transfer_of(handle, which, points, axis, n, frequency, damped, values, status, message)
+      integer(c_int), intent(in) :: handle, points(2), axis, n, damped
+      character(len=*), intent(in) :: which
+      real(c_double), intent(in) :: frequency(n)
+      complex(c_double_complex), intent(out) :: values(n)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      integer :: i
+
+      values = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call linearise(linear, run%simulation, which, error)
+      if (.not. allocated(error)) call prepare_transfer(transfer, linear, points, [axis, axis], axis, maxval(frequency), error)
+      if (.not. allocated(error)) then
+         do i = 1, n
+            if (damped == 1) then
+               values(i) = transfer_at(transfer, frequency(i))
+            else
+               values(i) = undamped_transfer_at(transfer, frequency(i))
+            end if
+         end do
+      end if
+      call report(error, status, message)
+   end subroutine transfer_of
+
+   !> The penalty that gives the first mode a frequency (Hz): stiffness, frequency, stiff limit.
+   subroutine first_mode_penalty(handle, which, target, values, status, message)
+      integer(c_int), intent(in) :: handle
+      character(len=*), intent(in) :: which
+      real(c_double), intent(in) :: target
+      real(c_double), intent(out) :: values(3)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+      type(linear_model_type) :: linear
+      type(penalty_type) :: penalty
+
+      values = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call linearise(linear, run%simulation, which, error)
+      if (.not. allocated(error)) call penalty_for_frequency(linear, target, penalty, error)
+      if (.not. allocated(error)) call take_penalty(penalty, values, error)
+      call report(error, status, message)
+   end subroutine first_mode_penalty
+
+   !> The penalty that lowers the first frequency by a percentage of its stiff limit.
+   subroutine shift_penalty(handle, which, percent, values, status, message)
+      integer(c_int), intent(in) :: handle
+      character(len=*), intent(in) :: which
+      real(c_double), intent(in) :: percent
+      real(c_double), intent(out) :: values(3)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+      type(linear_model_type) :: linear
+      type(penalty_type) :: penalty
+
+      values = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call linearise(linear, run%simulation, which, error)
+      if (.not. allocated(error)) call penalty_for_shift(linear, percent, penalty, error)
+      if (.not. allocated(error)) call take_penalty(penalty, values, error)
+      call report(error, status, message)
+   end subroutine shift_penalty
+
+   subroutine take_penalty(penalty, values, error)
+      type(penalty_type), intent(in) :: penalty
+      real(c_double), intent(out) :: values(3)
+      type(error_type), allocatable, intent(out) :: error
+
+      values = [penalty%normal_stiffness, penalty%frequency, penalty%limit]
+      if (.not. penalty%found) call fail(error, error_input, penalty%words)
+   end subroutine take_penalty
 
    subroutine engine_version(text)
       character(len=32), intent(out) :: text

@@ -11,7 +11,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from . import __version__
-from .errors import SiteddaError
+from .check import check
+from .errors import CheckError, SiteddaError
 from .simulation import Run, Simulation, run
 
 
@@ -46,7 +47,11 @@ def _parser() -> argparse.ArgumentParser:
         type=_assignment,
         help="change a variable of the input, such as time_step=5e-4",
     )
+    running.add_argument("--check", action="store_true", help="refuse a run that fails the check")
     running.set_defaults(act=_run)
+    checking = commands.add_parser("check", help="say what a run will meet before it is started")
+    checking.add_argument("file", type=Path, metavar="FILE.nml")
+    checking.set_defaults(act=_check)
     return parser
 
 
@@ -66,7 +71,17 @@ def _assignment(text: str):
         return name.strip(), value.strip()
 
 
+def _check(options: argparse.Namespace) -> int:
+    found = check(options.file)
+    print(found)
+    if found.verdict == "fail":
+        raise CheckError(f"{options.file}: the check fails")
+    return 0
+
+
 def _run(options: argparse.Namespace) -> int:
+    if options.check:
+        _check(options)
     look = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}]"
     with ExitStack() as stack:
         bars = []

@@ -1,0 +1,59 @@
+!> The band of frequencies in which the motions of a run have their energy.
+module dda_check_band
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type
+   use dda_motion, only: motion_type
+   use dda_spectrum, only: fourier_amplitude
+   implicit none
+   private
+   public :: band_type, significant_band
+
+   real(wp), parameter :: outside = 0.05_wp  !< share of the energy below the band, and above it
+
+   !> From 5 to 95 % of the energy of the acceleration spectra.
+   type :: band_type
+      logical :: known = .false.
+      real(wp) :: lowest = 0.0_wp    !< Hz
+      real(wp) :: highest = 0.0_wp   !< Hz
+   end type band_type
+
+contains
+
+   !> The band that holds the bands of all motions.
+   subroutine significant_band(motions, band)
+      type(motion_type), intent(in) :: motions(:)
+      type(band_type), intent(out) :: band
+      type(band_type) :: own
+      integer :: i
+
+      do i = 1, size(motions)
+         call band_of(motions(i), own)
+         if (.not. own%known) cycle
+         if (.not. band%known) band = own
+         band%lowest = min(band%lowest, own%lowest)
+         band%highest = max(band%highest, own%highest)
+      end do
+   end subroutine significant_band
+
+   subroutine band_of(motion, band)
+      type(motion_type), intent(in) :: motion
+      type(band_type), intent(out) :: band
+      real(wp), allocatable :: frequency(:), amplitude(:)
+      type(error_type), allocatable :: error
+      real(wp) :: total, sum
+      integer :: i
+
+      call fourier_amplitude(motion%curve%acceleration, motion%curve%time_step, frequency, amplitude, error)
+      if (allocated(error)) return
+      total = dot_product(amplitude, amplitude)
+      if (.not. total > 0.0_wp) return
+      sum = 0.0_wp
+      do i = 1, size(frequency)
+         sum = sum + amplitude(i)**2
+         if (sum < outside*total) band%lowest = frequency(i)
+         if (sum <= (1.0_wp - outside)*total) band%highest = frequency(i)
+      end do
+      band%known = band%highest > 0.0_wp
+   end subroutine band_of
+
+end module dda_check_band

@@ -1,0 +1,197 @@
+"""What can be known before a run: highest frequency, modes, damping, transfer functions, advice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._core import api
+from .simulation import Simulation, _checked
+
+
+@dataclass(frozen=True)
+class Report:
+    """The check report of a model.
+
+    Attributes
+    ----------
+    text : str
+        One line for each finding, as the command prints it.
+    verdict : str
+        The worst of all lines: 'ok', 'warn' or 'fail'.
+    omega_max : float
+        Highest frequency, rad/s (ARPACK).
+    bracket : tuple of float
+        Its guaranteed bounds, rad/s.
+    residual : float
+        Of the eigenpair, relative.
+    shift : float
+        By how much the joints lower the first frequency, as a share of the stiff limit.
+    band : tuple of float
+        Hz, from 5 to 95 % of the energy of the motions; zeros without motions.
+    """
+
+    text: str
+    verdict: str
+    omega_max: float
+    bracket: tuple[float, float]
+    residual: float
+    shift: float
+    band: tuple[float, float]
+
+    def __str__(self) -> str:
+        """The report for a screen."""
+        return self.text
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Lowest modes of a model.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (modes,)
+        Hz, undamped.
+    damping, elongation : ndarray, shape (modes,)
+        Damping ratio and period elongation in free vibration, by the scheme at the model's time step.
+    participation : ndarray, shape (modes, 2)
+        For base motion in x and y, sqrt(kg) per metre of thickness.
+    effective_mass : ndarray, shape (modes, 2)
+        Shares of the total mass.
+    shapes : ndarray, shape (modes, blocks, 6)
+        Of the block coordinates, mass-normalised; may be set as `Simulation.rates`.
+    words : str
+        On rigid motions, mechanisms and sliding contacts.
+    """
+
+    frequency: np.ndarray
+    damping: np.ndarray
+    elongation: np.ndarray
+    participation: np.ndarray
+    effective_mass: np.ndarray
+    shapes: np.ndarray
+    words: str
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """A normal stiffness (N/m per metre of thickness), its first frequency and the stiff limit (Hz)."""
+
+    normal_stiffness: float
+    frequency: float
+    limit: float
+
+
+def _open(model, changes) -> Simulation:
+    if isinstance(model, Simulation):
+        if changes:
+            raise ValueError("changes need an input file, not a simulation that is open")
+        return model
+    return Simulation(model, **changes)
+
+
+def check(model, **changes) -> Report:
+    """Check an input file or an open simulation before a long run.
+
+    Parameters
+    ----------
+    model : path or Simulation
+    **changes
+        Variables to change in the input, see `Simulation`.
+    """
+    simulation = _open(model, changes)
+    text, worst, numbers = _checked(*api.check_run(simulation._handle))
+    return Report(
+        text.decode("utf-8", "replace").rstrip(),
+        ("ok", "ok", "warn", "fail")[int(worst)],
+        float(numbers[0]),
+        (float(numbers[1]), float(numbers[2])),
+        float(numbers[3]),
+        float(numbers[4]),
+        (float(numbers[5]), float(numbers[6])),
+    )
+
+
+def modes(model, count: int = 5, contacts: str = "auto", **changes) -> Modes:
+    """Lowest modes with stiffness.
+
+    Parameters
+    ----------
+    model : path or Simulation
+    count : int
+    contacts : {'auto', 'closed', 'present', 'settled'}
+        Which contacts hold: all in touch, as they are now, or as gravity closes them; 'auto' is
+        'settled' with gravity, else 'closed'.
+    """
+    simulation = _open(model, changes)
+    blocks = len(simulation.coordinates)
+    found, values, shapes, words = _checked(
+        *api.mode_shapes(simulation._handle, contacts, blocks, count)
+    )
+    values, shapes = values[:, :found].T, shapes[:, :, :found]
+    return Modes(
+        frequency=values[:, 0].copy(),
+        damping=values[:, 1].copy(),
+        elongation=values[:, 2].copy(),
+        participation=values[:, 3:5].copy(),
+        effective_mass=values[:, 5:7].copy(),
+        shapes=np.ascontiguousarray(np.transpose(shapes, (2, 1, 0))),
+        words=words.decode("utf-8", "replace").strip(),
+    )
+
+
+def transfer(
+    model,
+    frequencies,
+    surface: str = "surface",
+    base: str = "base",
+    direction: str = "x",
+    damped: bool = True,
+    contacts: str = "auto",
+    **changes,
+) -> np.ndarray:
+    """Exact discrete transfer function between two measured points, for base motion.
+
+    Parameters
+    ----------
+    model : path or Simulation
+    frequencies : array_like, shape (n,)
+        Hz, below the Nyquist frequency of the time step.
+    surface, base : str
+        Measured points.
+    direction : {'x', 'y'}
+    damped : bool
+        With the damping of the scheme, or in continuous time without any.
+    contacts : str
+        See `modes`.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+    """
+    simulation = _open(model, changes)
+    names = simulation.point_names
+    for name in (surface, base):
+        if name not in names:
+            raise ValueError(f"{name!r} is not a measured point; there are {names}")
+    points = [names.index(surface) + 1, names.index(base) + 1]
+    frequencies = np.ascontiguousarray(np.atleast_1d(frequencies), dtype=float)
+    axis = ("x", "y").index(direction) + 1
+    return _checked(
+        *api.transfer_of(simulation._handle, contacts, points, axis, frequencies, int(damped))
+    )
+
+
+def penalty_for_frequency(model, frequency: float, contacts: str = "auto", **changes) -> Penalty:
+    """The normal stiffness that gives the first mode a measured frequency (Hz)."""
+    simulation = _open(model, changes)
+    values = _checked(*api.first_mode_penalty(simulation._handle, contacts, frequency))
+    return Penalty(*map(float, values))
+
+
+def penalty_for_shift(model, percent: float, contacts: str = "auto", **changes) -> Penalty:
+    """The normal stiffness that keeps the first frequency within a percentage of the stiff limit."""
+    simulation = _open(model, changes)
+    values = _checked(*api.shift_penalty(simulation._handle, contacts, percent))
+    return Penalty(*map(float, values))
