@@ -55,7 +55,8 @@ contains
       type(iteration_type) :: iteration
 
       if (count < 1 .or. count >= n) then
-         call fail(error, error_solver, to_text(count)//' eigenvalues cannot be found of a problem of size '//to_text(n))
+         call fail(error, error_solver, to_text(count)//' eigenvalues cannot be found of a problem of size '// &
+            to_text(n))
          return
       end if
       call prepare(iteration, n, count, tolerance)
@@ -96,8 +97,8 @@ contains
       ido = 0
       info = 1
       do
-         call dsaupd(ido, 'I', iteration%n, 'LA', iteration%count, iteration%tolerance, iteration%resid, iteration%basis, &
-            iteration%v, iteration%n, iteration%iparam, iteration%ipntr, iteration%workd, iteration%workl, &
+         call dsaupd(ido, 'I', iteration%n, 'LA', iteration%count, iteration%tolerance, iteration%resid, &
+            iteration%basis, iteration%v, iteration%n, iteration%iparam, iteration%ipntr, iteration%workd, iteration%workl, &
             size(iteration%workl), info)
          if (abs(ido) /= 1) exit
          from = iteration%ipntr(1)

@@ -126,7 +126,8 @@ contains
          do k = 1, reach
             if (band%value(k + 1, j) == 0.0_wp) cycle
             factor = band%value(k + 1, j)/pivot
-            band%value(1:reach - k + 1, j + k) = band%value(1:reach - k + 1, j + k) - factor*band%value(k + 1:reach + 1, j)
+            band%value(1:reach - k + 1, j + k) = band%value(1:reach - k + 1, j + k) &
+               - factor*band%value(k + 1:reach + 1, j)
          end do
       end do
    end subroutine count_pivots

@@ -9,7 +9,8 @@ module dda_advice
    use dda_text, only: to_text
    implicit none
    private
-   public :: penalty_type, time_step_for, damping_at, first_frequency, stiff_limit, penalty_for_frequency, penalty_for_shift
+   public :: penalty_type, time_step_for, damping_at
+   public :: first_frequency, stiff_limit, penalty_for_frequency, penalty_for_shift
 
    !> A normal stiffness and what it gives.
    type :: penalty_type
@@ -126,8 +127,8 @@ contains
       if (allocated(error)) return
       penalty%solves = 3
       if (target >= penalty%limit) then
-         penalty%words = 'no penalty gives '//to_text(target)//' Hz: even rigid joints leave the first frequency at '// &
-            to_text(penalty%limit)//' Hz; the blocks themselves are too soft or too heavy'
+         penalty%words = 'no penalty gives '//to_text(target)//' Hz: even rigid joints leave the first frequency '// &
+            'at '//to_text(penalty%limit)//' Hz; the blocks themselves are too soft or too heavy'
          return
       end if
       call find_root(work, linear%constants(1), penalty, error)

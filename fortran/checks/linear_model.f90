@@ -81,7 +81,8 @@ contains
          call build(linear, settled, .false.)
          call restore_run(linear, simulation)
       case default
-         call fail(error, error_input, 'contacts '//quoted(which)//" are not known; use 'closed', 'present', 'settled' or 'auto'")
+         call fail(error, error_input, 'contacts '//quoted(which)// &
+            " are not known; use 'closed', 'present', 'settled' or 'auto'")
       end select
    end subroutine linearise
 
@@ -148,11 +149,13 @@ contains
             if (state == contact_open) cycle
             place = simulation%blocks%vertex(:, contacts%vertex(c)) + simulation%model%origin
             linear%closed = linear%closed + 1
-            call add_spring(linear%springs, spring_normal, c, [v, e], contacts%normal_v(:, c), contacts%normal_e(:, c), place)
+            call add_spring(linear%springs, spring_normal, c, [v, e], contacts%normal_v(:, c), contacts%normal_e(:, c), &
+               place)
             if (state == contact_slide) then
                linear%sliding = linear%sliding + 1
             else
-               call add_spring(linear%springs, spring_shear, c, [v, e], contacts%shear_v(:, c), contacts%shear_e(:, c), place)
+               call add_spring(linear%springs, spring_shear, c, [v, e], contacts%shear_v(:, c), contacts%shear_e(:, c), &
+                  place)
             end if
          end associate
       end do
@@ -161,7 +164,7 @@ contains
    subroutine add_fixed_points(linear, simulation)
       type(linear_model_type), intent(inout) :: linear
       type(simulation_type), intent(in) :: simulation
-      real(wp) :: t(2, 6), place(2)
+      real(wp) :: t(2, 6), row(6), place(2)
       real(wp), parameter :: nothing(6) = 0.0_wp
       integer :: i, axis
 
@@ -170,7 +173,8 @@ contains
             t = shape_matrix(simulation%blocks, point%block, point%reference)
             place = place_of(simulation%blocks, point%block, point%reference) + simulation%model%origin
             do axis = 1, 2
-               if (point%held(axis)) call add_spring(linear%springs, spring_fixed, i, [point%block, 0], t(axis, :), nothing, place)
+               row = t(axis, :)
+               if (point%held(axis)) call add_spring(linear%springs, spring_fixed, i, [point%block, 0], row, nothing, place)
             end do
          end associate
       end do

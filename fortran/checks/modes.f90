@@ -180,8 +180,8 @@ contains
       if (linear%closed == 0) modes%words = 'no contact is closed: each block stands alone'
       if (linear%sliding > 0) modes%words = modes%words//', '//to_text(linear%sliding)//' of them slide'
       if (allocated(linear%settling%words)) modes%words = modes%words//'; '//linear%settling%words
-      if (modes%rigid > 0) modes%words = modes%words//'; the stiffness is singular: loose parts move freely as rigid '// &
-         'bodies in '//to_text(modes%rigid)//' ways'
+      if (modes%rigid > 0) modes%words = modes%words//'; the stiffness is singular: loose parts move freely as '// &
+         'rigid bodies in '//to_text(modes%rigid)//' ways'
       if (modes%mechanisms > 0) modes%words = modes%words//'; at least '//to_text(modes%mechanisms)// &
          ' further motions meet no stiffness (hinges or slides)'
       if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)//' modes have stiffness'

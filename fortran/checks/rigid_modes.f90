@@ -99,7 +99,8 @@ contains
       centre = centre/spread(mass, 1, 2)
       do b = 1, linear%n
          associate (g => free%group(b))
-            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%block_mass(b)*sum((linear%position(:, b) - centre(:, g))**2)
+            arm = linear%position(:, b) - centre(:, g)
+            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%block_mass(b)*dot_product(arm, arm)
          end associate
       end do
       allocate (motion(6, 3, linear%n), source=0.0_wp)
@@ -119,6 +120,8 @@ contains
       type(null_space_type), intent(inout) :: free
       real(wp), intent(in) :: motion(:,:,:)
       type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: unit(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
+         0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
       real(wp) :: resistance(3, 3, free%groups), row(3)
       real(wp), allocatable :: values(:)
       integer :: i, g, b, held
@@ -138,7 +141,7 @@ contains
             if (allocated(error)) return
             held = count(values > nothing*values(3))
          else
-            resistance(:, :, g) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+            resistance(:, :, g) = unit
          end if
          resistance(:, 4 - held:, g) = 0.0_wp
          free%dimension = free%dimension + 3 - held

@@ -20,7 +20,8 @@ module dda_transfer
    use dda_text, only: to_text
    implicit none
    private
-   public :: transfer_type, peak_type, prepare_transfer, transfer_at, undamped_transfer_at, transfer_error, transfer_peak
+   public :: transfer_type, peak_type, prepare_transfer
+   public :: transfer_at, undamped_transfer_at, transfer_error, transfer_peak
 
    !> A transfer function, ready to be evaluated.
    type :: transfer_type
@@ -230,8 +231,8 @@ contains
       real(wp), intent(in) :: frequency  !< Hz
       real(wp), parameter :: short_of_nyquist = 0.5_wp*(1.0_wp - 1.0e-9_wp)
 
-      factor_at = inertia_factor(2.0_wp*pi*min(abs(frequency), short_of_nyquist/transfer%time_step), transfer%time_step, &
-         transfer%dynamic_factor)
+      factor_at = inertia_factor(2.0_wp*pi*min(abs(frequency), short_of_nyquist/transfer%time_step), &
+         transfer%time_step, transfer%dynamic_factor)
    end function factor_at
 
    pure complex(wp) function ratio_at(transfer, omega, c) result(ratio)
@@ -239,6 +240,7 @@ contains
       real(wp), intent(in) :: omega   !< rad/s
       complex(wp), intent(in) :: c    !< in place of −ω²
       complex(wp) :: push, answer(2), part, below
+      real(wp) :: least
       integer :: j
 
       push = -c
@@ -247,7 +249,8 @@ contains
       do j = 1, size(transfer%lambda)
          below = transfer%lambda(j) + c
          ! No division by zero on a resonance, nor at rest.
-         if (abs(below) <= 1.0e-14_wp*(transfer%lambda(j) + abs(c))) below = 1.0e-14_wp*(transfer%lambda(j) + abs(c)) + tiny(1.0_wp)
+         least = 1.0e-14_wp*(transfer%lambda(j) + abs(c)) + tiny(1.0_wp)
+         if (abs(below) < least) below = least
          part = push*transfer%load(j)/below
          answer = answer + part*transfer%weight(:, j)
       end do

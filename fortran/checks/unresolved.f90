@@ -188,6 +188,7 @@ contains
 
    subroutine put_in_words(unresolved)
       type(unresolved_type), intent(inout) :: unresolved
+      real(wp) :: share
       integer :: kind
       logical :: first
 
@@ -198,13 +199,15 @@ contains
          end if
          u%words = to_text(u%least)
          if (.not. u%exact) u%words = 'between '//to_text(u%least)//' and '//to_text(u%most)
-         u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '//to_text(u%limit)//' rad/s, mostly in '
+         u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '//to_text(u%limit)// &
+            ' rad/s, mostly in '
          first = .true.
          do kind = 1, energy_kinds
             if (u%of_kind(kind) == 0) cycle
             if (.not. first) u%words = u%words//', '
             first = .false.
-            u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100.0_wp*u%of_kind(kind)/sum(u%of_kind)))//' %)'
+            share = real(u%of_kind(kind), wp)/real(sum(u%of_kind), wp)
+            u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100*share))//' %)'
          end do
          u%words = u%words//'; they do not oscillate but are damped'
       end associate

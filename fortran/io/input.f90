@@ -55,7 +55,7 @@ contains
       if (.not. allocated(error)) call check_names(file, groups, error)
       if (.not. allocated(error)) call read_settings(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_substances(model, file, folder, groups, error)
-      if (.not. allocated(error)) call resolve_base_motion(model, file, base_motion, error)
+      if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_outlines(model, file, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
       if (.not. allocated(error)) call read_amplifications(model, file, groups, error)
@@ -197,17 +197,22 @@ contains
       end associate
    end subroutine check_new_name
 
-   subroutine resolve_base_motion(model, file, base_motion, error)
+   subroutine resolve_base_motion(model, file, groups, base_motion, error)
       type(model_type), intent(inout) :: model
       character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
       character(len=*), intent(in) :: base_motion(2)
       type(error_type), allocatable, intent(inout) :: error
-      integer :: axis
+      type(place_type) :: place
+      integer :: axis, i
 
+      do i = 1, size(groups)
+         if (groups(i)%name == 'control') place = place_of_group(file, groups(i))
+      end do
       do axis = 1, 2
          if (base_motion(axis) == '') cycle
          model%control%base_motion(axis) = motion_named(model%motions, base_motion(axis))
-         if (model%control%base_motion(axis) == 0) call fail(error, error_input, file//', group &control: base_motion_'// &
+         if (model%control%base_motion(axis) == 0) call complain(error, place, 'base_motion_'// &
             merge('x', 'y', axis == 1)//' = '//quoted(base_motion(axis))//' is not the name of a &motion')
       end do
    end subroutine resolve_base_motion

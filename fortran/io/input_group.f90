@@ -47,6 +47,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       type(place_type), intent(in) :: place
       character(len=*), intent(in) :: message  !< iomsg of the read
+      character(len=*), parameter :: bad_data = 'Bad data for namelist object '
       character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
       character(len=*), parameter :: unknown = 'Cannot match namelist object name '
 
@@ -56,6 +57,9 @@ contains
          else
             call complain(error, place, 'there is no variable '//quoted(message(len(unknown) + 1:))//' in this group')
          end if
+      else if (index(message, bad_data) == 1) then
+         call complain(error, place, 'the values of '//quoted(message(len(bad_data) + 1:))// &
+            ' cannot be read: something in or after them is neither a number nor a variable of this group')
       else if (index(message, 'End of file') > 0) then
          call complain(error, place, 'the group ends in the middle of a value')
       else

@@ -236,11 +236,14 @@ class Simulation:
 def _checked_input(file: Path) -> str:
     """The text of an input file; errors in the words of the native executable."""
     try:
-        return file.read_bytes().decode("utf-8", "surrogateescape")
+        data = file.read_bytes()
     except FileNotFoundError as trouble:
         raise InputError(f"{file}: there is no such file") from trouble
     except OSError as trouble:
         raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+    if b"\0" in data:
+        raise InputError(f"{file} is not a text file: byte {data.index(0) + 1} is zero")
+    return data.decode("utf-8", "surrogateescape")
 
 
 class Run:
