@@ -66,7 +66,7 @@ def test() -> None:
     """Fortran suites, then the Python tests."""
     install_sitedda("[test]")
     path = f"{VENV / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    environment = os.environ | {"PATH": path, "OPENBLAS_NUM_THREADS": "1"}
+    environment = os.environ | {"PATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
     options = ["-Dpython=false", "-Dtester=true"]
     if not (BUILD / "build.ninja").exists():
         call("meson", "setup", BUILD, *options, env=environment)

@@ -39,11 +39,13 @@ contains
       half_size = 0.5_wp*maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
    end function half_size
 
-   !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement.
+   !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement, but no more than a
+   !> part of the smallest block, or each block of a large model would list many that it is far from.
    pure real(wp) function contact_distance(model)
       type(model_type), intent(in) :: model
 
-      contact_distance = 2.5_wp*max(model%control%max_displacement_ratio, 4.0e-4_wp)*half_size(model%blocks)
+      contact_distance = min(2.5_wp*max(model%control%max_displacement_ratio, 4.0e-4_wp)*half_size(model%blocks), &
+         0.2_wp*minval(model%blocks%radius))
    end function contact_distance
 
    !> Penalty when the input gives none: 40 × the largest Young's modulus × 1 m (paper §2.2).

@@ -1,7 +1,12 @@
 """Two-dimensional discontinuous deformation analysis for site response, masonry and jointed rock."""
 
-from ._core import api as _api
-from .check import (
+import os
+
+# Threads that wait for each other must not hold a core that another process wants.
+os.environ.setdefault("GOMP_SPINCOUNT", "20000")
+
+from ._core import api as _api  # noqa: E402
+from .check import (  # noqa: E402
     Modes,
     Penalty,
     Report,
@@ -11,8 +16,8 @@ from .check import (
     penalty_for_shift,
     transfer,
 )
-from .column import Column, HalfSpace, Layer, scheme_damping, time_step_for_damping
-from .errors import (
+from .column import Column, HalfSpace, Layer, scheme_damping, time_step_for_damping  # noqa: E402
+from .errors import (  # noqa: E402
     CheckError,
     ConvergenceError,
     InputError,
@@ -21,8 +26,8 @@ from .errors import (
     SiteddaError,
     SolverError,
 )
-from .simulation import Run, Simulation, run
-from .spectra import Peak, amplification, find_peak, fourier_spectrum
+from .simulation import Run, Simulation, run  # noqa: E402
+from .spectra import Peak, amplification, find_peak, fourier_spectrum  # noqa: E402
 
 __version__ = _api.engine_version().decode().strip()
 

@@ -10,7 +10,8 @@ module check_models
    use testing, only: check_no_error
    implicit none
    private
-   public :: layered_site, layered_site_two, drum_column, brick_wall, started, linear_of
+   public :: layered_site, layered_site_two, drum_column, brick_wall, plane_strain_heap
+   public :: loose_blocks, free_stack, hinged_bar, started, linear_of
 
    character(len=*), parameter :: nl = new_line('a')
    character(len=*), parameter :: glue = ' friction_angle=50.0, cohesion=1.0e8, tensile_strength=1.0e8 /'
@@ -43,20 +44,21 @@ contains
       end do
       text = text//"&layers name='base', material='1', bottom=-1.0, width=15.0, thickness=1.0 /"//nl
       do i = 1, 5
-         text = text//"&layers name='rock_"//to_text(i)//"', material='"//to_text(i)//"', bottom="//to_text(3*(i - 1))// &
-            '.0, width=15.0, thickness=1.0, count=3 /'//nl
+         text = text//"&layers name='rock_"//to_text(i)//"', material='"//to_text(i)//"', bottom="// &
+            to_text(3*(i - 1))//'.0, width=15.0, thickness=1.0, count=3 /'//nl
       end do
       text = text//feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
          "&measured_point name='surface', x=7.5, y=14.5, block='rock_5_3' /"//nl
    end function layered_site_two
 
    !> Ten drums of 0.6 × 0.5 m, E 17 GPa, ν 0.22, ρ 2250, on a base block held at four points.
-   function drum_column(penalty, more) result(text)
-      character(len=*), intent(in) :: penalty  !< N/m
-      character(len=*), intent(in) :: more     !< in &control
+   function drum_column(penalty, more, bonded) result(text)
+      character(len=*), intent(in) :: penalty    !< N/m
+      character(len=*), intent(in) :: more       !< in &control
+      logical, intent(in), optional :: bonded    !< default: yes
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', more, penalty)// &
+      text = head('1.0e-3', more, penalty, bonded)// &
          "&material name='stone', density=2250.0, young_modulus=17.0e9, poisson_ratio=0.22 /"//nl// &
          "&layers name='base', left=-0.3, bottom=-0.5, width=0.6, thickness=0.5 /"//nl// &
          "&drums name='drum', centre=0.0, width=0.6, height=0.5, count=10 /"//nl// &
@@ -67,13 +69,14 @@ contains
    end function drum_column
 
    !> Running-bond wall of 1 × 0.5 m bricks, E 10 GPa, ν 0.25, ρ 2500, on a base held at four points.
+   !> The displacement ratio keeps the search, whose reach follows the size of the model, short of a brick.
    function brick_wall(bricks, courses, penalty, more) result(text)
       integer, intent(in) :: bricks, courses
       character(len=*), intent(in) :: penalty  !< N/m
       character(len=*), intent(in) :: more     !< in &control
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', more, penalty)// &
+      text = head('1.0e-3', ', max_displacement_ratio=0.001'//more, penalty)// &
          "&material name='clay', density=2500.0, young_modulus=10.0e9, poisson_ratio=0.25 /"//nl// &
          "&layers name='base', bottom=-1.0, width="//to_text(bricks)//'.0, thickness=1.0 /'//nl// &
          "&wall name='brick', brick_length=1.0, brick_height=0.5, bricks="//to_text(bricks)//', courses='// &
@@ -82,13 +85,68 @@ contains
          "&measured_point name='top', x=0.5, y="//to_text(0.5_wp*courses - 0.25_wp)//' /'//nl
    end function brick_wall
 
-   function head(time_step, more, penalty) result(text)
+   function head(time_step, more, penalty, bonded) result(text)
       character(len=*), intent(in) :: time_step, more, penalty
+      logical, intent(in), optional :: bonded
       character(len=:), allocatable :: text
 
       text = '&control time_step='//time_step//', steps=1000'//more//' /'//nl// &
-         '&contact normal_stiffness='//penalty//' /'//nl//"&joint name='joint',"//glue//nl
+         '&contact normal_stiffness='//penalty//' /'//nl
+      if (present(bonded)) then
+         if (.not. bonded) then
+            text = text//"&joint name='joint', friction_angle=40.0 /"//nl
+            return
+         end if
+      end if
+      text = text//"&joint name='joint',"//glue//nl
    end function head
+
+   !> Triangles, a trapezium and rectangles of two rocks in plane strain.
+   function plane_strain_heap() result(text)
+      character(len=:), allocatable :: text
+
+      text = head('1.0e-3', ", analysis='plane_strain'", '3.0e10')// &
+         "&material name='hard', density=2700.0, young_modulus=20.0e9, poisson_ratio=0.3 /"//nl// &
+         "&material name='soft', density=1900.0, young_modulus=2.0e9, poisson_ratio=0.2 /"//nl// &
+         "&block name='floor', material='hard', vertices=0.0,-1.0, 6.0,-1.0, 6.0,0.0, 0.0,0.0 /"//nl// &
+         "&block name='left', material='soft', vertices=0.0,0.0, 3.0,0.0, 2.0,1.5, 0.0,1.5 /"//nl// &
+         "&block name='right', material='hard', vertices=3.0,0.0, 6.0,0.0, 6.0,1.5, 2.0,1.5 /"//nl// &
+         "&block name='wedge', material='soft', vertices=0.0,1.5, 4.0,1.5, 1.5,3.0 /"//nl// &
+         "&block name='chip', material='hard', vertices=4.2,1.5, 5.5,1.5, 5.0,2.2 /"//nl// &
+         '&fixed_point x=0.5, y=-0.5 /'//nl//'&fixed_point x=5.5, y=-0.6 /'//nl
+   end function plane_strain_heap
+
+   !> Eleven blocks of one rock that do not touch.
+   function loose_blocks() result(text)
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = head('1.0e-3', ', max_displacement_ratio=0.0004', '1.0e10')// &
+         "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl
+      do i = 0, 10
+         text = text//'&layers left='//to_text(2*i)//'.0, bottom=0.0, width=1.0, thickness=0.'// &
+            to_text(4 + modulo(i, 3))//' /'//nl
+      end do
+   end function loose_blocks
+
+   !> A stack that nothing holds.
+   function free_stack(count) result(text)
+      integer, intent(in) :: count
+      character(len=:), allocatable :: text
+
+      text = head('1.0e-3', '', '1.0e10')// &
+         "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl// &
+         "&layers width=2.0, thickness=0.5, count="//to_text(count)//' /'//nl
+   end function free_stack
+
+   !> One block on one fixed point.
+   function hinged_bar() result(text)
+      character(len=:), allocatable :: text
+
+      text = head('1.0e-3', '', '1.0e10')// &
+         "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl// &
+         "&layers width=2.0, thickness=0.5 /"//nl//'&fixed_point x=0.1, y=0.4 /'//nl
+   end function hinged_bar
 
    !> Four fixed points in a base block of some width and 1 m of height below y = 0.
    function feet(width) result(text)

@@ -4,7 +4,7 @@ module test_band_cholesky
    use dda_band_cholesky, only: band_cholesky_type, analyse_band, factorise_band, solve_band
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_errors, only: error_type, error_input, error_solver
-   use dda_solver, only: solver_type, analyse, choose_solver, factorise, solve
+   use dda_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
    use models, only: random, random_vector, sow
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
@@ -137,28 +137,43 @@ contains
       if (allocated(error)) call check(error%kind == error_solver, 'its kind')
    end subroutine not_definite
 
+   !> Every solver gives the same solution, with new values too.
    subroutine solver_interface()
       type(solver_type) :: solver
-      type(block_matrix_type) :: matrix
       type(error_type), allocatable :: error
-      real(wp) :: dense(18, 18), b(6, 3), x(6, 3)
+      integer :: k
 
       call case('the solver interface')
       call choose_solver(solver, 'no such one', error)
       call check_fails(error, 'no such one')
       if (allocated(error)) call check(error%kind == error_input, 'its kind')
-      call choose_solver(solver, 'auto', error)
-      call check_no_error(error, 'auto')
-      call set_pattern(matrix, 3, reshape([1, 2, 2, 3], [2, 2]))
-      call fill_definite(matrix, dense)
-      b = reshape(random_vector(18), [6, 3])
-      x = 0.0_wp
-      call analyse(solver, matrix)
-      call factorise(solver, matrix, error)
-      call check_no_error(error, 'factor')
-      call solve(solver, b, x, error)
-      call check_no_error(error, 'solve')
-      call check_close(matmul(dense, reshape(x, [18])), reshape(b, [18]), 'K x = b', relative=1.0e-12_wp)
+      do k = 1, size(solver_names)
+         call case('solver '//solver_names(k))
+         call choose_solver(solver, trim(solver_names(k)), error)
+         call check_no_error(error, 'is known')
+         call try_solver(solver)
+      end do
    end subroutine solver_interface
+
+   subroutine try_solver(solver)
+      type(solver_type), intent(inout) :: solver
+      type(block_matrix_type) :: matrix
+      type(error_type), allocatable :: error
+      real(wp) :: dense(24, 24), b(6, 4), x(6, 4)
+      integer :: pass
+
+      call set_pattern(matrix, 4, reshape([1, 2, 2, 4, 4, 3], [2, 3]))
+      call analyse(solver, matrix)
+      x = 0.0_wp
+      do pass = 1, 3
+         call fill_definite(matrix, dense)
+         b = reshape(random_vector(24), [6, 4])
+         call renew(solver, matrix, matrix%diagonal, 3, error)
+         call check_no_error(error, 'takes the values')
+         call solve(solver, matrix, b, x, error)
+         call check_no_error(error, 'solves')
+         call check_close(matmul(dense, reshape(x, [24])), reshape(b, [24]), 'K x = b', relative=1.0e-9_wp)
+      end do
+   end subroutine try_solver
 
 end module test_band_cholesky

@@ -193,7 +193,8 @@ contains
       call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
       call add_outline(outlines, reshape([4, 0, 6, 0, 6, 2, 5, 2, 5, 1, 4, 1]*1.0_wp, [2, 6]), 1, 1, 1, '')
       call blocks_of(outlines, blocks)
-      call check(next_vertex(blocks, 4) == 1 .and. next_vertex(blocks, 5) == 6 .and. next_vertex(blocks, 10) == 5, 'next')
+      call check(next_vertex(blocks, 4) == 1 .and. next_vertex(blocks, 5) == 6 .and. next_vertex(blocks, 10) == 5, &
+         'next')
       call check(previous_vertex(blocks, 1) == 4 .and. previous_vertex(blocks, 5) == 10, 'previous')
       call check(all(blocks%owner == [1, 1, 1, 1, 2, 2, 2, 2, 2, 2]), 'owners')
       call check(.not. is_convex(blocks, 9), 'the inner corner')

@@ -80,7 +80,8 @@ contains
       call add_layers(outlines, -1.0_wp, 2.0_wp, 15.0_wp, 0.5_wp, 20, 3, 4, 5, 'layer')
       call check(outlines%n == 20, 'twenty')
       do i = 1, 20
-         call check_close(outline(outlines, i), rectangle(-1.0_wp, 2.0_wp + 0.5_wp*(i - 1), 14.0_wp, 2.0_wp + 0.5_wp*i), &
+         call check_close(outline(outlines, i), rectangle(-1.0_wp, 2.0_wp + 0.5_wp*(i - 1), 14.0_wp, &
+            2.0_wp + 0.5_wp*i), &
             'layer', relative=1.0e-15_wp)
       end do
       call check(outlines%name(20) == 'layer_20', 'named')

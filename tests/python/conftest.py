@@ -57,13 +57,34 @@ def caller(name: str):
             [path, *map(os.fspath, arguments)],
             cwd=folder,
             capture_output=True,
-            text=True,
+            encoding="utf-8",
+            errors="replace",
             timeout=120,
             check=False,
         )
 
     call.name = name
     call.path = path
+    return call
+
+
+@pytest.fixture
+def main(capfd, monkeypatch):
+    """The command line of the package within this process, which spares the start of Python."""
+
+    def call(*arguments, folder=None) -> subprocess.CompletedProcess:
+        from sitedda.command import main
+
+        if folder:
+            monkeypatch.chdir(folder)
+        capfd.readouterr()
+        try:
+            status = main([os.fspath(argument) for argument in arguments])
+        except SystemExit as stop:
+            status = stop.code
+        return subprocess.CompletedProcess(arguments, status, *capfd.readouterr())
+
+    call.name = "sitedda"
     return call
 
 

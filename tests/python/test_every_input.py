@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+
 import sitedda
 
 INPUTS = Path(__file__).parents[2] / "inputs"
@@ -40,11 +41,13 @@ def _time_step(file) -> float:
 
 
 def beside_its_records(file, folder, text) -> Path:
-    """Write a text where the files that `file` names can be found under the same names."""
-    folder.mkdir()
-    for neighbour in file.parent.iterdir():
-        if neighbour.suffix != ".nml":
-            (folder / neighbour.name).symlink_to(neighbour)
-    copy = folder / file.name
+    """Write a text into a copy of inputs/ whose other files are links."""
+    for other in INPUTS.rglob("*"):
+        if other.is_file() and other.suffix != ".nml":
+            link = folder / other.relative_to(INPUTS)
+            link.parent.mkdir(parents=True, exist_ok=True)
+            link.symlink_to(other)
+    copy = folder / file.relative_to(INPUTS)
+    copy.parent.mkdir(parents=True, exist_ok=True)
     copy.write_text(text)
     return copy

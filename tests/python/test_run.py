@@ -10,10 +10,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-import sitedda
 import xarray as xr
 from model_text import changed, flying_block, rectangle, tower, without
 from numpy.testing import assert_allclose, assert_array_equal
+
+import sitedda
 
 GRAVITY = 9.81
 

@@ -1,0 +1,119 @@
+"""Microseconds per step of the main job on one core: python3 tests/benchmarks/layered_site.py
+
+The native executable runs inputs/layered_site.nml (60,000 steps) on one core, without its
+spectral amplification.  "Output included" writes a sample of every step; "output excluded" writes
+the first and the last.  The time of a run of one step (start, input, record) is taken off both.
+Wall time and processor time (user and system) are printed: the least of several repetitions, since
+all that disturbs a run makes it longer, and the median.  Where other work goes on, the processor
+time is the fairer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import re
+import resource
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+INPUT = ROOT / "inputs" / "layered_site.nml"
+STEPS = 60_000
+TARGET = 25.0  # µs per step, output excluded, in issue 2
+
+
+def main() -> None:
+    options = arguments()
+    core = max(os.sched_getaffinity(0)) if options.core is None else options.core
+    os.sched_setaffinity(0, {core})
+    print(machine(core))
+    print(f"{options.native}: {version(options.native)}")
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        (folder / "records").symlink_to(INPUT.parent / "records")
+        start = measured(options, folder, 1, STEPS)
+        report("output excluded", measured(options, folder, STEPS, STEPS), start)
+        report("output included", measured(options, folder, STEPS, 1), start)
+    print(f"start and input: {1e3 * min(start)[0]:.1f} ms; target: {TARGET:.0f} µs per step")
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    beside = Path(sys.executable).parent / "sitedda-native"
+    native = str(beside) if beside.exists() else shutil.which("sitedda-native")
+    parser.add_argument("--native", default=native, help="the executable")
+    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--core", type=int, help="core to run on; the last one by default")
+    options = parser.parse_args()
+    if not options.native:
+        parser.error("sitedda-native is not installed; give --native")
+    return options
+
+
+def machine(core: int) -> str:
+    """Processor, system and load, in one line."""
+    model = platform.processor() or platform.machine()
+    speed = ""
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        name, _, value = line.partition(":")
+        if name.strip() == "model name":
+            model = value.strip()
+        elif name.strip() == "cpu MHz":
+            speed = f", {float(value):.0f} MHz"
+    load = f"load {os.getloadavg()[0]:.1f}"
+    return f"{model}{speed}, core {core} of {os.cpu_count()}, {platform.platform()}, {load}"
+
+
+def version(native: str) -> str:
+    done = subprocess.run([native, "--version"], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+def measured(options, folder: Path, steps: int, interval: int) -> list[tuple[float, float]]:
+    """Seconds on the wall and of the processor of each repetition."""
+    file = folder / "benchmark.nml"
+    file.write_text(changed(INPUT.read_text(), steps, interval))
+    command = [options.native, "run", str(file), "--quiet", "-o", str(folder / "benchmark.nc")]
+    single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    times = []
+    for _ in range(options.repeat):
+        begun, worked = time.perf_counter(), processor_time()
+        subprocess.run(command, check=True, capture_output=True, env=os.environ | single)
+        times.append((time.perf_counter() - begun, processor_time() - worked))
+    return times
+
+
+def processor_time() -> float:
+    """Of all ended child processes, s."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def changed(text: str, steps: int, interval: int) -> str:
+    """The main job with other numbers of steps and samples, and no amplification."""
+    text = re.sub(r"(?m)^&amplification.*$", "", text)
+    for variable, value in (("steps", steps), ("history_interval", interval)):
+        text, found = re.subn(rf"\b{variable}\s*=\s*\d+", f"{variable} = {value}", text)
+        if found != 1:
+            raise SystemExit(f"{INPUT}: expected one {variable}, found {found}")
+    return text
+
+
+def report(name: str, times: list, start: list) -> None:
+    """Wall and processor time per step, less those of the start."""
+    said = []
+    for kind, which in (("wall", 0), ("processor", 1)):
+        micro = [1e6 * (run[which] - min(start)[which]) / STEPS for run in times]
+        said.append(f"{kind} {min(micro):.2f} (median {statistics.median(micro):.2f})")
+    print(f"{name}: {', '.join(said)} µs per step")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+!> The inverse questions give what was asked for.
+module test_advice
+   use dda_kinds, only: wp
+   use dda_advice, only: penalty_type, time_step_for, damping_at, first_frequency, stiff_limit, penalty_for_frequency, &
+      penalty_for_shift
+   use dda_errors, only: error_type
+   use dda_linear_model, only: linear_model_type
+   use check_models, only: layered_site, drum_column, brick_wall, loose_blocks, linear_of
+   use testing, only: case, check, check_close, check_no_error, check_fails
+   implicit none
+   private
+   public :: advice_suite
+
+contains
+
+   subroutine advice_suite()
+      call damping()
+      call calibration()
+      call shifts()
+      call refusals()
+   end subroutine advice_suite
+
+   !> The paper's 2.2 % at the resonance needs Δt = 1 ms.
+   subroutine damping()
+      call case('time step for a damping ratio')
+      call check_close(damping_at(13.95_wp, 1.0e-3_wp), 0.0219_wp, 'paper, table I', absolute=1.0e-4_wp)
+      call check_close(damping_at(13.95_wp, time_step_for(0.022_wp, 13.95_wp)), 0.022_wp, 'inverse', &
+         relative=1.0e-13_wp)
+      call check_close(damping_at(2.0_wp, time_step_for(0.5_wp, 2.0_wp)), 0.5_wp, 'large', relative=1.0e-13_wp)
+   end subroutine damping
+
+   !> The paper finds the penalty of its column by trial (§3.2).
+   subroutine calibration()
+      type(linear_model_type) :: linear
+      type(penalty_type) :: penalty
+      type(error_type), allocatable :: error
+      real(wp), parameter :: targets(4) = [1.0_wp, 3.2_wp, 4.3_wp, 50.0_wp]
+      real(wp) :: frequency
+      integer :: i
+
+      call case('penalty that matches a frequency')
+      call linear_of(linear, drum_column('1.0e8', ''), 'closed')
+      do i = 1, size(targets)
+         call penalty_for_frequency(linear, targets(i), penalty, error)
+         call check_no_error(error, 'penalty')
+         call check(penalty%found .and. penalty%solves < 30, 'found soon')
+         call first_frequency(linear, penalty%normal_stiffness, frequency, error)
+         call check_close(frequency, targets(i), 'frequency with it', relative=1.0e-7_wp)
+      end do
+      call check(index(penalty%words, 'normal_stiffness') == 1, 'in words')
+      call penalty_for_frequency(linear, 200.0_wp, penalty, error)
+      call check_no_error(error, 'too high')
+      call check(.not. penalty%found .and. index(penalty%words, 'no penalty') == 1, 'too high, in words')
+   end subroutine calibration
+
+   subroutine shifts()
+      type(linear_model_type) :: linear
+      type(penalty_type) :: penalty
+      type(error_type), allocatable :: error
+      real(wp) :: limit, frequency
+
+      call case('penalty within a shift')
+      call linear_of(linear, layered_site(), 'closed')
+      call stiff_limit(linear, limit, error)
+      call check_no_error(error, 'limit')
+      call first_frequency(linear, 1.0e15_wp, frequency, error)
+      call check_close(limit, frequency, 'limit', relative=1.0e-4_wp)
+      call check(limit > 14.188_wp .and. limit < 14.25_wp, 'a little above the continuum''s Vs/4H')
+      call penalty_for_shift(linear, 1.0_wp, penalty, error)
+      call check_no_error(error, 'shift')
+      call check_close(penalty%frequency, 0.99_wp*limit, 'one per cent below', relative=1.0e-7_wp)
+      call penalty_for_shift(linear, 2.0_wp, penalty, error, reference=14.188_wp)
+      call check_close(penalty%frequency, 0.98_wp*14.188_wp, 'of a given frequency', relative=1.0e-7_wp)
+      call linear_of(linear, brick_wall(8, 8, '1.0e10', ''), 'closed')
+      call penalty_for_shift(linear, 5.0_wp, penalty, error)
+      call check_no_error(error, 'wall')
+      call check_close(penalty%frequency, 0.95_wp*penalty%limit, 'wall', relative=1.0e-6_wp)
+   end subroutine shifts
+
+   subroutine refusals()
+      type(linear_model_type) :: linear
+      type(penalty_type) :: penalty
+      type(error_type), allocatable :: error
+
+      call case('questions without an answer')
+      call linear_of(linear, layered_site(), 'closed')
+      call penalty_for_frequency(linear, 0.0_wp, penalty, error)
+      call check_fails(error, 'not positive')
+      call penalty_for_shift(linear, 100.0_wp, penalty, error)
+      call check_fails(error, 'between 0 and 100')
+      call linear_of(linear, loose_blocks(), 'closed')
+      call penalty_for_frequency(linear, 5.0_wp, penalty, error)
+      call check_fails(error, 'no effect')
+   end subroutine refusals
+
+end module test_advice

@@ -1,0 +1,148 @@
+!> Bonds: which joints are whole at the start, over what length, and at what load they break.
+module test_bonds
+   use dda_kinds, only: wp
+   use dda_contact, only: contact_stick
+   use dda_simulation, only: simulation_type
+   use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, rock, run, turned
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: bonds_suite
+
+   !> So stiff that the bonds share a load as the springs of a rigid block do.
+   character(len=*), parameter :: rigid = &
+      " &material name = 'rigid' density = 2500.0 young_modulus = 1.0e13 poisson_ratio = 0.25 /"
+   real(wp), parameter :: cohesion = 2.0e5_wp, tension = 1.0e5_wp, stiffness = 1.0e9_wp
+
+contains
+
+   subroutine bonds_suite()
+      call lengths()
+      call no_bond()
+      call breaks_in_tension()
+      call breaks_in_shear()
+   end subroutine bonds_suite
+
+   !> Bonds between blocks 1 and 2, and their lengths.
+   subroutine count_bonds(simulation, bonds, length)
+      type(simulation_type), intent(in) :: simulation
+      integer, intent(out) :: bonds
+      real(wp), intent(out) :: length
+      integer :: c
+
+      bonds = 0
+      length = 0.0_wp
+      associate (contacts => simulation%contacts(simulation%now))
+         do c = 1, contacts%n
+            if (.not. contacts%bonded(c)) cycle
+            bonds = bonds + 1
+            length = length + contacts%bond_length(c)
+            call check(contacts%state(c) == contact_stick, 'a bond sticks')
+         end do
+      end associate
+   end subroutine count_bonds
+
+   subroutine two_blocks(simulation, lower, upper, joint)
+      type(simulation_type), intent(out) :: simulation
+      real(wp), intent(in) :: lower(:,:), upper(:,:)
+      character(len=*), intent(in) :: joint
+
+      call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(stiffness, '')//rock//joint// &
+         block_text('lower', lower)//block_text('upper', upper))
+   end subroutine two_blocks
+
+   !> Two bonds share the overlap, at any inclination.
+   subroutine lengths()
+      type(simulation_type) :: simulation
+      character(len=:), allocatable :: joint
+      real(wp) :: length, angle
+      integer :: bonds, i
+
+      joint = joint_text(30.0_wp, cohesion, tension)
+      do i = 0, 6
+         angle = 0.45_wp*i
+         call case('equal width')
+         call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
+            turned(rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), angle), joint)
+         call count_bonds(simulation, bonds, length)
+         call check(bonds == 2, 'two bonds')
+         call check_close(length, 2.0_wp, 'over the whole joint', relative=1.0e-12_wp)
+         call case('half over half')
+         call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
+            turned(rectangle(1.2_wp, 1.0_wp, 3.2_wp, 2.0_wp), angle), joint)
+         call count_bonds(simulation, bonds, length)
+         call check(bonds == 2, 'two bonds')
+         call check_close(length, 0.8_wp, 'over the overlap', relative=1.0e-12_wp)
+         call case('narrow on wide')
+         call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 3.0_wp, 1.0_wp), angle), &
+            turned(rectangle(1.0_wp, 1.0_wp, 1.7_wp, 2.0_wp), angle), joint)
+         call count_bonds(simulation, bonds, length)
+         call check(bonds == 2, 'two bonds')
+         call check_close(length, 0.7_wp, 'over the narrow one', relative=1.0e-12_wp)
+      end do
+   end subroutine lengths
+
+   subroutine no_bond()
+      type(simulation_type) :: simulation
+      real(wp) :: length
+      integer :: bonds
+
+      call case('no bond')
+      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), rectangle(0.0_wp, 1.001_wp, 2.0_wp, &
+         2.0_wp), &
+         joint_text(30.0_wp, cohesion, tension))
+      call count_bonds(simulation, bonds, length)
+      call check(bonds == 0, 'over a gap')
+      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), rectangle(0.0_wp, 1.0_wp, 2.0_wp, &
+         2.0_wp), &
+         joint_text(30.0_wp, 0.0_wp, 0.0_wp))
+      call count_bonds(simulation, bonds, length)
+      call check(bonds == 0, 'without strength')
+      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
+         reshape([1.0_wp, 1.0_wp, 2.0_wp, 1.2_wp, 1.0_wp, 2.0_wp], [2, 3]), joint_text(30.0_wp, cohesion, tension))
+      call count_bonds(simulation, bonds, length)
+      call check(bonds == 0, 'of edges that are not parallel')
+   end subroutine no_bond
+
+   !> A slow ramp pulls the upper block off: the bond holds tensile strength × length, no more.
+   subroutine breaks_in_tension()
+      call case('tension')
+      call pull_until(tension*1.5_wp, 'force_y')
+   end subroutine breaks_in_tension
+
+   !> Without normal force, cohesion × length.
+   subroutine breaks_in_shear()
+      call case('shear')
+      call pull_until(cohesion*1.5_wp, 'force_x')
+   end subroutine breaks_in_shear
+
+   !> Ramp a force from 0 to twice `strength` in 1 s, without inertia, and see when the joint gives way.
+   !> The joint is 1.5 m long; a shear force acts in its plane so that it does not tilt it.
+   subroutine pull_until(strength, force)
+      real(wp), intent(in) :: strength
+      character(len=*), intent(in) :: force
+      type(simulation_type) :: simulation
+      real(wp) :: length, x
+      integer :: bonds, i
+
+      x = 0.75_wp
+      if (force == 'force_x') x = 0.0_wp
+      call begin(simulation, control_text(2.0e-3_wp, 500, 'dynamic_factor = 0.0')//contact_text(stiffness, '')// &
+         rigid// &
+         joint_text(30.0_wp, cohesion, tension)//block_text('lower', rectangle(0.0_wp, 0.0_wp, 1.5_wp, 1.0_wp))// &
+         block_text('upper', rectangle(0.0_wp, 1.0_wp, 1.5_wp, 2.0_wp))// &
+         ' &fixed_point x = 0.1 y = 0.1 / &fixed_point x = 1.4 y = 0.1 / &fixed_point x = 0.1 y = 0.9 /'// &
+         ' &fixed_point x = 1.4 y = 0.9 / &load block = ''upper'' x = '//number(x)// &
+         ' y = '//number(merge(1.0_wp, 2.0_wp, force == 'force_x'))//' time = 0.0 1.0 '//force//' = 0.0 '// &
+         number(2.0_wp*strength)//' /')
+      do i = 1, 500
+         call run(simulation, 1)
+         if (simulation%counters%broken > 0) exit
+      end do
+      call check_close(simulation%time, 0.5_wp, 'breaks at its strength', absolute=0.01_wp)
+      call count_bonds(simulation, bonds, length)
+      call check(bonds == 0, 'both bonds at once')
+      call check(simulation%counters%broken == 2, 'two are counted')
+   end subroutine pull_until
+
+end module test_bonds

@@ -1,0 +1,413 @@
+!> Contacts against the exact geometry: rows by finite differences, counts by reasoning.
+module test_detection
+   use dda_kinds, only: wp, pi
+   use dda_blocks, only: blocks_type, next_vertex, update_geometry
+   use dda_contact, only: contacts_type
+   use dda_detection, only: detect_contacts, detection_type, prepare_detection
+   use dda_neighbours, only: find_neighbours, neighbours_type
+   use dda_outlines, only: add_layers, add_outline, add_wall, outlines_type
+   use dda_text, only: to_text
+   use models, only: blocks_of, random, random_vector, rectangle, shifted, sow, star, turned
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: detection_suite
+
+   real(wp), parameter :: distance = 0.02_wp
+
+contains
+
+   subroutine detection_suite()
+      call sow(32)
+      call rows_of_vertex_on_edge()
+      call rows_of_corners()
+      call equal_width_stack()
+      call running_bond()
+      call notch()
+      call over_the_end()
+      call round_a_corner()
+      call thin_slab()
+      call symmetry()
+      call apart()
+   end subroutine detection_suite
+
+   !> All contacts of the present places.
+   subroutine list(blocks, contacts, within)
+      type(blocks_type), intent(in) :: blocks
+      type(contacts_type), intent(out) :: contacts
+      real(wp), intent(in) :: within
+      type(neighbours_type) :: near
+      type(detection_type) :: detection
+
+      call find_neighbours(near, blocks, 2.0_wp*within)
+      call prepare_detection(detection, blocks, within)
+      call detect_contacts(contacts, blocks, near, detection, within)
+   end subroutine list
+
+   !> A strained, turned star with a triangle's corner at a random place of one of its edges.
+   subroutine rows_of_vertex_on_edge()
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      integer :: i, c, met
+
+      call case('rows, vertex on edge')
+      met = 0
+      do i = 1, 60
+         call vertex_near_edge(blocks, random(-0.01_wp, 0.015_wp), random(0.2_wp, 0.8_wp))
+         call list(blocks, contacts, distance)
+         do c = 1, contacts%n
+            met = met + 1
+            call check_rows(blocks, contacts, c)
+         end do
+      end do
+      call check(met >= 60, 'a contact each time')
+   end subroutine rows_of_vertex_on_edge
+
+   !> Corner near corner, at random: whatever is listed has exact rows.
+   subroutine rows_of_corners()
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      integer :: i, c, met
+
+      call case('rows, corner to corner')
+      met = 0
+      do i = 1, 60
+         call vertex_near_edge(blocks, random(-0.004_wp, 0.004_wp), random(-0.003_wp, 0.003_wp))
+         call list(blocks, contacts, distance)
+         do c = 1, contacts%n
+            if (contacts%corner(c) > 0) met = met + 1
+            call check_rows(blocks, contacts, c)
+         end do
+      end do
+      call check(met >= 30, 'corners met')
+   end subroutine rows_of_corners
+
+   !> Block 1 a strained star; block 2 a strained needle with its tip at `part` of an edge and `gap` off it.
+   subroutine vertex_near_edge(blocks, gap, part)
+      type(blocks_type), intent(out) :: blocks
+      real(wp), intent(in) :: gap, part
+      type(outlines_type) :: outlines
+      real(wp) :: a(2), b(2), normal(2), place(2), along
+      integer :: e
+
+      call add_outline(outlines, star(5, 1.0_wp, 1.4_wp), 1, 1, 1, '')
+      call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 1.2_wp, -0.3_wp, 1.1_wp, 0.35_wp], [2, 3]), 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+      blocks%position(3, :) = 6.0_wp*random_vector(2)
+      blocks%position(4:6, :) = 0.05_wp*reshape(random_vector(6), [3, 2])
+      call update_geometry(blocks)
+      e = 1 + int(random(0.0_wp, 4.9_wp))
+      a = blocks%vertex(:, e)
+      b = blocks%vertex(:, next_vertex(blocks, e))
+      normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
+      along = atan2(normal(2), normal(1)) + random(-0.3_wp, 0.3_wp)
+      blocks%position(3, 2) = along
+      call update_geometry(blocks)
+      place = a + part*(b - a) + gap*normal
+      blocks%position(1:2, 2) = blocks%position(1:2, 2) + place - blocks%vertex(:, 6)
+      call update_geometry(blocks)
+   end subroutine vertex_near_edge
+
+   !> Gap and slip of a vertex along an edge, from places alone; slip counts from the material point that
+   !> stood at `share` of the edge.
+   function gap_and_slip(blocks, v, e, share) result(values)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: v, e
+      real(wp), intent(in) :: share
+      real(wp) :: values(2)
+      real(wp) :: a(2), along(2), length
+
+      a = blocks%vertex(:, e)
+      along = blocks%vertex(:, next_vertex(blocks, e)) - a
+      length = norm2(along)
+      along = along/length
+      associate (from => blocks%vertex(:, v) - a)
+         values(1) = along(2)*from(1) - along(1)*from(2)
+         values(2) = dot_product(along, from) - share*length
+      end associate
+   end function gap_and_slip
+
+   !> Finite differences over all twelve coordinates.
+   subroutine check_rows(blocks, contacts, c)
+      type(blocks_type), intent(inout) :: blocks
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: c
+      real(wp), parameter :: h = 1.0e-6_wp
+      real(wp) :: rows(6, 2, 2), q, ahead(2), behind(2), share, here(2), edge_length
+      integer :: side, k, b, v, e
+
+      v = contacts%vertex(c)
+      e = contacts%edge(c)
+      here = gap_and_slip(blocks, v, e, 0.0_wp)
+      call check_close(contacts%gap(c), here(1), 'gap', absolute=1.0e-14_wp)
+      edge_length = norm2(blocks%vertex(:, next_vertex(blocks, e)) - blocks%vertex(:, e))
+      share = here(2)/edge_length
+      do side = 1, 2
+         b = merge(contacts%block_v(c), contacts%block_e(c), side == 1)
+         do k = 1, 6
+            q = blocks%position(k, b)
+            blocks%position(k, b) = q + h
+            call update_geometry(blocks)
+            ahead = gap_and_slip(blocks, v, e, share)
+            blocks%position(k, b) = q - h
+            call update_geometry(blocks)
+            behind = gap_and_slip(blocks, v, e, share)
+            blocks%position(k, b) = q
+            call update_geometry(blocks)
+            rows(k, :, side) = (ahead - behind)/(2.0_wp*h)
+         end do
+      end do
+      call check_close(contacts%normal_v(:, c), rows(:, 1, 1), '∂gap/∂q of the vertex'' block', absolute=1.0e-8_wp)
+      call check_close(-contacts%normal_e(:, c), rows(:, 1, 2), '∂gap/∂q of the edge''s block', absolute=1.0e-8_wp)
+      call check_close(contacts%shear_v(:, c), rows(:, 2, 1), '∂slip/∂q of the vertex'' block', absolute=1.0e-8_wp)
+      call check_close(-contacts%shear_e(1:3, c), rows(1:3, 2, 2), '∂slip/∂q of the edge''s block', absolute=1.0e-8_wp)
+      ! A strain of the edge's block also turns the edge: a share of the gap, left out.
+      call check_close(-contacts%shear_e(4:6, c), rows(4:6, 2, 2), '∂slip/∂ε of the edge''s block', &
+         absolute=1.0e-8_wp + 1.2_wp*abs(here(1)))
+   end subroutine check_rows
+
+   !> Two contacts per joint, one at each end, at any inclination.
+   subroutine equal_width_stack()
+      type(outlines_type) :: outlines, tilted
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      integer :: i, k
+
+      call case('a stack of equal width')
+      call add_layers(outlines, 0.0_wp, 0.0_wp, 15.0_wp, 1.0_wp, 8, 1, 1, 1, '')
+      do k = 0, 10
+         tilted = outlines
+         tilted%vertices = turned(outlines%vertices, 0.37_wp*k)
+         call blocks_of(tilted, blocks)
+         call list(blocks, contacts, distance)
+         call check(contacts%n == 14, 'fourteen contacts for seven joints')
+         do i = 1, 7
+            call check(count_pair(contacts, i, i + 1) == 2, 'two in joint '//to_text(i))
+         end do
+         call check_close(contacts%gap(:contacts%n), 0.0_wp*contacts%gap(:contacts%n), 'all touch', absolute=1.0e-13_wp)
+         call check(spread_along(blocks, contacts, 1) > 14.9_wp, 'one at each end')
+      end do
+   end subroutine equal_width_stack
+
+   integer function count_pair(contacts, a, b) result(found)
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: a, b
+      integer :: c
+
+      found = 0
+      do c = 1, contacts%n
+         if (min(contacts%block_v(c), contacts%block_e(c)) == a .and. max(contacts%block_v(c), &
+            contacts%block_e(c)) == b) &
+            found = found + 1
+      end do
+   end function count_pair
+
+   !> Distance between the touching vertices of blocks a and a + 1.
+   real(wp) function spread_along(blocks, contacts, a) result(apart)
+      type(blocks_type), intent(in) :: blocks
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: a
+      integer :: c, k
+
+      apart = 0.0_wp
+      do c = 1, contacts%n
+         do k = 1, c - 1
+            if (min(contacts%block_v(c), contacts%block_e(c)) /= a) cycle
+            if (min(contacts%block_v(k), contacts%block_e(k)) /= a) cycle
+            apart = max(apart, norm2(blocks%vertex(:, contacts%vertex(c)) - blocks%vertex(:, contacts%vertex(k))))
+         end do
+      end do
+   end function spread_along
+
+   !> Each joint of a wall, bed or head, has two contacts: a brick rests on the two below it with four.
+   subroutine running_bond()
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      integer :: k
+
+      call case('running bond')
+      call add_wall(outlines, 0.0_wp, 0.0_wp, [0.6_wp, 0.3_wp], 3, 3, 1, 1, 1, '')
+      do k = 0, 5
+         if (k > 0) outlines%vertices = turned(outlines%vertices, 0.61_wp)
+         call blocks_of(outlines, blocks)
+         call list(blocks, contacts, distance)
+         ! Bricks 1–3 below, 4–7 above them (4 and 7 are halves), 8–10 on top.
+         call check(count_pair(contacts, 1, 5) == 2 .and. count_pair(contacts, 2, 5) == 2, 'four below a brick')
+         call check(count_pair(contacts, 5, 8) == 2 .and. count_pair(contacts, 5, 9) == 2, 'four above it')
+         call check(count_pair(contacts, 4, 5) == 2 .and. count_pair(contacts, 5, 6) == 2, 'two in each head joint')
+         call check(count_pair(contacts, 1, 4) == 2, 'two below the half brick')
+         ! Bed joints: 6 between courses 1 and 2, 6 above; head joints: 2, 3 and 2.
+         call check(contacts%n == 2*(6 + 6 + 2 + 3 + 2), 'two per joint in all')
+      end do
+   end subroutine running_bond
+
+   !> A corner in a right-angled notch touches both of its faces.
+   subroutine notch()
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      real(wp) :: shape(2, 7), tip(2, 3), facing
+      integer :: k, c
+
+      call case('a corner in a notch')
+      shape = reshape([-2, -2, 2, -2, 2, 1, 1, 1, 0, 0, -1, 1, -2, 1]*1.0_wp, [2, 7])
+      tip = reshape([0.0_wp, 0.001_wp, 0.5_wp, 1.5_wp, -0.5_wp, 1.5_wp], [2, 3])
+      do k = 0, 9
+         outlines%n = 0
+         outlines%n_vertices = 0
+         call add_outline(outlines, turned(shape, 0.5_wp*k), 1, 1, 1, '')
+         call add_outline(outlines, turned(shifted(tip, [0.0_wp, -0.002_wp*modulo(k, 2)]), 0.5_wp*k), 1, 1, 1, '')
+         call blocks_of(outlines, blocks)
+         call list(blocks, contacts, distance)
+         call check(contacts%n == 2, 'two contacts')
+         if (contacts%n /= 2) cycle
+         facing = dot_product(contacts%normal(:, 1), contacts%normal(:, 2))
+         call check_close(facing, 0.0_wp, 'at right angles', absolute=1.0e-13_wp)
+         do c = 1, 2
+            call check(contacts%vertex(c) == 8, 'of the tip')
+            call check_close(contacts%gap(c), (0.001_wp - 0.002_wp*modulo(k, 2))*sqrt(0.5_wp), 'gap', &
+               absolute=1.0e-13_wp)
+         end do
+      end do
+   end subroutine notch
+
+   !> A block slides over the end of an equal one: vertex on edge, corner to corner, vertex on edge.
+   !> Two contacts push up all the way, and none has another gap than the penetration.
+   subroutine over_the_end()
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      type(outlines_type) :: outlines
+      real(wp), parameter :: depth = 1.0e-4_wp
+      real(wp) :: x
+      integer :: i, corners
+
+      call case('over the end of a block')
+      call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), 1, 1, 1, '')
+      call add_outline(outlines, rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+      corners = 0
+      do i = -400, 400
+         x = sign(abs(real(i, wp)/400.0_wp)**3, real(i, wp))*0.1_wp
+         blocks%position(1:2, 2) = [1.0_wp + x, 1.5_wp - depth]
+         call update_geometry(blocks)
+         call list(blocks, contacts, distance)
+         if (any(contacts%corner(:contacts%n) > 0)) corners = corners + 1
+         if (contacts%n /= 2) then
+            call check(.false., to_text(contacts%n)//' contacts at x = '//to_text(x))
+            cycle
+         end if
+         call check_close(contacts%gap(1:2), [-depth, -depth], 'gap', absolute=1.0e-12_wp)
+         call check_close(abs(contacts%normal(2, 1:2)), [1.0_wp, 1.0_wp], 'up', absolute=1.0e-12_wp)
+      end do
+      call check(corners > 10 .and. corners < 790, 'both kinds occur')
+   end subroutine over_the_end
+
+   !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance without jumps.
+   subroutine round_a_corner()
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      real(wp) :: corner(2), normal(2), tip(2), angle, gap, last, step, jump
+      integer :: i
+
+      call case('round a corner')
+      call add_outline(outlines, reshape([-1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, -1.0_wp, 0.4_wp], [2, &
+         4]), &
+         1, 1, 1, '')
+      call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 0.9_wp, 0.6_wp, 0.6_wp, 0.9_wp], [2, 3]), 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+      corner = blocks%vertex(:, 3)
+      last = huge(1.0_wp)
+      jump = 0.0_wp
+      step = 1.0e-4_wp
+      do i = -200, 200
+         ! A straight way past the corner, at 45°, half a millimetre off it.
+         angle = 0.25_wp*pi
+         normal = [cos(angle), sin(angle)]
+         tip = corner + 5.0e-4_wp*normal + real(i, wp)*step*[-normal(2), normal(1)]
+         blocks%position(1:2, 2) = blocks%position(1:2, 2) + tip - blocks%vertex(:, 5)
+         call update_geometry(blocks)
+         call list(blocks, contacts, distance)
+         gap = huge(1.0_wp)
+         if (contacts%n > 0) gap = minval(contacts%gap(:contacts%n))
+         if (last < 1.0_wp) jump = max(jump, abs(gap - last))
+         last = gap
+      end do
+      call check_close(jump, 0.0_wp, 'the gap changes by no more than the motion', absolute=step*1.001_wp)
+   end subroutine round_a_corner
+
+   !> A slab thinner than the contact distance is entered from its near face only.
+   subroutine thin_slab()
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      real(wp) :: depth
+      integer :: i, c
+
+      call case('a thin slab')
+      call add_outline(outlines, rectangle(-5.0_wp, -0.005_wp, 5.0_wp, 0.0_wp), 1, 1, 1, '')
+      call add_outline(outlines, rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp), 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+      do i = -4, 4
+         depth = 2.0e-4_wp*i
+         blocks%position(2, 2) = 0.5_wp - depth
+         call update_geometry(blocks)
+         call list(blocks, contacts, distance)
+         call check(contacts%n == 2, 'two contacts')
+         do c = 1, contacts%n
+            call check_close(contacts%normal(:, c), [0.0_wp, 1.0_wp], 'up', absolute=1.0e-12_wp)
+            call check_close(contacts%gap(c), -depth, 'gap', absolute=1.0e-13_wp)
+         end do
+      end do
+   end subroutine thin_slab
+
+   !> Which of two blocks is first makes no difference to how many contacts there are, and how deep.
+   subroutine symmetry()
+      type(outlines_type) :: forth, back
+      type(blocks_type) :: blocks
+      type(contacts_type) :: one, other
+      real(wp) :: first(2, 4), second(2, 5)
+      integer :: i, met
+
+      call case('either block first')
+      met = 0
+      do i = 1, 100
+         first = turned(rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp), 3.0_wp*random(-1.0_wp, 1.0_wp))
+         second = shifted(star(5, 0.5_wp, 0.7_wp), random(0.9_wp, 1.2_wp)*[cos(0.7_wp*i), sin(0.7_wp*i)])
+         forth%n = 0
+         forth%n_vertices = 0
+         back%n = 0
+         back%n_vertices = 0
+         call add_outline(forth, first, 1, 1, 1, '')
+         call add_outline(forth, second, 1, 1, 1, '')
+         call add_outline(back, second, 1, 1, 1, '')
+         call add_outline(back, first, 1, 1, 1, '')
+         call blocks_of(forth, blocks)
+         call list(blocks, one, distance)
+         call blocks_of(back, blocks)
+         call list(blocks, other, distance)
+         call check(one%n == other%n, 'as many')
+         met = met + one%n
+         if (one%n == 0 .or. one%n /= other%n) cycle
+         call check_close(sum(one%gap(:one%n)), sum(other%gap(:one%n)), 'as deep', absolute=1.0e-12_wp)
+      end do
+      call check(met > 20, 'some meet')
+   end subroutine symmetry
+
+   subroutine apart()
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+
+      call case('apart')
+      call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
+      call add_outline(outlines, rectangle(0.0_wp, 1.0_wp + 1.01_wp*distance, 1.0_wp, 2.0_wp), 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+      call list(blocks, contacts, distance)
+      call check(contacts%n == 0, 'nothing beyond the distance')
+      call list(blocks, contacts, 1.02_wp*distance)
+      call check(contacts%n == 2, 'two within a larger one')
+   end subroutine apart
+
+end module test_detection

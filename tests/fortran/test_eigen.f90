@@ -1,0 +1,286 @@
+!> Eigenvalues of random block systems against dense LAPACK; operators that are hard for Lanczos.
+module test_eigen
+   use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type, set_pattern
+   use dda_deflation, only: null_space_type
+   use dda_dense_eigen, only: generalised_eigen, block_eigen, is_above
+   use dda_eigen, only: eigenpairs_type, largest_eigenvalue, lowest_eigenvalues, all_eigenvalues
+   use dda_errors, only: error_type
+   use dda_inertia, only: count_above
+   use dda_mass_factor, only: mass_factor_type, factor_mass
+   use models, only: random, sow
+   use testing, only: case, check, check_close, check_no_error, check_fails
+   implicit none
+   private
+   public :: eigen_suite
+
+contains
+
+   subroutine eigen_suite()
+      integer :: n
+
+      call case('random block systems against LAPACK')
+      do n = 1, 24
+         call against_lapack(n, .true.)
+      end do
+      call against_lapack(41, .true.)
+      call case('singular ones')
+      do n = 2, 20, 3
+         call against_lapack(n, .false.)
+      end do
+      call blocks_alone()
+      call multiple_eigenvalues()
+      call known_null_space()
+      call repeatable()
+      call refusals()
+   end subroutine eigen_suite
+
+   !> A chain of springs with random rows, and some more between any two; mass and strains of random scales.
+   subroutine random_system(n, definite, matrix, mass)
+      integer, intent(in) :: n
+      logical, intent(in) :: definite  !< else only one spring for each coupling
+      type(block_matrix_type), intent(out) :: matrix
+      real(wp), allocatable, intent(out) :: mass(:,:,:)
+      integer :: pairs(2, n + n/2 - 1), i
+
+      call sow(n)
+      do i = 1, n - 1
+         pairs(:, i) = [i, i + 1]
+      end do
+      do i = n, size(pairs, 2)
+         pairs(1, i) = 1 + int(random(0.0_wp, real(n, wp)))
+         pairs(2, i) = 1 + modulo(pairs(1, i), n)
+      end do
+      call set_pattern(matrix, n, pairs)
+      allocate (mass(6, 6, n), source=0.0_wp)
+      do i = 1, n
+         mass(:, :, i) = random_definite(10.0_wp**random(-2.0_wp, 2.0_wp))
+         if (definite) matrix%diagonal(:, :, i) = random_definite(10.0_wp**random(3.0_wp, 5.0_wp))
+      end do
+      do i = 1, size(pairs, 2)
+         call add_spring(matrix, maxval(pairs(:, i)), minval(pairs(:, i)), 10.0_wp**random(4.0_wp, 7.0_wp))
+      end do
+   end subroutine random_system
+
+   function random_definite(scale) result(block)
+      real(wp), intent(in) :: scale
+      real(wp) :: block(6, 6), rows(6, 6)
+      integer :: i, j
+
+      do j = 1, 6
+         do i = 1, 6
+            rows(i, j) = random(-1.0_wp, 1.0_wp)
+         end do
+      end do
+      block = scale*matmul(transpose(rows), rows)
+      do i = 1, 6
+         block(i, i) = block(i, i) + 0.2_wp*scale
+      end do
+   end function random_definite
+
+   subroutine add_spring(matrix, a, b, k)
+      use dda_block_matrix, only: entry_of
+      type(block_matrix_type), intent(inout) :: matrix
+      integer, intent(in) :: a, b
+      real(wp), intent(in) :: k
+      real(wp) :: row_a(6), row_b(6)
+      integer :: i, e
+
+      do i = 1, 6
+         row_a(i) = random(-1.0_wp, 1.0_wp)
+         row_b(i) = random(-1.0_wp, 1.0_wp)
+      end do
+      e = entry_of(matrix, a, b)
+      do i = 1, 6
+         matrix%diagonal(:, i, a) = matrix%diagonal(:, i, a) + k*row_a(i)*row_a
+         matrix%diagonal(:, i, b) = matrix%diagonal(:, i, b) + k*row_b(i)*row_b
+         matrix%lower(:, i, e) = matrix%lower(:, i, e) - k*row_b(i)*row_a
+      end do
+   end subroutine add_spring
+
+   !> K and M as full matrices, and their eigenvalues by LAPACK dsygv.
+   subroutine dense_values(matrix, mass, values)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: mass(:,:,:)
+      real(wp), allocatable, intent(out) :: values(:)
+      real(wp) :: k(6*matrix%n, 6*matrix%n), m(6*matrix%n, 6*matrix%n)
+      type(error_type), allocatable :: error
+      integer :: b, e
+
+      k = 0.0_wp
+      m = 0.0_wp
+      do b = 1, matrix%n
+         k(6*b - 5:6*b, 6*b - 5:6*b) = matrix%diagonal(:, :, b)
+         m(6*b - 5:6*b, 6*b - 5:6*b) = mass(:, :, b)
+         do e = matrix%row_start(b), matrix%row_start(b + 1) - 1
+            associate (c => matrix%column(e))
+               k(6*b - 5:6*b, 6*c - 5:6*c) = matrix%lower(:, :, e)
+            end associate
+         end do
+      end do
+      call generalised_eigen(k, m, values, error)
+      call check_no_error(error, 'LAPACK')
+   end subroutine dense_values
+
+   subroutine against_lapack(n, definite)
+      integer, intent(in) :: n
+      logical, intent(in) :: definite
+      type(block_matrix_type) :: matrix
+      type(eigenpairs_type) :: pairs
+      type(mass_factor_type) :: factor
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: mass(:,:,:), values(:)
+      integer :: wanted, above
+      logical :: certain
+
+      call random_system(n, definite, matrix, mass)
+      call dense_values(matrix, mass, values)
+      call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
+      call check_no_error(error, 'largest')
+      call check_close(pairs%value(1), values(6*n), 'largest eigenvalue', relative=1.0e-8_wp)
+      call check(pairs%residual(1) <= 1.0e-9_wp, 'its residual')
+      wanted = min(5, 6*n)
+      call lowest_eigenvalues(matrix, mass, wanted, pairs, error)
+      call check_no_error(error, 'lowest')
+      call check_close(pairs%value, values(:wanted), 'lowest eigenvalues', relative=1.0e-8_wp, &
+         absolute=1.0e-13_wp*values(6*n))
+      call check_normalised(pairs, mass)
+      call factor_mass(factor, mass, error)
+      call count_above(matrix, factor, 0.5_wp*(values(2*n) + values(2*n + 1)), 1.0e9_wp, above, certain)
+      if (certain) call check(above == 4*n, 'count by inertia')
+      call check(certain .or. .not. definite, 'the count is certain')
+   end subroutine against_lapack
+
+   subroutine check_normalised(pairs, mass)
+      type(eigenpairs_type), intent(in) :: pairs
+      real(wp), intent(in) :: mass(:,:,:)
+      real(wp) :: product
+      integer :: i, j, b
+
+      do i = 1, pairs%n
+         do j = 1, i
+            product = 0.0_wp
+            do b = 1, size(mass, 3)
+               product = product + dot_product(pairs%vector(:, b, i), matmul(mass(:, :, b), pairs%vector(:, b, j)))
+            end do
+            call check_close(product, merge(1.0_wp, 0.0_wp, i == j), 'mass product', absolute=1.0e-8_wp)
+         end do
+      end do
+   end subroutine check_normalised
+
+   !> The Cholesky test of a block against its eigenvalues.
+   subroutine blocks_alone()
+      real(wp) :: k(6, 6), m(6, 6), values(6), vectors(6, 6)
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('one block')
+      call sow(5)
+      do i = 1, 20
+         k = random_definite(1.0e6_wp)
+         m = random_definite(3.0_wp)
+         call block_eigen(k, m, values, vectors, error)
+         call check_no_error(error, 'block')
+         call check_close(matmul(k, vectors(:, 6)), values(6)*matmul(m, vectors(:, 6)), 'pair', relative=1.0e-9_wp)
+         call check(is_above(values(6)*(1.0_wp + 1.0e-10_wp), k, m), 'just above')
+         call check(.not. is_above(values(6)*(1.0_wp - 1.0e-10_wp), k, m), 'just below')
+      end do
+   end subroutine blocks_alone
+
+   !> Twelve equal blocks that do not touch: each eigenvalue twelve times.
+   subroutine multiple_eigenvalues()
+      integer, parameter :: n = 12
+      type(block_matrix_type) :: matrix
+      type(eigenpairs_type) :: pairs
+      type(error_type), allocatable :: error
+      real(wp) :: mass(6, 6, n)
+      real(wp), allocatable :: values(:)
+      integer :: b
+
+      call case('multiple eigenvalues')
+      call sow(3)
+      call set_pattern(matrix, n, reshape([integer ::], [2, 0]))
+      matrix%diagonal = spread(random_definite(1.0e5_wp), 3, n)
+      mass = spread(random_definite(1.0_wp), 3, n)
+      call dense_values(matrix, mass, values)
+      call lowest_eigenvalues(matrix, mass, 15, pairs, error)
+      call check_no_error(error, 'lowest')
+      call check_close(pairs%value, values(:15), 'all copies are found', relative=1.0e-8_wp)
+      do b = 1, 3
+         call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
+         call check_close(pairs%value(1), values(6*n), 'the largest', relative=1.0e-10_wp)
+      end do
+   end subroutine multiple_eigenvalues
+
+   !> A null space that is given is left out, dense or not.
+   subroutine known_null_space()
+      type(block_matrix_type) :: matrix
+      type(null_space_type) :: known
+      type(eigenpairs_type) :: pairs
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: mass(:,:,:)
+      real(wp) :: k(6, 6)
+      integer :: n, i, b
+
+      call case('a known null space')
+      do n = 3, 15, 12
+         call sow(n)
+         call set_pattern(matrix, n, reshape([integer ::], [2, 0]))
+         allocate (mass(6, 6, n), source=0.0_wp)
+         known = null_space_type()
+         known%groups = n
+         known%group = [(b, b=1, n)]
+         known%dimension = 2*n
+         allocate (known%basis(6, 3, n), source=0.0_wp)
+         do b = 1, n
+            do i = 1, 6
+               mass(i, i, b) = 2.0_wp*b
+            end do
+            k = 0.0_wp
+            do i = 3, 6
+               k(i, i) = 1.0e3_wp*b*i*2.0_wp*(1.0_wp + 0.01_wp*b)
+            end do
+            matrix%diagonal(:, :, b) = k
+            known%basis(1, 1, b) = 1.0_wp/sqrt(2.0_wp*b)
+            known%basis(2, 3, b) = 1.0_wp/sqrt(2.0_wp*b)
+         end do
+         call lowest_eigenvalues(matrix, mass, 3, pairs, error, known)
+         call check_no_error(error, 'lowest')
+         call check_close(pairs%value, [(3.0e3_wp*(1.0_wp + 0.01_wp*b), b=1, 3)], 'only the others', relative=1.0e-9_wp)
+         call all_eigenvalues(matrix, mass, pairs, error, known)
+         call check(pairs%n == 4*n .and. pairs%value(1) > 2.9e3_wp, 'all others')
+         deallocate (mass, known%basis)
+      end do
+   end subroutine known_null_space
+
+   subroutine repeatable()
+      type(block_matrix_type) :: matrix
+      type(eigenpairs_type) :: first, second
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: mass(:,:,:)
+
+      call case('to the last bit')
+      call random_system(30, .true., matrix, mass)
+      call largest_eigenvalue(matrix, mass, 1.0e-10_wp, first, error)
+      call lowest_eigenvalues(matrix, mass, 3, second, error)
+      call largest_eigenvalue(matrix, mass, 1.0e-10_wp, second, error)
+      call check(all(first%vector == second%vector) .and. all(first%value == second%value), 'the same again')
+   end subroutine repeatable
+
+   subroutine refusals()
+      type(block_matrix_type) :: matrix
+      type(eigenpairs_type) :: pairs
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: mass(:,:,:)
+
+      call case('what cannot be solved')
+      call random_system(12, .true., matrix, mass)
+      mass(3, 3, 7) = -1.0_wp
+      call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
+      call check_fails(error, 'block 7')
+      call random_system(310, .true., matrix, mass)
+      call lowest_eigenvalues(matrix, mass, 1000, pairs, error)
+      call check_fails(error, 'too many')
+   end subroutine refusals
+
+end module test_eigen

@@ -1,0 +1,242 @@
+!> Histories pass from list to list: once, to the right contact, and unchanged.
+module test_history
+   use dda_kinds, only: wp
+   use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
+   use dda_history, only: history_type, inherit, prepare_history
+   use models, only: random, random_vector, sow
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: history_suite
+
+   integer, parameter :: vertices = 40
+   real(wp), parameter :: up(2) = [0.0_wp, 1.0_wp]
+
+contains
+
+   subroutine history_suite()
+      call same_contact()
+      call new_contact()
+      call roles_change()
+      call corner_travel()
+      call other_side()
+      call handed_once()
+      call random_lists()
+   end subroutine history_suite
+
+   !> One contact more.
+   subroutine put(contacts, vertex, edge, corner, block_v, block_e, normal, gap)
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: vertex, edge, corner, block_v, block_e
+      real(wp), intent(in) :: normal(2), gap
+
+      call reserve(contacts, contacts%n + 1)
+      contacts%n = contacts%n + 1
+      associate (c => contacts%n)
+         contacts%vertex(c) = vertex
+         contacts%edge(c) = edge
+         contacts%corner(c) = corner
+         contacts%block_v(c) = block_v
+         contacts%block_e(c) = block_e
+         contacts%normal(:, c) = normal
+         contacts%gap(c) = gap
+      end associate
+   end subroutine put
+
+   !> Something to hand on.
+   subroutine mark(contacts, c, state, stretch)
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: c, state
+      real(wp), intent(in) :: stretch
+
+      contacts%state(c) = state
+      contacts%stretch(c) = stretch
+      contacts%bonded(c) = .true.
+      contacts%bond_length(c) = 3.0_wp*stretch
+      contacts%slide_force(c) = 7.0_wp*stretch
+   end subroutine mark
+
+   subroutine expect(contacts, c, state, stretch, what)
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: c, state
+      real(wp), intent(in) :: stretch
+      character(len=*), intent(in) :: what
+
+      call check(contacts%state(c) == state, what//': state')
+      call check(contacts%bonded(c) .eqv. stretch /= 0.0_wp, what//': bond')
+      call check_close([contacts%stretch(c), contacts%bond_length(c), contacts%slide_force(c)], &
+         stretch*[1.0_wp, 3.0_wp, 7.0_wp], what//': stretch, length, force')
+   end subroutine expect
+
+   subroutine pass_on(new, old)
+      type(contacts_type), intent(inout) :: new
+      type(contacts_type), intent(in) :: old
+      type(history_type) :: history
+
+      call prepare_history(history, vertices, 0.0_wp)
+      call inherit(new, old, history)
+   end subroutine pass_on
+
+   subroutine same_contact()
+      type(contacts_type) :: old, new
+
+      call case('the same contact')
+      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call put(old, 2, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call mark(old, 1, contact_slide, 1.0e-3_wp)
+      call mark(old, 2, contact_stick, -2.0e-3_wp)
+      call put(new, 2, 5, 0, 1, 2, [1.0_wp, 0.0_wp], 1.0e-6_wp)
+      call put(new, 1, 5, 0, 1, 2, up, 1.0e-6_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_stick, -2.0e-3_wp, 'second, whatever its normal')
+      call expect(new, 2, contact_slide, 1.0e-3_wp, 'first')
+   end subroutine same_contact
+
+   subroutine new_contact()
+      type(contacts_type) :: old, new
+
+      call case('no predecessor')
+      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call mark(old, 1, contact_slide, 1.0e-3_wp)
+      call put(new, 3, 9, 0, 1, 3, up, 1.0e-6_wp)
+      call put(new, 3, 10, 0, 1, 3, up, -1.0e-6_wp)
+      call put(new, 1, 20, 0, 1, 4, up, 1.0e-6_wp)
+      call mark(new, 1, contact_slide, 5.0_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_open, 0.0_wp, 'apart: open, old marks wiped')
+      call expect(new, 2, contact_stick, 0.0_wp, 'penetrating: sticks')
+      call expect(new, 3, contact_open, 0.0_wp, 'same vertex on another block')
+   end subroutine new_contact
+
+   !> Corner to corner, the edge's block takes the vertex' part: same stretch.
+   subroutine roles_change()
+      type(contacts_type) :: old, new
+
+      call case('roles change')
+      call put(old, 4, 5, 8, 1, 2, up, -1.0e-6_wp)
+      call mark(old, 1, contact_slide, 1.0e-3_wp)
+      call put(new, 8, 4, 4, 2, 1, -up, -1.0e-6_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_slide, 1.0e-3_wp, 'handed on')
+      new%n = 0
+      call put(new, 8, 4, 4, 2, 1, up, -1.0e-6_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_stick, 0.0_wp, 'not if it pushes the other way')
+   end subroutine roles_change
+
+   !> From edge to edge over a blunt corner; not over a sharp one.
+   subroutine corner_travel()
+      type(contacts_type) :: old, new
+
+      call case('over a corner')
+      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call mark(old, 1, contact_slide, 1.0e-3_wp)
+      call put(new, 1, 6, 0, 1, 2, [sin(0.5_wp), cos(0.5_wp)], -1.0e-6_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_slide, 1.0e-3_wp, 'by 29°')
+      new%n = 0
+      call put(new, 1, 6, 0, 1, 2, [1.0_wp, 0.0_wp], 1.0e-6_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_open, 0.0_wp, 'by 90°')
+   end subroutine corner_travel
+
+   subroutine other_side()
+      type(contacts_type) :: old, new
+
+      call case('the vertex goes on, the block is another')
+      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call mark(old, 1, contact_stick, 1.0e-3_wp)
+      call put(new, 1, 9, 0, 1, 3, up, -1.0e-6_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_stick, 0.0_wp, 'nothing is handed on')
+   end subroutine other_side
+
+   !> Two new contacts that could both succeed one old one.
+   subroutine handed_once()
+      type(contacts_type) :: old, new
+
+      call case('handed on once')
+      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call mark(old, 1, contact_slide, 1.0e-3_wp)
+      call put(new, 1, 6, 0, 1, 2, up, -1.0e-6_wp)
+      call put(new, 1, 7, 0, 1, 2, up, -1.0e-6_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_slide, 1.0e-3_wp, 'the first')
+      call expect(new, 2, contact_stick, 0.0_wp, 'not the second')
+      new%n = 0
+      call put(new, 1, 6, 0, 1, 2, up, -1.0e-6_wp)
+      call put(new, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call pass_on(new, old)
+      call expect(new, 1, contact_stick, 0.0_wp, 'the exact successor goes first')
+      call expect(new, 2, contact_slide, 1.0e-3_wp, 'and takes it')
+   end subroutine handed_once
+
+   !> Whatever the lists: no stretch is used twice or invented, and the index is left clean for the next step.
+   subroutine random_lists()
+      type(contacts_type) :: old, new
+      type(history_type) :: history
+      integer :: step, c, k, used, wrong
+
+      call case('random lists')
+      call sow(33)
+      call prepare_history(history, vertices, 0.0_wp)
+      call random_list(old)
+      wrong = 0
+      do step = 1, 200
+         do c = 1, old%n
+            call mark(old, c, contact_slide, random(0.1_wp, 1.0_wp))
+         end do
+         new%n = 0
+         call random_list(new)
+         call inherit(new, old, history)
+         do c = 1, old%n
+            used = count(new%stretch(:new%n) == old%stretch(c))
+            if (used > 1) wrong = wrong + 1
+         end do
+         do c = 1, new%n
+            if (new%stretch(c) == 0.0_wp) cycle
+            k = findloc(old%stretch(:old%n) == new%stretch(c), .true., 1)
+            if (k == 0) wrong = wrong + 1
+            if (k > 0) wrong = wrong + merge(0, 1, involves(new, c, old, k))
+         end do
+         if (any(history%head /= 0)) wrong = wrong + 1
+         old = new
+      end do
+      call check(wrong == 0, 'each stretch at most once, between the same two blocks, by a common vertex')
+   end subroutine random_lists
+
+   !> Up to 60 contacts among ten blocks of four vertices each.
+   subroutine random_list(contacts)
+      type(contacts_type), intent(inout) :: contacts
+      real(wp) :: normal(2)
+      integer :: i, v, e, w
+
+      do i = 1, int(random(0.0_wp, 60.0_wp))
+         v = 1 + int(random(0.0_wp, 39.9_wp))
+         e = 1 + modulo(v + 3 + int(random(0.0_wp, 8.0_wp)), vertices)
+         if (block(v) == block(e)) cycle
+         if (any(contacts%vertex(:contacts%n) == v .and. contacts%edge(:contacts%n) == e)) cycle
+         w = 0
+         if (random(0.0_wp, 1.0_wp) > 0.5_wp) w = e
+         normal = random_vector(2)
+         call put(contacts, v, e, w, block(v), block(e), normal/norm2(normal), random(-1.0_wp, 1.0_wp))
+      end do
+   contains
+      pure integer function block(vertex)
+         integer, intent(in) :: vertex
+
+         block = 1 + (vertex - 1)/4
+      end function block
+   end subroutine random_list
+
+   logical function involves(new, c, old, k)
+      type(contacts_type), intent(in) :: new, old
+      integer, intent(in) :: c, k
+
+      involves = any([new%vertex(c), new%corner(c)] == old%vertex(k)) .or. &
+         (old%corner(k) > 0 .and. any([new%vertex(c), new%corner(c)] == old%corner(k)))
+      involves = involves .and. min(new%block_v(c), new%block_e(c)) == min(old%block_v(k), old%block_e(k))
+      involves = involves .and. max(new%block_v(c), new%block_e(c)) == max(old%block_v(k), old%block_e(k))
+   end function involves
+
+end module test_history

@@ -1,0 +1,76 @@
+!> The line search finds the least energy on its way, and leaves a way that does not rise alone.
+module test_line_search
+   use dda_kinds, only: wp
+   use dda_assembly, only: system_type
+   use dda_contact, only: contacts_type
+   use dda_friction, only: laws_type
+   use dda_line_search, only: descend
+   use dda_open_close, only: measure_contacts
+   use models, only: random, random_vector, sow
+   use systems, only: energy, gradient, random_system
+   use testing, only: case, check
+   implicit none
+   private
+   public :: line_search_suite
+
+contains
+
+   subroutine line_search_suite()
+      integer :: i
+
+      call sow(42)
+      call case('too far downhill')
+      do i = 1, 100
+         call search(1 + modulo(i, 12), 10.0_wp**random(-3.0_wp, 0.0_wp))
+      end do
+      call case('a short way downhill')
+      do i = 1, 20
+         call keep(1 + modulo(i, 12))
+      end do
+   end subroutine line_search_suite
+
+   !> From a random place down the gradient, by any length.
+   subroutine search(count, length)
+      integer, intent(in) :: count
+      real(wp), intent(in) :: length
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      real(wp) :: from(6, 2), to(6, 2), part, least, found, scale
+      integer :: k
+
+      call random_system(system, contacts, laws, count, 0.0_wp)
+      from = 0.1_wp*reshape(random_vector(12), [6, 2])
+      to = from - length*reshape(gradient(system, contacts, from), [6, 2])
+      system%previous_d = from
+      system%d = to
+      call measure_contacts(contacts, to)
+      call descend(system, contacts, laws, part)
+      call check(part > 0.0_wp .and. part <= 1.0_wp, 'a part of the way')
+      found = energy(system, contacts, system%d)
+      least = huge(1.0_wp)
+      do k = 0, 200
+         least = min(least, energy(system, contacts, from + real(k, wp)/200*(to - from)))
+      end do
+      scale = energy(system, contacts, from) - least
+      call check(found <= least + 1.0e-9_wp*scale, 'no place on the way is lower')
+      call check(maxval(abs(system%d - from - part*(to - from))) <= 1.0e-12_wp*maxval(abs(to)), 'it is on the way')
+   end subroutine search
+
+   subroutine keep(count)
+      integer, intent(in) :: count
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      real(wp) :: to(6, 2), part
+
+      call random_system(system, contacts, laws, count, 0.0_wp)
+      system%previous_d = 0.1_wp*reshape(random_vector(12), [6, 2])
+      to = system%previous_d - 1.0e-6_wp*reshape(gradient(system, contacts, system%previous_d), [6, 2])
+      system%d = to
+      call measure_contacts(contacts, to)
+      call descend(system, contacts, laws, part)
+      call check(part == 1.0_wp .and. all(system%d == to), 'is gone to its end')
+   end subroutine keep
+
+end module test_line_search

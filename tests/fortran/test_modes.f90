@@ -1,0 +1,240 @@
+!> Lowest modes: the paper's models, free vibration in time stepping, models that are not held.
+module test_modes
+   use dda_kinds, only: wp, pi
+   use dda_errors, only: error_type
+   use dda_linear_model, only: linear_model_type, linearise
+   use dda_modes, only: modes_type, find_modes
+   use dda_scheme, only: free_damping, period_elongation, forced_damping, inertia_factor
+   use dda_simulation, only: simulation_type, advance, set_rates
+   use dda_text, only: to_text
+   use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, loose_blocks, hinged_bar, &
+      free_stack, started, linear_of
+   use testing, only: case, check, check_close, check_no_error
+   implicit none
+   private
+   public :: modes_suite
+
+contains
+
+   subroutine modes_suite()
+      call paper_models()
+      call drums()
+      call all_masses()
+      call free_vibration(layered_site(), 3)
+      call free_vibration(drum_column('4.0e8', ''), 2)
+      call free_vibration(brick_wall(4, 6, '1.0e9', ''), 2)
+      call under_gravity()
+      call not_held()
+      call scheme_limits()
+   end subroutine modes_suite
+
+   subroutine paper_models()
+      call case('layered sites')
+      call check_first(layered_site(), 13.961_wp, 0.002_wp)
+      call check_first(layered_site_two(), 14.251_wp, 0.002_wp)
+   end subroutine paper_models
+
+   subroutine check_first(text, frequency, within)
+      character(len=*), intent(in) :: text
+      real(wp), intent(in) :: frequency, within  !< Hz
+      type(linear_model_type) :: linear
+      type(modes_type) :: modes
+      type(error_type), allocatable :: error
+
+      call linear_of(linear, text, 'closed')
+      call find_modes(linear, 1, modes, error)
+      call check_no_error(error, 'modes')
+      call check_close(modes%frequency(1), frequency, 'first frequency', absolute=within)
+      call check(modes%rigid == 0 .and. modes%mechanisms == 0, 'nothing loose')
+   end subroutine check_first
+
+   !> The column of the paper's §3 as ten equal drums, at five penalties.
+   subroutine drums()
+      character(len=5), parameter :: penalty(5) = ['1.0e8', '2.0e8', '4.0e8', '7.0e8', '1.0e9']
+      real(wp), parameter :: frequency(5) = [1.63_wp, 2.30_wp, 3.25_wp, 4.30_wp, 5.14_wp]
+      integer :: i
+
+      call case('column of ten drums')
+      do i = 1, 5
+         call check_first(drum_column(penalty(i), ''), frequency(i), 0.01_wp*frequency(i))
+      end do
+   end subroutine drums
+
+   !> Over all modes the effective masses are the whole mass.
+   subroutine all_masses()
+      type(linear_model_type) :: linear
+      type(modes_type) :: modes
+      type(error_type), allocatable :: error
+      integer :: b
+      real(wp) :: product
+
+      call case('all modes')
+      call linear_of(linear, layered_site(), 'closed')
+      call find_modes(linear, 96, modes, error)
+      call check_no_error(error, 'modes')
+      call check(modes%n == 96, 'as many as coordinates')
+      call check_close(sum(modes%effective_mass, 2), [1.0_wp, 1.0_wp], 'sum of effective masses', relative=1.0e-9_wp)
+      call check(all(modes%omega(2:) >= modes%omega(:95)), 'ascending')
+      product = 0.0_wp
+      do b = 1, linear%n
+         product = product + dot_product(modes%shape(:, b, 1), matmul(linear%mass(:, :, b), modes%shape(:, b, 2)))
+      end do
+      call check_close(product, 0.0_wp, 'orthogonal', absolute=1.0e-9_wp)
+      call check(modes%effective_mass(1, 1) > 0.7_wp, 'the first mode shears')
+      call check(modes%effective_mass(2, 1) < 1.0e-9_wp, 'and does not bounce')
+   end subroutine all_masses
+
+   !> Start with the velocities of a mode: each shows its frequency and damping in time stepping.
+   subroutine free_vibration(text, count)
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: count
+      type(linear_model_type) :: linear
+      type(modes_type) :: modes
+      type(error_type), allocatable :: error
+      real(wp) :: omega, damping
+      integer :: i
+
+      call case('free vibration')
+      call linear_of(linear, text, 'closed')
+      call find_modes(linear, count, modes, error)
+      call check_no_error(error, 'modes')
+      do i = 1, count
+         call watch(text, linear, modes%shape(:, :, i), omega, damping)
+         call check_close(omega, modes%omega(i)/(1.0_wp + modes%elongation(i))*sqrt(1.0_wp + damping_term(damping)), &
+            'frequency of mode '//to_text(i), relative=1.0e-3_wp)
+         call check_close(damping, modes%damping(i), 'damping of mode '//to_text(i), relative=1.0e-2_wp)
+      end do
+   end subroutine free_vibration
+
+   !> The undamped frequency √(φ² + ln²|λ|)/Δt belongs to a damped one φ/Δt: ω = ω_d/√(1 − ζ²).
+   pure real(wp) function damping_term(damping)
+      real(wp), intent(in) :: damping
+
+      damping_term = damping**2/(1.0_wp - damping**2)
+   end function damping_term
+
+   !> Coordinate of the mode over some steps; q_{k+1} = trace q_k − determinant q_{k−1} by least squares.
+   subroutine watch(text, linear, shape, omega, damping)
+      character(len=*), intent(in) :: text
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: shape(:,:)
+      real(wp), intent(out) :: omega, damping
+      integer, parameter :: steps = 60
+      real(wp), parameter :: speed = 1.0e-6_wp
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+      real(wp) :: q(0:steps), first(6, linear%n), a(2, 2), b(2), solution(2), size_of_log
+      integer :: k, block
+
+      call started(simulation, text)
+      call set_rates(simulation, speed*shape/maxval(abs(shape)), error)
+      first = simulation%blocks%position
+      q(0) = 0.0_wp
+      do k = 1, steps
+         call advance(simulation, error)
+         if (allocated(error)) exit
+         q(k) = 0.0_wp
+         do block = 1, linear%n
+            q(k) = q(k) + dot_product(shape(:, block), matmul(linear%mass(:, :, block), &
+               simulation%blocks%position(:, block) - first(:, block)))
+         end do
+      end do
+      call check_no_error(error, 'steps')
+      a(1, 1) = sum(q(1:steps - 1)**2)
+      a(1, 2) = -sum(q(1:steps - 1)*q(0:steps - 2))
+      a(2, 2) = sum(q(0:steps - 2)**2)
+      b = [sum(q(2:)*q(1:steps - 1)), -sum(q(2:)*q(0:steps - 2))]
+      solution = [a(2, 2)*b(1) - a(1, 2)*b(2), a(1, 1)*b(2) - a(1, 2)*b(1)]/(a(1, 1)*a(2, 2) - a(1, 2)**2)
+      size_of_log = hypot(acos(0.5_wp*solution(1)/sqrt(solution(2))), 0.5_wp*log(solution(2)))
+      omega = size_of_log/simulation%model%control%time_step
+      damping = -0.5_wp*log(solution(2))/size_of_log
+   end subroutine watch
+
+   !> Without bonds contacts are open until gravity closes them.
+   subroutine under_gravity()
+      type(simulation_type) :: simulation
+      type(linear_model_type) :: linear
+      type(modes_type) :: modes
+      type(error_type), allocatable :: error
+      real(wp) :: closed
+
+      call case('contacts that gravity closes')
+      call linear_of(linear, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.), 'closed')
+      call find_modes(linear, 1, modes, error)
+      closed = modes%frequency(1)
+      call started(simulation, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.))
+      call linearise(linear, simulation, 'present', error)
+      call find_modes(linear, 3, modes, error)
+      call check_no_error(error, 'present')
+      call check(linear%closed == 0 .and. modes%rigid == 30, 'nothing is closed yet')
+      call linearise(linear, simulation, 'auto', error)
+      call check_no_error(error, 'settled')
+      call check(linear%settling%steady, 'at rest')
+      call find_modes(linear, 3, modes, error)
+      call check(linear%closed == 20 .and. modes%rigid == 0, 'all closed')
+      call check_close(modes%frequency(1), closed, 'first frequency', relative=2.0e-3_wp)
+      call check(linear%dynamic_factor == 1.0_wp .and. simulation%step == 0, 'the run is as it was')
+      call check(index(modes%words, 'settled') > 0, 'said in words')
+   end subroutine under_gravity
+
+   !> Models without enough support are answered in words.
+   subroutine not_held()
+      type(linear_model_type) :: linear
+      type(modes_type) :: modes
+      type(error_type), allocatable :: error
+
+      call case('blocks that do not touch')
+      call linear_of(linear, loose_blocks(), 'closed')
+      call find_modes(linear, 4, modes, error)
+      call check_no_error(error, 'modes')
+      call check(modes%rigid == 3*linear%n, 'each block is free')
+      call check(modes%n == 4 .and. all(modes%omega > 1.0_wp), 'only strains have stiffness')
+      call check(index(modes%words, 'no contact') > 0 .and. index(modes%words, 'rigid') > 0, 'said in words')
+      call case('a stack on nothing')
+      call linear_of(linear, free_stack(12), 'closed')
+      call find_modes(linear, 4, modes, error)
+      call check_no_error(error, 'modes')
+      call check(modes%rigid == 3 .and. modes%mechanisms == 0 .and. modes%n == 4, 'moves as one body')
+      call case('a bar on one fixed point')
+      call linear_of(linear, hinged_bar(), 'closed')
+      call find_modes(linear, 2, modes, error)
+      call check_no_error(error, 'modes')
+      call check(modes%rigid == 1 .and. modes%n == 2, 'it swings')
+      call find_modes(linear, 50, modes, error)
+      call check_no_error(error, 'more modes than there are')
+      call check(modes%n == 5 .and. index(modes%words, 'only 5') > 0, 'only those there are')
+      call case('joints that slide')
+      call linear_of(linear, free_stack(12), 'closed')
+      call slide(linear)
+      call find_modes(linear, 3, modes, error)
+      call check_no_error(error, 'modes')
+      call check(modes%rigid == 3 .and. modes%mechanisms == 11 .and. modes%n == 3, 'eleven joints slide')
+   end subroutine not_held
+
+   !> Make the shear springs void.
+   subroutine slide(linear)
+      use dda_linear_model, only: set_constants
+      type(linear_model_type), intent(inout) :: linear
+
+      linear%shear_ratio = huge(1.0_wp)
+      call set_constants(linear, linear%constants(1))
+   end subroutine slide
+
+   !> Closed forms at their ends.
+   subroutine scheme_limits()
+      complex(wp) :: general, exact
+
+      call case('the scheme')
+      call check_close(free_damping(1.0_wp, 1.0e-3_wp), 0.25e-3_wp, 'ζ ≈ Ω/4', relative=1.0e-6_wp)
+      call check_close(free_damping(1.0_wp, 1.0e-12_wp), 0.25e-12_wp, 'tiny', relative=1.0e-6_wp)
+      call check_close(free_damping(1.0_wp, 4.1_wp), 1.0_wp, 'beyond 4')
+      call check_close(period_elongation(1.0_wp, 1.0e-3_wp), 11.0_wp/96.0_wp*1.0e-6_wp, '11Ω²/96', relative=1.0e-4_wp)
+      call check_close(period_elongation(1.0_wp, 5.0_wp), -1.0_wp, 'no period')
+      call check(forced_damping(4.0_wp, 1.0_wp) > 1.0e300_wp, 'beyond the Nyquist frequency')
+      exact = inertia_factor(80.0_wp, 1.0e-3_wp, 1.0_wp)
+      general = inertia_factor(80.0_wp, 1.0e-3_wp, 1.0_wp - 1.0e-12_wp)
+      call check_close(abs(general - exact), 0.0_wp, 'dynamic factor 1', absolute=1.0e-6_wp*abs(exact))
+      call check_close(-0.5_wp*aimag(exact)/real(exact), forced_damping(80.0_wp, 1.0e-3_wp), 'ζ', relative=1.0e-12_wp)
+   end subroutine scheme_limits
+
+end module test_modes

@@ -1,0 +1,217 @@
+!> Near pairs and probes against a search of everything by everything.
+module test_neighbours
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, is_convex, next_vertex, update_geometry
+   use dda_neighbours, only: find_neighbours, neighbours_type
+   use dda_outlines, only: add_outline, outlines_type
+   use models, only: blocks_of, random, random_vector, rectangle, shifted, sow, star
+   use testing, only: case, check
+   implicit none
+   private
+   public :: neighbours_suite
+
+contains
+
+   subroutine neighbours_suite()
+      integer :: i
+
+      call sow(31)
+      call case('random blocks of very different size')
+      do i = 1, 20
+         call try_random(10 + 5*i)
+      end do
+      call lattice()
+      call one_block()
+      call far_apart()
+      call linear_in_n()
+   end subroutine neighbours_suite
+
+   !> Sizes over three decades; searched again after everything has moved.
+   subroutine try_random(n)
+      integer, intent(in) :: n
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(neighbours_type) :: near
+      real(wp) :: scale
+      integer :: i
+
+      do i = 1, n
+         scale = 10.0_wp**random(-2.0_wp, 1.0_wp)
+         call add_outline(outlines, shifted(scale*star(3 + modulo(i, 7), 0.3_wp, 1.0_wp), 15.0_wp*random_vector(2)), &
+            1, 1, 1, '')
+      end do
+      call blocks_of(outlines, blocks)
+      call find_neighbours(near, blocks, 0.3_wp)
+      call compare(near, blocks, 0.3_wp)
+      blocks%position(1:2, :) = 20.0_wp*reshape(random_vector(2*n), [2, n])
+      blocks%position(3, :) = 3.0_wp*random_vector(n)
+      call update_geometry(blocks)
+      call find_neighbours(near, blocks, 1.0_wp)
+      call compare(near, blocks, 1.0_wp)
+   end subroutine try_random
+
+   !> Every convex vertex within reach of an edge of another block is a probe with that edge; no other.
+   subroutine compare(near, blocks, reach)
+      type(neighbours_type), intent(in) :: near
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: reach
+      logical, allocatable :: listed(:,:), paired(:,:)
+      integer :: p, i, v, e, missed, surplus, repeated, wrong_pair
+
+      allocate (listed(size(blocks%owner), size(blocks%owner)), paired(blocks%n, blocks%n), source=.false.)
+      repeated = 0
+      wrong_pair = 0
+      do p = 1, near%n_pairs
+         associate (a => near%pair(1, p), b => near%pair(2, p))
+            if (a >= b) wrong_pair = wrong_pair + 1
+            if (paired(a, b)) repeated = repeated + 1
+            paired(a, b) = .true.
+         end associate
+      end do
+      do p = 1, near%n_probes
+         v = near%probe(1, p)
+         do i = near%first_edge(p), near%first_edge(p + 1) - 1
+            e = near%edge(i)
+            if (listed(v, e)) repeated = repeated + 1
+            listed(v, e) = .true.
+            if (.not. is_pair(near%pair(:, near%probe(2, p)), blocks%owner(v), &
+               blocks%owner(e))) wrong_pair = wrong_pair + 1
+         end do
+      end do
+      missed = 0
+      surplus = 0
+      do v = 1, size(blocks%owner)
+         do e = 1, size(blocks%owner)
+            if (within(blocks, v, e, reach) .and. .not. listed(v, e)) missed = missed + 1
+            if (listed(v, e) .and. .not. within(blocks, v, e, reach)) surplus = surplus + 1
+         end do
+      end do
+      call check(missed == 0, 'none missed')
+      call check(surplus == 0, 'none beyond reach')
+      call check(repeated == 0, 'none twice')
+      call check(wrong_pair == 0, 'probes name their pair, pairs ascend')
+   end subroutine compare
+
+   pure logical function is_pair(pair, a, b)
+      integer, intent(in) :: pair(2), a, b
+
+      is_pair = pair(1) == min(a, b) .and. pair(2) == max(a, b)
+   end function is_pair
+
+   !> A convex vertex of one block and an edge of another are within reach.
+   logical function within(blocks, v, e, reach)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: v, e
+      real(wp), intent(in) :: reach
+      real(wp) :: a(2), b(2), p(2), part
+
+      within = .false.
+      if (blocks%owner(v) == blocks%owner(e) .or. .not. is_convex(blocks, v)) return
+      a = blocks%vertex(:, e)
+      b = blocks%vertex(:, next_vertex(blocks, e))
+      p = blocks%vertex(:, v)
+      part = max(0.0_wp, min(1.0_wp, dot_product(p - a, b - a)/sum((b - a)**2)))
+      within = norm2(p - a - part*(b - a)) <= reach
+   end function within
+
+   subroutine make_lattice(blocks, n)
+      type(blocks_type), intent(out) :: blocks
+      integer, intent(in) :: n
+      type(outlines_type) :: outlines
+      integer :: i, j
+
+      do i = 1, n
+         do j = 1, n
+            call add_outline(outlines, rectangle(real(i, wp), real(j, wp), real(i + 1, wp), real(j + 1, wp)), 1, 1, &
+               1, '')
+         end do
+      end do
+      call blocks_of(outlines, blocks)
+   end subroutine make_lattice
+
+   !> n × n squares side by side: 2n(n−1) joints and 2(n−1)² diagonals.
+   subroutine lattice()
+      type(blocks_type) :: blocks
+      type(neighbours_type) :: near
+      integer :: n
+
+      call case('a lattice')
+      do n = 1, 9
+         call forget(near)
+         call make_lattice(blocks, n)
+         call find_neighbours(near, blocks, 0.01_wp)
+         call check(near%n_pairs == 2*n*(n - 1) + 2*(n - 1)**2, 'pairs')
+         call compare(near, blocks, 0.01_wp)
+      end do
+   end subroutine lattice
+
+   subroutine forget(near)
+      type(neighbours_type), intent(out) :: near
+
+      near%n_pairs = 0
+   end subroutine forget
+
+   subroutine one_block()
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(neighbours_type) :: near
+
+      call case('one block')
+      call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+      call find_neighbours(near, blocks, 5.0_wp)
+      call check(near%n_pairs == 0 .and. near%n_probes == 0, 'has no neighbours')
+   end subroutine one_block
+
+   !> One stray block a million sizes away costs neither memory nor pairs.
+   subroutine far_apart()
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(neighbours_type) :: near
+      integer :: i
+
+      call case('a stray block')
+      do i = 1, 100
+         call add_outline(outlines, rectangle(real(i, wp), 0.0_wp, real(i + 1, wp), 1.0_wp), 1, 1, 1, '')
+      end do
+      call add_outline(outlines, rectangle(1.0e6_wp, 1.0e6_wp, 1.0e6_wp + 1.0_wp, 1.0e6_wp + 1.0_wp), 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+      call find_neighbours(near, blocks, 0.01_wp)
+      call check(near%n_pairs == 99, 'the row has 99 joints')
+      call compare(near, blocks, 0.01_wp)
+   end subroutine far_apart
+
+   !> Thirty-six times the blocks: as many pairs and probes per block but for the rim, and about as much time.
+   subroutine linear_in_n()
+      real(wp) :: small(2), large(2)
+
+      call case('cost per block')
+      small = measure(25)
+      large = measure(150)
+      call check(abs(large(1)/small(1) - 1.0_wp) < 0.1_wp, 'probes per block do not grow')
+      call check(large(2) < 6.0_wp*small(2), 'time per block does not grow sixfold for 36 times the blocks')
+   end subroutine linear_in_n
+
+   !> Probes and least seconds for each block of an n × n lattice.
+   function measure(n) result(cost)
+      integer, intent(in) :: n
+      real(wp) :: cost(2)
+      type(blocks_type) :: blocks
+      type(neighbours_type) :: near
+      real(wp) :: from, to
+      integer :: i, k
+
+      call make_lattice(blocks, n)
+      cost(2) = huge(1.0_wp)
+      do i = 1, 5
+         call cpu_time(from)
+         do k = 1, max(1, 10000/n**2)
+            call find_neighbours(near, blocks, 0.01_wp)
+         end do
+         call cpu_time(to)
+         cost(2) = min(cost(2), (to - from)/real(n**2*max(1, 10000/n**2), wp))
+      end do
+      cost(1) = real(near%n_probes, wp)/real(n**2, wp)
+   end function measure
+
+end module test_neighbours

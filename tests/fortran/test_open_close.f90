@@ -1,0 +1,231 @@
+!> The open–close iteration on random systems: its solution obeys the contact law, and without friction it is the one
+!> that trying all combinations of open and closed contacts finds.
+module test_open_close
+   use dda_kinds, only: wp, pi
+   use dda_assembly, only: system_type
+   use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type
+   use dda_errors, only: error_type, error_convergence
+   use dda_friction, only: laws_type
+   use dda_open_close, only: close_contacts, iteration_type
+   use dda_solver, only: analyse, choose_solver, solver_type
+   use models, only: random, sow
+   use systems, only: flat, gap_row, random_system, slip_row, stiffness, unknowns
+   use testing, only: case, check, check_close, check_fails, check_no_error
+   implicit none
+   private
+   public :: open_close_suite
+
+   interface
+      !> LAPACK: dense Cholesky solution.
+      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dposv
+   end interface
+
+contains
+
+   subroutine open_close_suite()
+      call sow(43)
+      call against_enumeration()
+      call any_first_states()
+      call with_friction(10.0_wp, 25)
+      call with_friction(30.0_wp, 60)
+      call no_contacts()
+      call too_few_iterations()
+   end subroutine open_close_suite
+
+   subroutine close_all(system, contacts, laws, iteration, error)
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      type(iteration_type), intent(inout) :: iteration
+      type(error_type), allocatable, intent(out) :: error
+      type(solver_type) :: solver
+
+      call choose_solver(solver, 'auto', error)
+      call analyse(solver, system%matrix)
+      iteration%weight = 10.0_wp
+      iteration%relative_tolerance = 1.0e-12_wp
+      call close_contacts(iteration, system, solver, contacts, laws, error)
+   end subroutine close_all
+
+   !> Up to eight contacts, 2⁸ combinations.
+   subroutine against_enumeration()
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(iteration_type) :: iteration
+      type(error_type), allocatable :: error
+      real(wp) :: expected(unknowns)
+      integer :: i, solutions, most
+
+      call case('against all combinations')
+      most = 0
+      do i = 1, 80
+         call random_system(system, contacts, laws, 1 + modulo(i, 8), 0.0_wp)
+         call try_all(system, contacts, expected, solutions)
+         call check(solutions == 1, 'one combination solves it')
+         call close_all(system, contacts, laws, iteration, error)
+         call check_no_error(error, 'converges')
+         call check_close(flat(system%d), expected, 'd', relative=1.0e-9_wp)
+         most = max(most, iteration%iterations)
+      end do
+      call check(most <= 8, 'in no more iterations than contacts')
+   end subroutine against_enumeration
+
+   !> The combination whose solution penetrates where it is closed and only there.
+   subroutine try_all(system, contacts, d, solutions)
+      type(system_type), intent(in) :: system
+      type(contacts_type), intent(in) :: contacts
+      real(wp), intent(out) :: d(unknowns)
+      integer, intent(out) :: solutions
+      real(wp) :: k(unknowns, unknowns), x(unknowns), row(unknowns)
+      integer :: closed, c, b, info
+      logical :: right
+
+      solutions = 0
+      do closed = 0, 2**contacts%n - 1
+         k = 0.0_wp
+         do b = 1, 2
+            k(6*b - 5:6*b, 6*b - 5:6*b) = system%base(:, :, b)
+         end do
+         x = flat(system%load)
+         do c = 1, contacts%n
+            if (.not. btest(closed, c - 1)) cycle
+            row = gap_row(contacts, c)
+            k = k + stiffness*spread(row, 2, unknowns)*spread(row, 1, unknowns)
+            x = x - stiffness*contacts%gap(c)*row
+         end do
+         call dposv('L', unknowns, 1, k, unknowns, x, unknowns, info)
+         right = info == 0
+         do c = 1, contacts%n
+            right = right .and. ((contacts%gap(c) + dot_product(gap_row(contacts, c), &
+               x) < 0.0_wp) .eqv. btest(closed, c - 1))
+         end do
+         if (.not. right) cycle
+         solutions = solutions + 1
+         d = x
+      end do
+   end subroutine try_all
+
+   !> Without friction the solution does not depend on where the iteration begins.
+   subroutine any_first_states()
+      type(system_type) :: system, again
+      type(contacts_type) :: contacts, others
+      type(laws_type) :: laws
+      type(iteration_type) :: iteration
+      type(error_type), allocatable :: error
+      integer :: i, c
+
+      call case('from any first states')
+      do i = 1, 60
+         call random_system(system, contacts, laws, 20, 0.0_wp)
+         again = system
+         others = contacts
+         do c = 1, 20
+            others%state(c) = modulo(c*i, 3)
+         end do
+         call close_all(system, contacts, laws, iteration, error)
+         call check_no_error(error, 'converges')
+         call close_all(again, others, laws, iteration, error)
+         call check_no_error(error, 'converges from other states')
+         call check_close(again%d, system%d, 'd', relative=1.0e-9_wp)
+      end do
+   end subroutine any_first_states
+
+   !> With friction, the forces that the law answers to d are in balance with it.
+   subroutine with_friction(angle, most_allowed)
+      real(wp), intent(in) :: angle
+      integer, intent(in) :: most_allowed
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(iteration_type) :: iteration
+      type(error_type), allocatable :: error
+      integer :: i, c, failed, most, states(0:2)
+
+      call case('with friction')
+      failed = 0
+      most = 0
+      states = 0
+      do i = 1, 200
+         call random_system(system, contacts, laws, 1 + modulo(i, 10), angle)
+         call close_all(system, contacts, laws, iteration, error)
+         if (allocated(error)) then
+            failed = failed + 1
+            cycle
+         end if
+         most = max(most, iteration%iterations)
+         do c = 1, contacts%n
+            states(contacts%state(c)) = states(contacts%state(c)) + 1
+         end do
+         call check_balance(system, contacts, tan(angle*pi/180.0_wp))
+      end do
+      call check(failed == 0, 'all converge')
+      call check(most <= most_allowed, 'in few iterations')
+      call check(all(states([contact_open, contact_slide, contact_stick]) > 20), 'all states occur')
+   end subroutine with_friction
+
+   subroutine check_balance(system, contacts, mu)
+      type(system_type), intent(in) :: system
+      type(contacts_type), intent(in) :: contacts
+      real(wp), intent(in) :: mu
+      real(wp) :: rest(unknowns), normal, shear, largest
+      integer :: b, c
+
+      do b = 1, 2
+         rest(6*b - 5:6*b) = system%load(:, b) - matmul(system%base(:, :, b), system%d(:, b))
+      end do
+      largest = maxval(abs(system%load))
+      do c = 1, contacts%n
+         normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), flat(system%d))))
+         shear = stiffness/2.5_wp*(contacts%stretch(c) + dot_product(slip_row(contacts, c), flat(system%d)))
+         shear = max(-mu*normal, min(mu*normal, shear))
+         rest = rest + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
+         largest = max(largest, normal)
+      end do
+      call check_close(rest, 0.0_wp*rest, 'forces in balance', absolute=1.0e-9_wp*largest)
+   end subroutine check_balance
+
+   subroutine no_contacts()
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(iteration_type) :: iteration
+      type(error_type), allocatable :: error
+      integer :: b
+
+      call case('no contacts')
+      call random_system(system, contacts, laws, 1, 0.0_wp)
+      contacts%n = 0
+      call close_all(system, contacts, laws, iteration, error)
+      call check_no_error(error, 'converges')
+      call check(iteration%iterations == 1, 'at once')
+      do b = 1, 2
+         call check_close(matmul(system%base(:, :, b), system%d(:, b)), system%load(:, b), 'K d = f', &
+            relative=1.0e-12_wp)
+      end do
+   end subroutine no_contacts
+
+   subroutine too_few_iterations()
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(iteration_type) :: iteration
+      type(error_type), allocatable :: error
+
+      call case('too few iterations')
+      call random_system(system, contacts, laws, 20, 20.0_wp)
+      contacts%gap(:20) = -abs(contacts%gap(:20))
+      iteration%max_iterations = 1
+      call close_all(system, contacts, laws, iteration, error)
+      call check_fails(error, 'does not converge')
+      if (allocated(error)) call check(error%kind == error_convergence, 'its kind')
+      call check(iteration%worst > 0, 'the worst contact is known')
+   end subroutine too_few_iterations
+
+end module test_open_close

@@ -1,0 +1,290 @@
+!> Whole runs against mechanics: flight, spin, sliding and sticking, and what step control does and says.
+module test_simulation
+   use dda_kinds, only: wp, pi
+   use dda_errors, only: error_convergence, error_type
+   use dda_polygon, only: area_of
+   use dda_simulation, only: advance, finished, simulation_type, start, summary
+   use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, number, rectangle, &
+      rock, &
+      run, turned
+   use testing, only: case, check, check_close, check_fails, check_no_error
+   implicit none
+   private
+   public :: simulation_suite
+
+   real(wp), parameter :: g = 9.81_wp
+   character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
+
+contains
+
+   subroutine simulation_suite()
+      call free_fall()
+      call flight()
+      call spin()
+      call incline(0.0_wp, 1.0_wp)
+      call incline(10.0_wp, 1.0_wp)
+      call incline(20.0_wp, 1.0_wp)
+      call incline(0.0_wp, 50.0_wp)
+      call incline(10.0_wp, 50.0_wp)
+      call incline(20.0_wp, 50.0_wp)
+      call sticking()
+      call rest_in_a_notch()
+      call deep_penetration()
+      call adaptive_step()
+      call no_convergence()
+      call fixed_clock()
+   end subroutine simulation_suite
+
+   !> ½ g t² is exact for the scheme, whatever the step.
+   subroutine free_fall()
+      type(simulation_type) :: simulation
+      real(wp) :: from(2)
+      real(wp), parameter :: step(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
+      integer :: i
+
+      call case('free fall')
+      do i = 1, 3
+         call begin(simulation, control_text(step(i), 1000, gravity)//rock//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
+            block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 2.0_wp)))
+         from = simulation%blocks%position(1:2, 1)
+         call run(simulation, 1000)
+         call check_close(simulation%blocks%position(1:2, 1) - from, [0.0_wp, -0.5_wp*g*(1000*step(i))**2], '½ g t²', &
+            relative=1.0e-12_wp)
+         call check_close(simulation%blocks%velocity(2, 1), -g*1000*step(i), 'g t', relative=1.0e-12_wp)
+      end do
+   end subroutine free_fall
+
+   subroutine flight()
+      type(simulation_type) :: simulation
+      real(wp) :: from(2)
+
+      call case('flight without force')
+      call begin(simulation, control_text(1.0e-3_wp, 5000, '')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
+         " &material density = 1000.0 young_modulus = 1.0e7 poisson_ratio = 0.3 initial_velocity = 3.0 -2.0 0.0 /"// &
+         block_text('b', reshape([0, 0, 2, 0, 2, 1, 1, 1, 1, 2, 0, 2]*1.0_wp, [2, 6])))
+      from = simulation%blocks%position(1:2, 1)
+      call run(simulation, 5000)
+      call check_close(simulation%blocks%position(1:2, 1) - from, [15.0_wp, -10.0_wp], 'v t', relative=1.0e-12_wp)
+      call check_close(simulation%blocks%velocity(:, 1), [3.0_wp, -2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 'v', &
+         absolute=1.0e-10_wp)
+   end subroutine flight
+
+   !> A hundred turns of a block without symmetry, in a hundred steps each.
+   subroutine spin()
+      type(simulation_type) :: simulation
+      real(wp) :: shape(2, 5), edges(5), momentum
+      integer :: i
+
+      call case('a hundred turns')
+      shape = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.1_wp, 2.5_wp, 1.0_wp, 1.0_wp, 0.6_wp, 0.2_wp, 1.4_wp], [2, 5])
+      call begin(simulation, control_text(1.0e-3_wp, 10000, '')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
+         ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 initial_velocity = 0.5 0.0 '// &
+         number(20.0_wp*pi)//' /'//block_text('b', shape))
+      edges = norm2(shape - cshift(shape, 1, 2), 1)
+      momentum = angular_momentum()
+      call run(simulation, 10000)
+      call check_close(simulation%blocks%position(3, 1), 200.0_wp*pi, 'angle', relative=1.0e-11_wp)
+      call check_close(area_of(simulation%blocks%vertex), area_of(shape), 'area', relative=1.0e-10_wp)
+      call check_close(norm2(simulation%blocks%vertex - cshift(simulation%blocks%vertex, 1, 2), 1), edges, 'edges', &
+         relative=1.0e-10_wp)
+      call check_close(angular_momentum(), momentum, 'angular momentum', relative=1.0e-10_wp)
+      do i = 4, 6
+         call check_close(simulation%blocks%position(i, 1), 0.0_wp, 'strain', absolute=1.0e-12_wp)
+      end do
+   contains
+      real(wp) function angular_momentum()
+         angular_momentum = dot_product(simulation%blocks%inertia(3, :, 1), simulation%blocks%velocity(:, 1))
+      end function angular_momentum
+   end subroutine spin
+
+   !> A block on a held plane inclined by 30°.
+   subroutine begin_incline(simulation, friction_angle, stiffness, step, steps)
+      type(simulation_type), intent(out) :: simulation
+      real(wp), intent(in) :: friction_angle, stiffness, step
+      integer, intent(in) :: steps
+      real(wp), parameter :: alpha = -pi/6.0_wp
+      real(wp) :: held(2, 4)
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = control_text(step, steps, gravity)//contact_text(stiffness, '')//joint_text(friction_angle, 0.0_wp, &
+         0.0_wp)// &
+         " &material density = 1000.0 young_modulus = 1.0e10 poisson_ratio = 0.2 /"// &
+         block_text('plane', turned(rectangle(0.0_wp, -1.0_wp, 16.0_wp, 0.0_wp), alpha))// &
+         block_text('slider', turned(rectangle(1.0_wp, 0.0_wp, 2.0_wp, 0.5_wp), alpha))
+      held = turned(rectangle(0.5_wp, -0.9_wp, 15.5_wp, -0.1_wp), alpha)
+      do i = 1, 4
+         text = text//' &fixed_point x = '//number(held(1, i))//' y = '//number(held(2, i))//" block = 'plane' /"
+      end do
+      call begin(simulation, text)
+   end subroutine begin_incline
+
+   !> Way down the incline since the start.
+   pure real(wp) function way(simulation)
+      type(simulation_type), intent(in) :: simulation
+
+      way = dot_product(simulation%blocks%position(1:2, 2) - simulation%model%blocks%position(1:2, 2), &
+         [cos(pi/6.0_wp), -sin(pi/6.0_wp)])
+   end function way
+
+   !> s = ½ g (sin α − cos α tan φ) t², at a penalty of `factor` × E.
+   subroutine incline(friction_angle, factor)
+      real(wp), intent(in) :: friction_angle, factor
+      type(simulation_type) :: simulation
+      real(wp) :: expected
+      integer, parameter :: steps = 2000
+
+      call case('sliding at φ = '//number(friction_angle)//', k/E = '//number(factor))
+      call begin_incline(simulation, friction_angle, factor*1.0e10_wp, 1.0e-3_wp, steps)
+      call run(simulation, steps)
+      expected = 0.5_wp*g*(0.5_wp - sqrt(0.75_wp)*tan(friction_angle*pi/180.0_wp))*(1.0e-3_wp*steps)**2
+      call check_close(way(simulation), expected, 's', relative=1.0e-6_wp)
+   end subroutine incline
+
+   !> φ above α: it settles, then nothing moves any more.
+   subroutine sticking()
+      type(simulation_type) :: simulation
+      real(wp) :: settled
+
+      call case('sticking at 35° on 30°')
+      call begin_incline(simulation, 35.0_wp, 1.0e10_wp, 1.0e-3_wp, 3000)
+      call run(simulation, 1000)
+      settled = way(simulation)
+      call check_close(settled, 0.0_wp, 'it moves by the give of its springs', absolute=5.0e-6_wp)
+      call run(simulation, 2000)
+      call check_close(way(simulation), settled, 'no drift', absolute=1.0e-12_wp)
+   end subroutine sticking
+
+   !> A needle on its tip in a notch stays there while it is in balance.
+   subroutine rest_in_a_notch()
+      type(simulation_type) :: simulation
+      real(wp) :: from
+
+      call case('rest in a notch')
+      call begin(simulation, control_text(1.0e-3_wp, 300, gravity)//contact_text(1.0e9_wp, '')//rock// &
+         joint_text(20.0_wp, 0.0_wp, 0.0_wp)// &
+         block_text('base', reshape([-2, -2, 2, -2, 2, 1, 1, 1, 0, 0, -1, 1, -2, 1]*1.0_wp, [2, 7]))// &
+         block_text('needle', reshape([0.0_wp, 0.0_wp, 0.2_wp, 0.8_wp, -0.2_wp, 0.8_wp], [2, 3]))// &
+         ' &fixed_point x = -1.5 y = -1.5 / &fixed_point x = 1.5 y = -1.5 / &fixed_point x = -1.5 y = 0.5 /'// &
+         ' &fixed_point x = 1.5 y = 0.5 /')
+      from = simulation%blocks%position(2, 2)
+      call run(simulation, 300)
+      call check_close(simulation%blocks%position(2, 2), from, 'it stays', absolute=1.0e-4_wp)
+   end subroutine rest_in_a_notch
+
+   !> A contact soft enough to give 1.6 cm, more than the contact distance, still throws the block back.
+   subroutine deep_penetration()
+      type(simulation_type) :: simulation
+      real(wp) :: lowest
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('penetration beyond the contact distance')
+      call begin(simulation, control_text(1.0e-4_wp, 6000, gravity//'max_displacement_ratio = 0.002')// &
+         contact_text(1.0e8_wp, '')//" &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.2 /"// &
+         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('b', rectangle(-0.5_wp, 1.0_wp, 0.5_wp, 2.0_wp))// &
+         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = -1.9 y = -0.1 /'// &
+         ' &fixed_point x = 1.9 y = -0.1 /')
+      lowest = huge(1.0_wp)
+      do i = 1, 6000
+         call advance(simulation, error)
+         if (allocated(error)) exit
+         lowest = min(lowest, simulation%blocks%position(2, 2))
+      end do
+      if (allocated(error)) then
+         call check(index(error%message, 'normal_stiffness') > 0, 'refused by name: '//error%message)
+      else
+         call check(lowest > simulation%blocks%position(2, 1) + 0.9_wp, 'it never sinks deeper than 10 cm')
+         call check(simulation%blocks%velocity(2, 2) > 0.0_wp, 'and goes up again')
+      end if
+   end subroutine deep_penetration
+
+   !> Δt shrinks while a block falls fast, recovers when it lies, is told of, and the end is met exactly.
+   subroutine adaptive_step()
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+      real(wp) :: least, largest_at_rest
+      integer :: i
+
+      call case('adaptive time step')
+      call begin(simulation, control_text(1.0e-2_wp, 200, gravity// &
+         "time_step_control = 'adaptive' least_time_step = 1.0e-6 max_displacement_ratio = 0.005")// &
+         contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('b', rectangle(-0.5_wp, 0.5_wp, 0.5_wp, 1.5_wp))// &
+         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = -1.9 y = -0.1 /'// &
+         ' &fixed_point x = 1.9 y = -0.1 /')
+      least = huge(1.0_wp)
+      largest_at_rest = 0.0_wp
+      do i = 1, 100000
+         call advance(simulation, error)
+         if (allocated(error) .or. finished(simulation)) exit
+         least = min(least, simulation%last_time_step)
+         if (simulation%time > 1.5_wp) largest_at_rest = max(largest_at_rest, simulation%last_time_step)
+      end do
+      call check_no_error(error, 'all steps close')
+      call check_close(simulation%time, 2.0_wp, 'the duration is met', relative=1.0e-12_wp)
+      call check(least < 0.5e-2_wp, 'the step shrinks')
+      call check(least >= 1.0e-6_wp, 'not below the least')
+      call check(largest_at_rest > 0.99e-2_wp, 'and recovers')
+      call check(simulation%counters%repeated > 0, 'repeated steps are counted')
+      call check(index(summary(simulation), 'repeated with a smaller time step') > 0, summary(simulation))
+      call check_close(simulation%blocks%position(2, 2) - simulation%blocks%position(2, 1), 1.0_wp, 'it lies', &
+         absolute=1.0e-3_wp)
+   end subroutine adaptive_step
+
+   !> A corner hits a stack: more than two iterations; the error names step, time and blocks.
+   subroutine no_convergence()
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call case('a step that cannot close')
+      call begin_or_fail(simulation, control_text(1.0e-3_wp, 1000, gravity)// &
+         contact_text(1.0e9_wp, 'max_iterations = 2')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         " &layers name = 'layer' width = 4.0 thickness = 1.0 count = 5 /"// &
+         " &wall name = 'layer_w' left = 0.5 bottom = 5.05 brick_length = 0.6"// &
+         ' brick_height = 0.3 bricks = 4 courses = 3 /'// &
+         ' &fixed_point x = 0.5 y = 0.1 / &fixed_point x = 3.5 y = 0.1 / &fixed_point x = 0.5 y = 0.9 /'// &
+         ' &fixed_point x = 3.5 y = 0.9 /', error)
+      call check_no_error(error, 'the model starts')
+      if (allocated(error)) return
+      do i = 1, 1000
+         call advance(simulation, error)
+         if (allocated(error)) exit
+      end do
+      call check_fails(error, 'step '//step_number(i))
+      call check_fails(error, 't = ')
+      call check_fails(error, 'layer_')
+      call check_fails(error, 'does not converge')
+      call check_fails(error, 'try ')
+      if (allocated(error)) call check(error%kind == error_convergence, 'its kind')
+   contains
+      function step_number(step) result(text)
+         integer, intent(in) :: step
+         character(len=:), allocatable :: text
+         character(len=12) :: buffer
+
+         write (buffer, '(i0)') step
+         text = trim(buffer)
+      end function step_number
+   end subroutine no_convergence
+
+   !> With a fixed step, time is its exact multiple and the run ends after its number of steps.
+   subroutine fixed_clock()
+      type(simulation_type) :: simulation
+      integer :: i
+
+      call case('clock')
+      call begin(simulation, control_text(0.1_wp, 37, '')//rock//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
+         block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 2.0_wp)))
+      do i = 1, 37
+         call check(.not. finished(simulation), 'not yet')
+         call run(simulation, 1)
+         call check_close(simulation%time, real(i, wp)*0.1_wp, 'time')
+      end do
+      call check(finished(simulation), 'finished')
+   end subroutine fixed_clock
+
+end module test_simulation
