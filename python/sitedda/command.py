@@ -22,7 +22,16 @@ def main(arguments: list[str] | None = None) -> int:
     0 done, 1 bad input, 2 refused by a check, 3 a step does not close, 4 linear solver, 5 file,
     6 interrupted.
     """
-    options = _parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    if words[:1] == ["paper"]:
+        from .paper.__main__ import main as reproduce
+
+        return reproduce(words[1:])
+    if words[:1] == ["validate"]:
+        from .validation.__main__ import main as validate
+
+        return validate(words[1:])
+    options = _parser().parse_args(words)
     try:
         return options.act(options)
     except SiteddaError as error:
@@ -49,6 +58,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     running.add_argument("--check", action="store_true", help="refuse a run that fails the check")
     running.set_defaults(act=_run)
+    commands.add_parser("validate", help="run the analytic cases", add_help=False)
+    commands.add_parser("paper", help="reproduce the results of the paper", add_help=False)
     checking = commands.add_parser("check", help="say what a run will meet before it is started")
     checking.add_argument("file", type=Path, metavar="FILE.nml")
     checking.set_defaults(act=_check)

@@ -156,7 +156,8 @@ contains
 
       call case('points')
       call accept(model, whole//'&fixed_point x = 0.25 y = 0.5 direction = ''x'' /'// &
-         '&measured_point name = ''top'' x = 1.0 y = 1.0 block = ''1'' / &measured_point name = ''foot'' x = 0.5 y = 0.0 /'// &
+         '&measured_point name = ''top'' x = 1.0 y = 1.0 block = ''1'' /'// &
+         '&measured_point name = ''foot'' x = 0.5 y = 0.0 /'// &
          '&load x = 0.5 y = 1.0 time = 0.0 1.0 2.0 force_y = 3.0 4.0 5.0 /'// &
          '&amplification surface = ''top'' base = ''foot'' direction = ''y'' lowest = 1.0 highest = 9.0 padding = 4 /')
       associate (p => model%fixed_points(1))

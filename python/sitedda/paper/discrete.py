@@ -2,8 +2,8 @@
 
 The engine's blocks and springs, assembled a second time and solved without time steps: frequencies
 from K x = ω² M x, transfer functions of the scheme from one complex solve per frequency, and time
-histories mode by mode.  Only the list of contacts is taken from the engine.  Small motions; contacts
-neither open nor slide; the weight of the blocks does not act on the frequencies.
+histories mode by mode.  Only the list of contacts is taken from the engine.  Small motions;
+contacts neither open nor slide; the weight of the blocks does not act on the frequencies.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..simulation import Simulation, changed_input
 
 __all__ = ["DiscreteModel", "free_damping", "free_frequency", "kinetic_damping_roots"]
 
-_CLOSED = 1e-6  # m, a gap below this is a closed contact
+_TOUCHING = 1e-6  # m, a vertex nearer to an edge touches it
 
 
 def scheme_root(omega, time_step: float):
@@ -155,6 +155,10 @@ class DiscreteModel:
         """Undamped frequencies, ascending, Hz."""
         return self.omega / (2 * np.pi)
 
+    def mode(self, number: int) -> np.ndarray:
+        """Mass-normalised shape of a mode, shape (6n,)."""
+        return self._modes[1][:, number]
+
     def share(self, axis: int) -> np.ndarray:
         """Effective mass of each mode over the total, for motion along an axis."""
         unit = np.zeros(len(self.mass))
@@ -226,9 +230,7 @@ class DiscreteModel:
         result = np.zeros(len(series))
         poles = _poles(omega, time_step, factor)
         for mode in np.flatnonzero(abs(weight) > 1e-14 * abs(weight).max()):
-            result += lfilter(
-                weight[mode] * np.array([1.0, factor, 0.0]), poles[:, mode], series
-            )
+            result += lfilter(weight[mode] * np.array([1.0, factor, 0.0]), poles[:, mode], series)
         return result
 
 
@@ -298,15 +300,18 @@ def _elastic(material, area: float) -> np.ndarray:
 
 
 def _add_contacts(stiffness, polygons, contacts, shape: _Shape, springs) -> None:
-    """Normal and shear spring of every closed contact: vertex against edge."""
+    """Normal and shear spring of every vertex that touches an edge, of those the engine lists."""
     vertices = np.concatenate(polygons)
     owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
     following = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
-    closed = abs(contacts["gap"]) < _CLOSED
-    for vertex, edge in zip(contacts["vertex"][closed], contacts["edge"][closed], strict=True):
-        along = following[edge] - vertices[edge]
-        along = along / np.hypot(*along)
-        place = vertices[vertex]
+    for vertex, edge in zip(contacts["vertex"], contacts["edge"], strict=True):
+        place, along = vertices[vertex], following[edge] - vertices[edge]
+        length = np.hypot(*along)
+        along = along / length
+        foot = along @ (place - vertices[edge])
+        off = np.hypot(*(place - vertices[edge] - np.clip(foot, 0.0, length) * along))
+        if off > _TOUCHING:
+            continue
         apart = shape(owner[vertex], place) - shape(owner[edge], place)
         for spring, direction in zip(springs, ((along[1], -along[0]), along), strict=True):
             row = np.asarray(direction) @ apart

@@ -140,13 +140,16 @@ def deviation(value: Value, reference: Value) -> float | None:
     return (value - nearest) / abs(nearest) if nearest else None
 
 
-def per_cent(fraction: float | None) -> str:
-    """A fraction as text in per cent, two significant digits, sign kept."""
+def per_cent(fraction: float | None, sign: bool = False) -> str:
+    """A fraction as text in per cent, from 10 on as a factor; `sign`: with + if above 0."""
     if fraction is None:
         return "–"
     if abs(fraction) < 5e-7:
         return "0 %"
-    return f"{100 * fraction:+.2g} %".replace("+", "", fraction > 0)
+    if abs(fraction) >= 10:
+        return f"× {1 + fraction:.3g}"
+    digits = 3 if abs(fraction) >= 0.0995 else 2
+    return _plain(f"{100 * fraction:{'+' if sign else ''}.{digits}g}") + " %"
 
 
 def show(value: Value, digits: int = 4) -> str:

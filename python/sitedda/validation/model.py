@@ -16,7 +16,7 @@ GRAVITY = 9.81  # m/s²
 STIFF = 1e15  # Pa: a base that does not give
 
 
-def group(name: str, **values) -> str:
+def group(name: str, /, **values) -> str:
     """One namelist group; values that are None are left out."""
     given = {key: value for key, value in values.items() if value is not None}
     lines = [f"   {key} = {_text(value)}" for key, value in given.items()]

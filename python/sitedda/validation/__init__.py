@@ -1,0 +1,34 @@
+"""Analytic cases: each with its formula, the engine's figure, the error, and a picture.
+
+``CASES`` holds them by name; ``run_case(name)`` runs one and ``report(folder)`` writes them all
+down.  From the command line: ``python -m sitedda.validation [CASE …] [--report FOLDER]``.
+"""
+
+from __future__ import annotations
+
+from . import flight, rocking, settlement, sliding, stability, waves
+from .case import CASES, Case, Outcome, Result, Row, Table
+
+__all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case"]
+
+_FAMILIES = (sliding, flight, settlement, rocking, waves, stability)
+
+
+def run_case(name: str, short: bool = False) -> Result:
+    """Run the case of a name.
+
+    Parameters
+    ----------
+    name : str
+        One of ``CASES``.
+    short : bool
+        A quicker form with fewer variants and smaller models, as the tests use it.
+
+    Raises
+    ------
+    KeyError
+        If there is no such case.
+    """
+    if name not in CASES:
+        raise KeyError(f"there is no case {name!r}; known are {', '.join(CASES)}")
+    return CASES[name].run(short)

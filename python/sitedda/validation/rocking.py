@@ -1,0 +1,359 @@
+"""Housner's rocking block: onset, free decay with impacts, overturning under one sine cycle."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from .case import Outcome, Table, at_most, case, observed_order, relative, true
+from .model import (
+    GRAVITY,
+    STIFF,
+    block,
+    contact,
+    control,
+    held,
+    joint,
+    material,
+    motion,
+    rectangle,
+    simulation,
+    turned,
+)
+from .pictures import BLUE, COLORS, GROUND, RED, STONE, THEORY, bare, canvas, draw_blocks
+
+WIDTH, HEIGHT, DENSITY = 0.5, 2.0, 2500.0  # m, m, kg/m³
+SLENDER = np.arctan2(WIDTH, HEIGHT)  # Housner's α
+RADIUS = 0.5 * np.hypot(WIDTH, HEIGHT)  # R, m
+RATE = np.sqrt(3 * GRAVITY / (4 * RADIUS))  # p, rad/s
+RATIO = 1 - 1.5 * np.sin(SLENDER) ** 2  # angular velocity after over before an impact
+PENALTY = 1e14  # N/m: an impact ends within a step, as Housner assumes
+
+
+# ---------------------------------------------------------------- theory
+
+
+def housner(duration, angle=0.0, base=None, step=1e-3):
+    """Rocking angle by Housner's equation, impact by impact.
+
+    θ'' = −p² [sin(α sgn θ − θ) + (a/g) cos(α sgn θ − θ)]; at θ = 0 the angular velocity shrinks by
+    1 − 1.5 sin² α.
+
+    Parameters
+    ----------
+    duration : float
+        s.
+    angle : float
+        θ at the start, rad; positive turns about the right corner (clockwise).
+    base : callable, optional
+        Acceleration of the base at a time, m/s², positive to the left of a positive θ.
+    step : float
+        Output step, s.
+
+    Returns
+    -------
+    time, angle : ndarray
+        s and rad; ends when the block has overturned (|θ| > π/2).
+    impacts : list of float
+        Times of impact, s.
+    """
+    times, angles, impacts = [0.0], [angle], []
+    t, state, base = 0.0, [angle, 0.0], base or (lambda _: 0.0)
+    while t < duration:
+        if abs(state[0]) < 1e-14 and abs(state[1]) < 1e-9:
+            t, sign = _wait_for_uplift(t, duration, base, step)
+            times.append(t)
+            angles.append(0.0)
+            if t >= duration:
+                break
+        else:
+            sign = np.sign(state[0]) if abs(state[0]) > 1e-14 else np.sign(state[1])
+        part = _rock(t, duration, state, sign, base, step)
+        times += list(part.t[1:])
+        angles += list(part.y[0, 1:])
+        t, state = part.t[-1], part.y[:, -1]
+        if part.status != 1 or len(part.t_events[1]):
+            break
+        impacts.append(t)
+        state = [0.0, RATIO * state[1] if abs(state[1]) > 1e-4 else 0.0]
+    return np.array(times), np.array(angles), impacts
+
+
+def _rock(t, duration, state, sign, base, step):
+    """Integrate until impact or overturning."""
+
+    def rates(time, z):
+        away = SLENDER * sign - z[0]
+        push = base(time) / GRAVITY
+        return [z[1], -(RATE**2) * (np.sin(away) + push * np.cos(away))]
+
+    def impact(_, z):
+        return z[0] * sign
+
+    def overturned(_, z):
+        return abs(z[0]) - 0.5 * np.pi
+
+    impact.terminal, impact.direction = True, -1
+    overturned.terminal = True
+    return solve_ivp(
+        rates,
+        (t, duration),
+        state,
+        events=(impact, overturned),
+        rtol=1e-10,
+        atol=1e-13,
+        max_step=step,
+    )
+
+
+def _wait_for_uplift(t, duration, base, step):
+    """First time at which |a| > g tan α, and the sense of turning."""
+    while t < duration:
+        if abs(base(t)) > GRAVITY * np.tan(SLENDER):
+            return t, -np.sign(base(t))
+        t += 0.1 * step
+    return duration, 1.0
+
+
+# ---------------------------------------------------------------- engine
+
+
+def _tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3):
+    """A stiff block on a stiff base; the acceleration of the base acts as body force."""
+    body = rectangle(-0.5 * WIDTH, 0.0, WIDTH, HEIGHT)
+    if angle:
+        body = turned(body, -angle, (0.5 * WIDTH, 0.0))
+    shaking = ""
+    if base is not None:
+        times = np.arange(0.0, duration + sampled, sampled)
+        shaking = motion("shaking", [base(t) for t in times], sampled)
+    return "".join(
+        (
+            control(
+                time_step,
+                round(duration / time_step),
+                base_motion_x="shaking" if shaking else None,
+                max_displacement_ratio=0.01,
+            ),
+            contact(penalty),
+            material("stiff", DENSITY, STIFF),
+            joint("rough", 75.0),
+            shaking,
+            held("base", rectangle(-3, -0.5, 6, 0.5), "stiff"),
+            block("tower", body, "stiff"),
+        )
+    )
+
+
+def _rocked(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
+    """Time (s), angle (rad, clockwise positive) and audit residual."""
+    time, turn = [0.0], [angle]
+    with simulation(_tower(time_step, duration, angle, base, penalty)) as tower:
+        while not tower.done:
+            tower.advance(max(1, round(5e-4 / time_step)))
+            time.append(tower.time)
+            turn.append(angle - tower.coordinates[1, 2])
+            if abs(turn[-1]) > 0.5 * np.pi - 0.3:
+                break
+        energies = tower.energies
+    work = max(abs(energies["gravity"]), abs(energies["input"]), DENSITY * WIDTH * HEIGHT * 1e-2)
+    return np.array(time), np.array(turn), abs(energies["balance"]) / work
+
+
+# ---------------------------------------------------------------- cases
+
+
+@case(
+    "rocking_decay",
+    "Rocking block: free decay with impacts",
+    "p² = 3g/4R, θ'' = −p² sin(α sgn θ − θ), each impact leaves 1 − 1.5 sin² α of the angular "
+    "velocity. Block of 0.5 m x 2 m let go at 0.6 α; penalty 1e14 N/m and Δt 0.1 ms, so that an impact ends "
+    "within a step.",
+    "Housner (1963), Bull. Seism. Soc. Am. 53(2); `dda.md` §7.",
+)
+def rocking_decay(short: bool) -> Outcome:
+    """Angle history until the third impact, within 1 % of the first amplitude."""
+    angle, duration = 0.6 * SLENDER, 3.0
+    time, theory, impacts = housner(duration, angle)
+    steps = (1e-4,) if short else (5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
+    runs = {dt: _rocked(dt, duration, angle) for dt in steps}
+    errors = []
+    for run_time, turn, *_ in runs.values():
+        until = run_time <= impacts[2]
+        difference = turn[until] - np.interp(run_time[until], time, theory)
+        errors.append(np.abs(difference).max() / angle)
+    run = runs[1e-4]
+    third = _zero_times(run[0], run[1])
+    rows = [
+        at_most(
+            "angle until the third impact, largest error of the first amplitude, Δt 0.1 ms",
+            errors[steps.index(1e-4)],
+            1e-2,
+        ),
+        *(
+            relative(f"time of impact {i + 1}", impacts[i], third[i], 1e-2, "s")
+            for i in range(3)
+        ),
+        relative("ratio of angular velocities at the first impact", RATIO, _ratio(run), 1e-2),
+        at_most("audit", run[2], 1e-6),
+    ]
+    tables = []
+    if not short:
+        tables.append(
+            Table(
+                "Largest error of the angle until the third impact by Δt.",
+                ("Δt (s)", "error", "order"),
+                list(zip(steps, errors, observed_order(steps, errors), strict=True)),
+            )
+        )
+    return Outcome(rows, _decay_figure(run, time, theory, impacts), tables)
+
+
+def _zero_times(time, angle) -> list[float]:
+    """Times at which the angle changes sign, s."""
+    at = np.flatnonzero(angle[1:] * angle[:-1] < 0)
+    share = angle[at] / (angle[at] - angle[at + 1])
+    return list(time[at] + share * (time[at + 1] - time[at]))
+
+
+def _ratio(run) -> float:
+    """Angular velocity after over before the first impact, from the energy of the two swings.
+
+    Between impacts θ'²/2 = p² [cos(α − θmax) − cos α] when the block passes the upright.
+    """
+    time, angle = run[:2]
+    first, second = _zero_times(time, angle)[:2]
+    after = np.abs(angle[(time > first) & (time < second)]).max()
+    energy = np.cos(SLENDER - np.array([angle[0], after])) - np.cos(SLENDER)
+    return float(np.sqrt(energy[1] / energy[0]))
+
+
+def _decay_figure(run, time, theory, impacts):
+    figure, (left, right) = canvas(width_ratios=[1, 3])
+    draw_blocks(left, [rectangle(-1, -0.2, 2, 0.2)], GROUND)
+    draw_blocks(left, [turned(rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT), -theory[0], (WIDTH / 2, 0))],
+                STONE)
+    bare(left)
+    right.plot(time, theory / SLENDER, color=THEORY, lw=3, alpha=0.3, label="Housner")
+    right.plot(run[0], run[1] / SLENDER, color=BLUE, lw=1, label="engine, Δt 0.1 ms")
+    for at in impacts[:3]:
+        right.axvline(at, color="0.75", lw=0.8)
+    right.set(xlabel="time (s)", ylabel="θ / α", title="lines: first three impacts")
+    right.legend(frameon=False)
+    return figure
+
+
+@case(
+    "rocking_onset",
+    "Rocking block: onset",
+    "A block lifts off when the acceleration of the base passes g tan α (g w/h). The acceleration "
+    "grows by 0.5 m/s³ after a second of rest.",
+    "Housner (1963); `dda.md` §7.",
+)
+def rocking_onset(short: bool) -> Outcome:
+    """Acceleration at which one corner opens."""
+    slope, duration = 0.5, 7.0
+
+    def base(t):
+        return max(0.0, slope * (t - 1.0))
+
+    last, time, force = 0.0, [], []
+    with simulation(_tower(2e-3, duration, 0.0, base)) as tower:
+        owner = np.repeat(np.arange(2), [len(p) for p in tower.polygons])
+        left_corner = int(np.flatnonzero(owner == 1)[0])
+        while not tower.done:
+            tower.advance()
+            pressing = _corner_forces(tower.contacts, left_corner)
+            if len(pressing) == 2:
+                last = tower.time
+            time.append(tower.time)
+            force.append([pressing.get(left_corner, 0.0), pressing.get(left_corner + 1, 0.0)])
+    limit = GRAVITY * np.tan(SLENDER)
+    rows = [relative("acceleration at uplift", limit, base(last), 5e-3, "m/s²")]
+    figure, (axes,) = canvas(1, size=(8, 4))
+    for side, label in enumerate(("left corner", "right corner")):
+        axes.plot([base(t) for t in time], 1e-3 * np.array(force)[:, side], label=label,
+                  color=COLORS[side])
+    axes.axvline(limit, color=RED, ls="--", lw=1, label="g tan α")
+    axes.set(xlabel="acceleration of the base (m/s²)", ylabel="normal force (kN/m)",
+             xlim=(0, 1.2 * limit), ylim=(0, None))
+    axes.legend(frameon=False)
+    return Outcome(rows, figure)
+
+
+def _corner_forces(contacts, first_corner) -> dict[int, float]:
+    """Normal force (N/m) on each of the two lower corners that press."""
+    found: dict[int, float] = {}
+    for vertex, force, state in zip(
+        contacts["vertex"], contacts["normal_force"], contacts["state"], strict=True
+    ):
+        if state and vertex in (first_corner, first_corner + 1):
+            found[int(vertex)] = float(force)
+    return found
+
+
+@case(
+    "overturning",
+    "Rocking block: overturning under one sine cycle",
+    "One cycle a sin(ω t) of base acceleration at ω/p = 2, 3, 4 and 5: the least amplitude that "
+    "overturns the block by Housner's equation (scipy, bisection to 0.1 %); the engine must stand "
+    "5 % below and fall 5 % above (penalty 1e13 N/m, Δt 0.2 ms).",
+    "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5); `dda.md` §7.",
+)
+def overturning(short: bool) -> Outcome:
+    """Both sides of the overturning boundary."""
+    ratios = (3.0,) if short else (2.0, 3.0, 4.0, 5.0)
+    rows, drawn = [], []
+    for ratio in ratios:
+        limit = _least_amplitude(ratio)
+        for side, falls in ((0.95, False), (1.05, True)):
+            base, duration = _one_cycle(side * limit, ratio)
+            run = _rocked(2e-4, duration, 0.0, base, 1e13)
+            fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
+            label = f"ω/p {ratio:g}, {side:g} of the limit {limit / GRAVITY:.3f} g: it overturns"
+            rows.append(true(label, falls, fell))
+            drawn.append((ratio, side, run, housner(duration, 0.0, base)))
+        limit_row = limit / (GRAVITY * np.tan(SLENDER))
+        rows.append(at_most(f"limit at ω/p {ratio:g} over g tan α (shown)", limit_row, None))
+    return Outcome(rows, _overturning_figure(drawn, len(ratios)))
+
+
+def _one_cycle(amplitude, ratio):
+    """Base acceleration (m/s²) as a function of time, and how long to watch (s)."""
+    omega = ratio * RATE
+    period = 2 * np.pi / omega
+
+    def base(t):
+        return amplitude * np.sin(omega * t) if t < period else 0.0
+
+    return base, period + 5.0
+
+
+def _overturns(amplitude, ratio) -> bool:
+    base, duration = _one_cycle(amplitude, ratio)
+    _, angle, _ = housner(duration, 0.0, base, step=4e-3)
+    return bool(abs(angle).max() > 0.5 * np.pi - 1e-6)
+
+
+def _least_amplitude(ratio) -> float:
+    """Least overturning amplitude, m/s²: first by steps of 4 %, then by bisection."""
+    high = 1.02 * GRAVITY * np.tan(SLENDER)
+    while not _overturns(high, ratio):
+        high *= 1.04
+    low = high / 1.04
+    while high / low > 1.001:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _overturns(middle, ratio) else (middle, high)
+    return 0.5 * (low + high)
+
+
+def _overturning_figure(drawn, columns):
+    figure, axes = canvas(columns, 2, size=(max(6, 3.2 * columns), 5.5))
+    for i, (ratio, side, run, theory) in enumerate(drawn):
+        one = axes[i // 2 + (i % 2) * columns]
+        one.plot(theory[0], theory[1] / SLENDER, color=THEORY, lw=3, alpha=0.3, label="Housner")
+        one.plot(run[0], run[1] / SLENDER, color=RED if side > 1 else BLUE, lw=1, label="engine")
+        one.set(title=f"ω/p {ratio:g}, {side:g} of the limit", xlabel="time (s)", ylabel="θ / α",
+                ylim=(-4, 4))
+    axes[0].legend(frameon=False)
+    return figure

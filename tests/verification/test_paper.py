@@ -1,0 +1,131 @@
+"""The fast parts of the reproduction of the paper: what it must reach, and a whole report."""
+
+from __future__ import annotations
+
+import base64
+import re
+
+import numpy as np
+import pytest
+
+import sitedda.paper as paper
+from sitedda.paper.discrete import DiscreteModel, free_damping, kinetic_damping_roots
+from sitedda.paper.report import write_html, write_markdown, write_pictures
+from sitedda.paper.rows import Row, deviation, per_cent, show
+from sitedda.paper.runs import input_file
+
+
+@pytest.fixture(scope="module")
+def studies():
+    """All studies without the sensitivities that no requirement needs."""
+    return {study.name: study for study in paper.run_studies(quick=True)}
+
+
+@pytest.mark.parametrize("name", list(paper.STUDIES))
+def test_the_study_reaches_what_it_must(studies, name):
+    asked = studies[name].requirements
+    assert asked
+    missed = [f"{line.text}: {line.measured}" for line in asked if not line.reached]
+    assert not missed
+
+
+def rows_of(study, *words) -> list[Row]:
+    found = [row for row in study.rows if all(word in row.quantity for word in words)]
+    assert found, words
+    return found
+
+
+def test_layers_follow_the_exact_discrete_theory(studies):
+    for row in rows_of(studies["layers"], "mid-layer") + rows_of(studies["layers"], "surface"):
+        assert abs(row.from_theory) < 1e-4, row
+
+
+@pytest.mark.parametrize(
+    ("words", "frequency", "amplitude"),
+    [(("table I,", "mid-layer"), 13.948, 29.065), (("table II,", "mid-layer"), 14.238, 28.761)],
+)
+def test_layers_are_measured_as_known(studies, words, frequency, amplitude):
+    values = [row.sitedda for row in rows_of(studies["layers"], *words)]
+    assert values == pytest.approx([frequency, amplitude], rel=1e-4)
+
+
+def test_surface_amplifies_more_than_the_middle_of_the_top_layer(studies):
+    middle = rows_of(studies["layers"], "amplification", "mid-layer")[0].sitedda
+    surface = rows_of(studies["layers"], "amplification", "surface")[0].sitedda
+    assert surface == pytest.approx(29.156, rel=1e-4)
+    assert surface > middle
+
+
+def test_the_shear_wave_follows_the_exact_discrete_theory(studies):
+    for row in rows_of(studies["shear_wave"], "amplitude error"):
+        assert abs(row.from_theory) < 1e-3, row
+    for row in rows_of(studies["shear_wave"], "one-cycle sine"):
+        assert abs(row.from_theory) < 1e-3, row
+
+
+def test_damping_ratios_follow_the_closed_form(studies):
+    ratios = [r for r in rows_of(studies["cantilever"], "damping ratio at") if r.from_theory]
+    assert len(ratios) == 6
+    assert all(abs(row.from_theory) < 0.01 for row in ratios)
+
+
+def test_the_column_vibrates_as_theory_has_it(studies):
+    for row in rows_of(studies["avdat"], "dominant frequency"):
+        assert abs(row.from_theory) < 2e-3, row
+
+
+def test_no_printed_settling_case_is_lost(studies):
+    table = next(t for t in studies["avdat"].tables if t.title.startswith("Table IV"))
+    verdicts = [(cells[0], cells[1]) for cells in table.cells if cells[-1] == "no"]
+    assert verdicts == [
+        ("0.001", "5e+09"), ("0.001", "6e+09"), ("0.001", "1e+10"), ("0.01", "1e+07")
+    ]  # fmt: skip
+    assert any("verdicts differ" in note for note in studies["avdat"].notes)
+
+
+def test_the_report_holds_every_picture(studies, tmp_path):
+    done = list(studies.values())
+    pictures = write_pictures(done, tmp_path / "paper")
+    write_html(done, pictures, tmp_path / "paper.html", 1.0)
+    write_markdown(done, pictures, tmp_path / "paper.md")
+    page = (tmp_path / "paper.html").read_text(encoding="utf-8")
+    inside = re.findall(r"src='data:image/png;base64,([^']+)'", page)
+    assert len(inside) == len(pictures) == sum(len(study.pictures) for study in done)
+    assert all(base64.b64decode(data).startswith(b"\x89PNG") for data in inside)
+    assert all(file.stat().st_size <= 60_000 for file in pictures.values())
+    assert "src='http" not in page and "<link" not in page
+    links = re.findall(r"\]\((\S+)\)", (tmp_path / "paper.md").read_text(encoding="utf-8"))
+    assert len(links) == len(pictures)
+    assert all((tmp_path / link).is_file() for link in links)
+
+
+def test_an_unknown_study_is_named():
+    with pytest.raises(ValueError, match="no study 'colum'"):
+        paper.run_studies(["colum"])
+
+
+def test_the_discrete_model_has_the_masses_and_rigid_motions_of_its_blocks():
+    model = DiscreteModel.of(input_file("avdat.nml"))
+    assert model.share(0).sum() == pytest.approx(1.0)
+    assert model.mass[6, 6] == pytest.approx(2250 * 0.6 * 0.39)
+    push = np.zeros(len(model.mass))
+    push[0::6] = 1.0
+    loose = DiscreteModel.of(input_file("avdat.nml"), fixed_point={"direction": "y"})
+    assert push @ loose.stiffness @ push < 1e-9 * (push @ model.stiffness @ push)
+
+
+def test_closed_forms_of_the_scheme():
+    assert free_damping(1.0, 1e-3) == pytest.approx(1e-3 / 4, rel=1e-5)
+    roots = kinetic_damping_roots(1.0, 0.1, 1.0)
+    assert abs(roots[0]) == pytest.approx((1 + 0.1**2 / 2) ** -0.5)
+    assert np.isreal(kinetic_damping_roots(100.0, 1e-5, 0.99)).all()
+
+
+def test_rows_say_what_they_hold():
+    assert deviation(2.35, (2.3, 2.4)) == 0
+    assert deviation(2.2, (2.3, 2.4)) == pytest.approx(-0.1 / 2.3)
+    assert deviation("settles", 3.0) is None
+    assert per_cent(0.0123) == "1.2 %"
+    assert per_cent(-0.0123, sign=True) == "-1.2 %"
+    assert show((2.3, 2.4)) == "2.3 – 2.4"
+    assert show(1e10) == "1·10^10"
