@@ -17,8 +17,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent.parent
 VENV = HERE / ".venv"
 BUILD = HERE / "build"
-PACKAGES = """gcc gfortran pkg-config python3-dev python3-venv libopenblas-dev libarpack2-dev libfftw3-dev
-libnetcdff-dev libsuitesparse-dev libmetis-dev""".split()
+PACKAGES = """gcc gfortran pkg-config python3-dev python3-venv libopenblas-dev libarpack2-dev
+libfftw3-dev libnetcdff-dev libsuitesparse-dev libmetis-dev""".split()
 
 
 def call(*command, **options):
@@ -66,7 +66,8 @@ def test() -> None:
     """Fortran suites, then the Python tests."""
     install_sitedda("[test]")
     path = f"{VENV / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    environment = os.environ | {"PATH": path, "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+    threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+    environment = os.environ | {"PATH": path} | threads
     options = ["-Dpython=false", "-Dtester=true"]
     if not (BUILD / "build.ninja").exists():
         call("meson", "setup", BUILD, *options, env=environment)

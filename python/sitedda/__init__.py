@@ -1,4 +1,4 @@
-"""Two-dimensional discontinuous deformation analysis for site response, masonry and jointed rock."""
+"""Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock."""
 
 import os
 
@@ -26,6 +26,7 @@ from .errors import (  # noqa: E402
     SiteddaError,
     SolverError,
 )
+from .records import read_record  # noqa: E402
 from .simulation import Run, Simulation, run  # noqa: E402
 from .spectra import Peak, amplification, find_peak, fourier_spectrum  # noqa: E402
 
@@ -55,6 +56,7 @@ __all__ = [
     "modes",
     "penalty_for_frequency",
     "penalty_for_shift",
+    "read_record",
     "run",
     "scheme_damping",
     "time_step_for_damping",

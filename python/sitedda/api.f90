@@ -8,6 +8,7 @@ module api
    use dda_check_report, only: report_type, check_simulation, report_text
    use dda_contact, only: contacts_type
    use dda_energy, only: energy_terms, energy_values
+   use dda_baseline, only: baseline_type, motion_curve_type, make_motion_curve
    use dda_blocks, only: stress_of
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
@@ -16,6 +17,7 @@ module api
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
    use dda_modes, only: modes_type, find_modes
+   use dda_record, only: record_type, read_record
    use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
    use dda_simulation, only: summary, set_rates
    use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
@@ -26,6 +28,7 @@ module api
    public :: open_run, advance_run, finish_run, close_run, run_sizes, run_clock, run_text
    public :: block_states, set_block_states, vertex_places, contact_states, energies, point_motions
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
+   public :: read_ground_motion
    public :: spectrum_of, amplification_of, peak_of, engine_version
 
    integer, parameter :: most_runs = 65536
@@ -548,6 +551,51 @@ contains
       values = [penalty%normal_stiffness, penalty%frequency, penalty%limit]
       if (.not. penalty%found) call fail(error, error_input, penalty%words)
    end subroutine take_penalty
+
+   !> A record as acceleration, velocity and displacement [3, n] at its samples; n = 0 asks for the size only.
+   !> options: time step (s, or 0), drift order (-1: 2 for accelerations, else 0), taper, scale.
+   subroutine read_ground_motion(file, form, quantity, unit, options, channel, n, samples, time_step, motion, about, &
+      status, message)
+      character(len=*), intent(in) :: file, form, quantity, unit
+      real(c_double), intent(in) :: options(4)
+      integer(c_int), intent(in) :: channel, n
+      integer(c_int), intent(out) :: samples
+      real(c_double), intent(out) :: time_step
+      real(c_double), intent(out) :: motion(3, n)
+      character(len=2048), intent(out) :: about
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(record_type) :: record
+      type(motion_curve_type) :: curve
+      type(baseline_type) :: baseline
+
+      samples = 0
+      time_step = 0.0_c_double
+      motion = 0.0_c_double
+      about = ''
+      call read_record(record, file, form, quantity, unit, error, options(1), channel)
+      if (.not. allocated(error)) then
+         baseline%order = nint(options(2))
+         if (baseline%order == -1) baseline%order = merge(2, 0, record%quantity == 'acceleration')
+         baseline%taper = options(3)
+         baseline%scale = options(4)
+         call make_motion_curve(curve, record%quantity, record%values, record%time_step, error, baseline)
+      end if
+      if (.not. allocated(error)) then
+         samples = size(curve%displacement)
+         time_step = curve%time_step
+         about = record%station//new_line('a')//record%description//new_line('a')//record%format//new_line('a')// &
+            record%unit//new_line('a')//curve%method
+         if (n > 0) call check_size(n, samples, error)
+         if (n == samples) then
+            motion(1, :) = curve%acceleration
+            motion(2, :) = curve%velocity
+            motion(3, :) = curve%displacement
+         end if
+      end if
+      call report(error, status, message)
+   end subroutine read_ground_motion
 
    subroutine engine_version(text)
       character(len=32), intent(out) :: text

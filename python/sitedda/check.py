@@ -54,7 +54,7 @@ class Modes:
     frequency : ndarray, shape (modes,)
         Hz, undamped.
     damping, elongation : ndarray, shape (modes,)
-        Damping ratio and period elongation in free vibration, by the scheme at the model's time step.
+        Damping ratio and period elongation in free vibration, by the scheme at the model's step.
     participation : ndarray, shape (modes, 2)
         For base motion in x and y, sqrt(kg) per metre of thickness.
     effective_mass : ndarray, shape (modes, 2)
@@ -76,7 +76,7 @@ class Modes:
 
 @dataclass(frozen=True)
 class Penalty:
-    """A normal stiffness (N/m per metre of thickness), its first frequency and the stiff limit (Hz)."""
+    """A normal stiffness (N/m per metre), its first frequency and the stiff limit (Hz)."""
 
     normal_stiffness: float
     frequency: float
@@ -191,7 +191,7 @@ def penalty_for_frequency(model, frequency: float, contacts: str = "auto", **cha
 
 
 def penalty_for_shift(model, percent: float, contacts: str = "auto", **changes) -> Penalty:
-    """The normal stiffness that keeps the first frequency within a percentage of the stiff limit."""
+    """The normal stiffness that keeps the first frequency within so many % of the limit."""
     simulation = _open(model, changes)
     values = _checked(*api.shift_penalty(simulation._handle, contacts, percent))
     return Penalty(*map(float, values))

@@ -11,8 +11,9 @@ from pathlib import Path
 from tqdm import tqdm
 
 from . import __version__
-from .check import check
+from .check import check, transfer
 from .errors import CheckError, SiteddaError
+from .records import read_record
 from .simulation import Run, Simulation, run
 
 
@@ -45,7 +46,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     running = commands.add_parser("run", help="run an input, print and draw what it asks for")
     running.add_argument("file", type=Path, metavar="FILE.nml")
-    running.add_argument("-o", "--output", type=_file_name, help="output file in place of the input's")
+    running.add_argument("-o", "--output", type=_file_name, help="in place of the input's")
     running.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     running.add_argument("--no-plot", action="store_true", help="draw no pictures")
     running.add_argument(
@@ -58,6 +59,14 @@ def _parser() -> argparse.ArgumentParser:
     )
     running.add_argument("--check", action="store_true", help="refuse a run that fails the check")
     running.set_defaults(act=_run)
+    reading = commands.add_parser("record", help="read a record and draw its motion")
+    reading.add_argument("file", type=Path, metavar="RECORD")
+    reading.add_argument("--format", default="auto")
+    reading.add_argument("--quantity", default="")
+    reading.add_argument("--unit", default="")
+    reading.add_argument("--time-step", type=float, default=0.0, metavar="S")
+    reading.add_argument("-o", "--output", type=_file_name, default=Path("record.png"))
+    reading.set_defaults(act=_record)
     commands.add_parser("validate", help="run the analytic cases", add_help=False)
     commands.add_parser("paper", help="reproduce the results of the paper", add_help=False)
     checking = commands.add_parser("check", help="say what a run will meet before it is started")
@@ -80,6 +89,20 @@ def _assignment(text: str):
         return name.strip(), ast.literal_eval(value.strip())
     except (ValueError, SyntaxError):
         return name.strip(), value.strip()
+
+
+def _record(options: argparse.Namespace) -> int:
+    from .plot import record_panels
+
+    motion = read_record(
+        options.file, options.format, options.quantity, options.unit, options.time_step
+    )
+    print(f"{motion.attrs['station']} {motion.attrs['description']}".strip())
+    print(f"{motion.time.size} samples, {float(motion.time[-1]):.3f} s; {motion.attrs['method']}")
+    for name in ("acceleration", "velocity", "displacement"):
+        print(f"largest {name}: {float(abs(motion[name]).max()):.6g} {motion[name].units}")
+    print(f"picture: {record_panels(motion, options.output)}")
+    return 0
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -110,11 +133,20 @@ def _run(options: argparse.Namespace) -> int:
     if not result.complete:
         print("sitedda: interrupted; the results so far are kept", file=sys.stderr)
         return 6
-    _report(result, draw=not options.no_plot)
+    _report(result, options.file, dict(options.set), draw=not options.no_plot)
     return 0
 
 
-def _report(result: Run, draw: bool) -> None:
+def _discrete_transfer(source: Path, changes: dict, found):
+    """The model's own transfer function where an amplification is asked for, or None."""
+    try:
+        with Simulation(source, **changes) as model:
+            return transfer(model, found.frequency, found.surface, found.base, found.direction)
+    except SiteddaError:
+        return None
+
+
+def _report(result: Run, source: Path, changes: dict, draw: bool) -> None:
     """Print the amplifications that the input asks for and draw them beside the output."""
     from .plot import site_response
     from .response import amplifications
@@ -123,7 +155,8 @@ def _report(result: Run, draw: bool) -> None:
         print(found)
         if draw:
             picture = result.output.with_suffix(f".{i}.png" if i else ".png")
-            print(f"picture: {site_response(result.history, found, picture)}")
+            discrete = _discrete_transfer(source, changes, found)
+            print(f"picture: {site_response(result.history, found, picture, discrete)}")
 
 
 if __name__ == "__main__":

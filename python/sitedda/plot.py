@@ -17,7 +17,7 @@ from .response import Amplification, layered_twin  # noqa: E402
 BASE, SURFACE, TWIN = "0.55", "tab:blue", "tab:red"
 
 
-def site_response(history: xr.Dataset, result: Amplification, file) -> Path:
+def site_response(history: xr.Dataset, result: Amplification, file, discrete=None) -> Path:
     """Draw base and surface motion and the amplification with the one-dimensional theory over it.
 
     Parameters
@@ -27,12 +27,17 @@ def site_response(history: xr.Dataset, result: Amplification, file) -> Path:
     result : Amplification
     file : path
         Picture to write.
+    discrete : ndarray, optional
+        The model's own discrete transfer function at ``result.frequency``.
     """
     figure, (above, below) = plt.subplots(
         2, 1, figsize=(9, 7), layout="constrained", height_ratios=[2, 3]
     )
     _motions(above, history, result)
     below.plot(result.frequency, result.ratio, color=SURFACE, lw=1.4, label="DDA, time domain")
+    if discrete is not None:
+        label = "DDA, exact discrete theory"
+        below.plot(result.frequency, abs(discrete), color="k", lw=1.0, ls=":", label=label)
     _theory(below, history, result)
     peak = result.peak
     below.plot(peak.frequency, peak.amplitude, "o", color=SURFACE, ms=5)
@@ -50,6 +55,36 @@ def site_response(history: xr.Dataset, result: Amplification, file) -> Path:
     )
     below.legend(frameon=False, loc="upper left")
     figure.suptitle(history.attrs.get("title", ""))
+    file = Path(file)
+    figure.savefig(file, dpi=130)
+    plt.close(figure)
+    return file
+
+
+def record_panels(motion: xr.Dataset, file) -> Path:
+    """Draw acceleration, velocity and displacement of a record, one above the other.
+
+    Parameters
+    ----------
+    motion : xarray.Dataset
+        Of `sitedda.read_record`.
+    file : path
+        Picture to write.
+    """
+    figure, panels = plt.subplots(3, 1, figsize=(9, 6), sharex=True, layout="constrained")
+    units = ("m/s²", "m/s", "m")
+    for axes, name, unit in zip(
+        panels, ("acceleration", "velocity", "displacement"), units, strict=True
+    ):
+        series = motion[name].values
+        peak = int(abs(series).argmax())
+        axes.axhline(0.0, color="0.8", lw=0.6)
+        axes.plot(motion.time, series, color=SURFACE, lw=0.7)
+        axes.plot(motion.time[peak], series[peak], "o", color=TWIN, ms=4)
+        axes.set_ylabel(f"{name} ({unit})")
+        axes.set_title(f"largest {abs(float(series[peak])):.4g} {unit}", loc="right", fontsize=9)
+    panels[-1].set(xlabel="time (s)", xlim=(0, float(motion.time[-1])))
+    figure.suptitle(motion.attrs.get("station", "") or motion.attrs["file"], fontsize=10)
     file = Path(file)
     figure.savefig(file, dpi=130)
     plt.close(figure)
