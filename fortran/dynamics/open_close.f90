@@ -19,6 +19,8 @@ module dda_open_close
 
    real(wp), parameter :: short_way = 0.5_wp, good_way = 0.9_wp  !< parts of a way that overshot, or did not
    real(wp), parameter :: very_short_way = 0.1_wp
+   integer, parameter :: most_closings = 8       !< after which a contact that closes slides first
+   integer, parameter :: one_at_a_time = 150     !< iterations after which contacts change one by one
    integer, parameter :: most_follow = 60        !< solves for the slide forces while states are held
    real(wp), parameter :: follow_share = 0.05_wp !< of their first difference, before states are asked again
    integer, parameter :: most_short_ways = 2     !< then one whole way, over whatever holds the search up
@@ -26,7 +28,7 @@ module dda_open_close
 
    !> Settings and outcome of the iteration of one step.
    type :: iteration_type
-      integer :: max_iterations = 200
+      integer :: max_iterations = 400
       real(wp) :: relative_tolerance = 1.0e-9_wp   !< of the largest force
       real(wp) :: weight = 0.0_wp                  !< largest block weight, N/m
       real(wp) :: noise = 0.0_wp                   !< contact force that rounding of places makes, N/m
@@ -55,7 +57,7 @@ contains
       integer :: changed, i
       logical :: new_matrix, tightened
 
-      call begin_iteration(iteration)
+      call begin_iteration(iteration, contacts)
       changed = 0
       new_matrix = .true.
       do i = 1, iteration%max_iterations
@@ -71,21 +73,23 @@ contains
             if (changed == 0 .and. .not. tightened) return
          end if
          call globalise(iteration, system, contacts, laws, new_matrix)
-         call adopt_answers(contacts, changed)
+         call adopt_answers(contacts, iteration%iterations >= one_at_a_time, changed)
          new_matrix = new_matrix .or. changed > 0
          iteration%changes = iteration%changes + changed
       end do
       call fail(error, error_convergence, 'the open–close iteration does not converge')
    end subroutine close_contacts
 
-   pure subroutine begin_iteration(iteration)
+   pure subroutine begin_iteration(iteration, contacts)
       type(iteration_type), intent(inout) :: iteration
+      type(contacts_type), intent(inout) :: contacts
 
       iteration%iterations = 0
       iteration%changes = 0
       iteration%broken = 0
       iteration%kept = 0.0_wp
       iteration%short_ways = 0
+      contacts%closings(:contacts%n) = 0
    end subroutine begin_iteration
 
    !> Where states change, do not go up: shorten the way from the last d if the energy rises on it.
@@ -103,7 +107,7 @@ contains
       new_matrix = .false.
       if (iteration%iterations == 1) return
       part = 1.0_wp
-      if (iteration%short_ways < most_short_ways .and. &
+      if (iteration%short_ways < most_short_ways .and. iteration%iterations < one_at_a_time .and. &
          any(contacts%answer(:contacts%n) /= contacts%state(:contacts%n))) then
          call descend(system, contacts, laws, part)
          if (part < 1.0_wp) call ask_contacts(iteration, system%d, contacts, laws)
@@ -216,7 +220,8 @@ contains
    end subroutine ask_contacts
 
    !> The state to assume next.  Slip that turns round sticks first: the trial from the other bound would
-   !> otherwise jump between the two bounds for ever.
+   !> otherwise jump between the two bounds for ever.  A contact that closes again and again slides first: stuck,
+   !> its shear force would pull it open each time.
    pure integer function next_state(contacts, response, c)
       type(contacts_type), intent(in) :: contacts
       type(response_type), intent(in) :: response
@@ -225,6 +230,8 @@ contains
       next_state = response%state
       if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
          .and. response%shear_force*contacts%direction(c) < 0.0_wp) next_state = contact_stick
+      if (contacts%state(c) == contact_open .and. contacts%closings(c) >= most_closings .and. &
+         response%state == contact_stick .and. .not. contacts%bonded(c)) next_state = contact_slide
    end function next_state
 
    !> Gap and slip of all contacts at d.
@@ -303,13 +310,23 @@ contains
    end subroutine tighten
 
    !> Assume what the contacts answered; count the changes that alter the matrix.
-   pure subroutine adopt_answers(contacts, changed)
+   !>
+   !> One at a time, by the highest number, ends every cycle of open and closed (Murty's least-index rule for
+   !> linear complementarity, which an order of the contacts makes finite).
+   pure subroutine adopt_answers(contacts, singly, changed)
       type(contacts_type), intent(inout) :: contacts
+      logical, intent(in) :: singly  !< change one contact only
       integer, intent(out) :: changed
-      integer :: n
+      integer :: n, last
 
       n = contacts%n
+      if (singly) then
+         last = findloc(contacts%answer(:n) /= contacts%state(:n), .true., 1, back=.true.)
+         if (last > 1) contacts%answer(:last - 1) = contacts%state(:last - 1)
+      end if
       changed = count(contacts%answer(:n) /= contacts%state(:n))
+      where (contacts%state(:n) == contact_open .and. contacts%answer(:n) /= contact_open) &
+         contacts%closings(:n) = contacts%closings(:n) + 1
       contacts%state(:n) = contacts%answer(:n)
       contacts%slide_slip(:n) = contacts%slip(:n)
       contacts%slide_force(:n) = contacts%shear_force(:n)

@@ -26,7 +26,7 @@ module dda_settings
       real(wp) :: fixed_point_ratio = 100.0_wp !< stiffness of fixed points / k_n
       real(wp) :: penetration_tolerance = 0.0_wp !< m; > 0: augmented Lagrangian down to it
       logical :: original_rules = .false.        !< the original DDA's open–close rules, for comparison
-      integer :: max_iterations = 200          !< open–close iterations in a step
+      integer :: max_iterations = 400          !< open–close iterations in a step
       real(wp) :: force_tolerance = 1.0e-9_wp  !< of the largest block weight or contact force
    end type contact_settings_type
 
