@@ -13,6 +13,7 @@ import xarray as xr  # noqa: E402
 
 from .column import damped_amplification, scheme_damping  # noqa: E402
 from .response import Amplification, layered_twin  # noqa: E402
+from .signals import smooth_konno_ohmachi  # noqa: E402
 
 BASE, SURFACE, TWIN = "0.55", "tab:blue", "tab:red"
 
@@ -35,6 +36,7 @@ def site_response(history: xr.Dataset, result: Amplification, file, discrete=Non
     )
     _motions(above, history, result)
     below.plot(result.frequency, result.ratio, color=SURFACE, lw=1.4, label="DDA, time domain")
+    _smoothed(below, result)
     if discrete is not None:
         label = "DDA, exact discrete theory"
         below.plot(result.frequency, abs(discrete), color="k", lw=1.0, ls=":", label=label)
@@ -59,6 +61,16 @@ def site_response(history: xr.Dataset, result: Amplification, file, discrete=Non
     figure.savefig(file, dpi=130)
     plt.close(figure)
     return file
+
+
+def _smoothed(axes, result: Amplification) -> None:
+    """The curve smoothed, for the eye; the peak is read from the raw one."""
+    centres = np.geomspace(result.frequency[1], result.frequency[-2], 300)
+    try:
+        curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
+    except ImportError:
+        return
+    axes.plot(centres, curve, color=BASE, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
 
 
 def record_panels(motion: xr.Dataset, file) -> Path:
