@@ -211,6 +211,7 @@ contains
       real(wp) :: normal(2)
       integer :: i, v, e, w
 
+      call reserve(contacts, 60)
       do i = 1, int(random(0.0_wp, 60.0_wp))
          v = 1 + int(random(0.0_wp, 39.9_wp))
          e = 1 + modulo(v + 3 + int(random(0.0_wp, 8.0_wp)), vertices)

@@ -1,17 +1,19 @@
 """Analytic cases: each with its formula, the engine's figure, the error, and a picture.
 
-``CASES`` holds them by name; ``run_case(name)`` runs one and ``report(folder)`` writes them all
-down.  From the command line: ``python -m sitedda.validation [CASE …] [--report FOLDER]``.
+``CASES`` holds them by name; ``run_case(name)`` runs one and ``write_report`` writes results
+down with their pictures.  From the command line:
+``python -m sitedda.validation [CASE …] [--report FOLDER]``.
 """
 
 from __future__ import annotations
 
-from . import flight, rocking, settlement, sliding, stability, waves
+from . import flight, packing, rocking, settlement, sliding, stability, waves
 from .case import CASES, Case, Outcome, Result, Row, Table
+from .report import write_report
 
-__all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case"]
+__all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "write_report"]
 
-_FAMILIES = (sliding, flight, settlement, rocking, waves, stability)
+_FAMILIES = (sliding, flight, settlement, rocking, waves, stability, packing)
 
 
 def run_case(name: str, short: bool = False) -> Result:

@@ -49,7 +49,9 @@ def bounce(short: bool) -> Outcome:
             fall = time < 0.4
             error = np.abs(height[fall] - (1 - 0.5 * GRAVITY * time[fall] ** 2)).max()
             rows.append(at_most("fall, largest error in 0.4 s", error, 1e-10, "m"))
-            rows.append(relative("height of the first rebound, Δt 0.1 ms", expected, peak, 2e-3, "m"))
+            rows.append(
+                relative("height of the first rebound, Δt 0.1 ms", expected, peak, 2e-3, "m")
+            )
             gain = (total - total[0]).max() / (DENSITY * GRAVITY)
             rows.append(at_most("energy above the start, of m g h", gain, 1e-6))
     tables = [] if short else [_bounce_table(steps, table)]
@@ -108,15 +110,24 @@ def _bounce_table(steps, table) -> Table:
 
 def _bounce_figure(runs, table):
     figure, (left, right) = canvas()
-    for (dt, (time, height, _)), color in zip(runs.items(), "0.8 0.65 0.5 0.3 b".split(), strict=False):
-        left.plot(time, height, color=BLUE if color == "b" else color, lw=1, label=f"{1e3 * dt:g} ms")
+    for (dt, (time, height, _)), color in zip(
+        runs.items(), "0.8 0.65 0.5 0.3 b".split(), strict=False
+    ):
+        left.plot(
+            time, height, color=BLUE if color == "b" else color, lw=1, label=f"{1e3 * dt:g} ms"
+        )
     left.set(xlabel="time (s)", ylabel="gap under the block (m)", title="Dropped from 1 m")
     left.legend(frameon=False, title="Δt")
     steps, loss = [line[0] for line in table], [line[-1] for line in table]
     fine = np.geomspace(min(steps) / 2, max(steps) * 1.5)
     omega = table[0][1] / table[0][0]
-    right.loglog(fine, [1 - _restitution(omega * dt) ** 2 for dt in fine], color=THEORY, lw=1,
-                 label="closed form")
+    right.loglog(
+        fine,
+        [1 - _restitution(omega * dt) ** 2 for dt in fine],
+        color=THEORY,
+        lw=1,
+        label="closed form",
+    )
     right.loglog(steps, loss, "o", color=BLUE, label="engine")
     right.set(xlabel="Δt (s)", ylabel="height lost at the first bounce (m)")
     right.legend(frameon=False)
@@ -169,8 +180,12 @@ def _spin(shape, turns: int, steps_per_turn: int) -> dict:
     rate = 2 * np.pi
     text = "".join(
         (
-            control(1 / steps_per_turn, turns * steps_per_turn, gravity=(0, 0),
-                    max_displacement_ratio=1.0),
+            control(
+                1 / steps_per_turn,
+                turns * steps_per_turn,
+                gravity=(0, 0),
+                max_displacement_ratio=1.0,
+            ),
             contact(1e10),
             material("rock", DENSITY, 1e10, 0.2, velocity=(1.0, 0.5, rate)),
             joint("j", 30.0),
@@ -240,8 +255,10 @@ def edge(short: bool) -> Outcome:
     ]
     tables = []
     if not short:
-        errors = [abs(np.interp(landing, r["time"], r["angle"]) / truth["angle"][-1] - 1)
-                  for r in runs.values()]
+        errors = [
+            abs(np.interp(landing, r["time"], r["angle"]) / truth["angle"][-1] - 1)
+            for r in runs.values()
+        ]
         tables.append(
             Table(
                 "Relative error of the angle at landing by Δt.",
@@ -272,15 +289,24 @@ def _slide_off(time_step: float) -> dict:
         )
     )
     kinds = ("kinetic", "strain", "contact", "support", "gravity")
-    found: dict = {key: [] for key in ("time", "x", "y", "angle", "polygon", "low", "total", "kinetic")}
+    found: dict = {
+        key: [] for key in ("time", "x", "y", "angle", "polygon", "low", "total", "kinetic")
+    }
     with simulation(text) as flight:
         while not flight.done:
             flight.advance()
             energies, polygon = flight.energies, flight.polygons[2]
             x, y, angle = flight.coordinates[2, :3]
-            values = (flight.time, x, y, angle, polygon, polygon[:, 1].min(),
-                      sum(energies[kind] for kind in kinds) - energies["initial"],
-                      energies["kinetic"])
+            values = (
+                flight.time,
+                x,
+                y,
+                angle,
+                polygon,
+                polygon[:, 1].min(),
+                sum(energies[kind] for kind in kinds) - energies["initial"],
+                energies["kinetic"],
+            )
             for key, value in zip(found, values, strict=True):
                 found[key].append(value)
         energies = flight.energies
@@ -329,8 +355,9 @@ def _tipping_block() -> dict:
         return min(0.5 * WIDTH - z[0], force(t, z))
 
     off.terminal, off.direction = True, -1
-    tip = solve_ivp(rates, (0, 2), [0, 0, SPEED, 0], events=off, rtol=1e-11, atol=1e-12,
-                    max_step=1e-3)
+    tip = solve_ivp(
+        rates, (0, 2), [0, 0, SPEED, 0], events=off, rtol=1e-11, atol=1e-12, max_step=1e-3
+    )
     s, angle, ds, turn = tip.y
     t, n = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     place = s * t + half * n + np.array([[0.0], [TABLE]])
@@ -361,12 +388,12 @@ def _edge_figure(run, truth):
     left.legend(frameon=False, loc="upper right")
     left.set_title("orange: at rest after 3 s", fontsize=10)
     bare(left)
-    right.plot(truth["t"], np.degrees(truth["angle"]), color=THEORY, lw=3, alpha=0.3, label="theory")
+    right.plot(
+        truth["t"], np.degrees(truth["angle"]), color=THEORY, lw=3, alpha=0.3, label="theory"
+    )
     right.plot(run["time"], np.degrees(run["angle"]), color=BLUE, lw=1, label="engine")
     right.axvline(truth["tip"], color="0.7", lw=0.8)
     right.axvline(truth["t"][-1], color="0.7", lw=0.8)
     right.set(xlabel="time (s)", ylabel="angle (°)", title="lines: leaves the edge, lands")
     right.legend(frameon=False)
     return figure
-
-

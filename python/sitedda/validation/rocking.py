@@ -167,8 +167,8 @@ def _rocked(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
     "rocking_decay",
     "Rocking block: free decay with impacts",
     "p² = 3g/4R, θ'' = −p² sin(α sgn θ − θ), each impact leaves 1 − 1.5 sin² α of the angular "
-    "velocity. Block of 0.5 m x 2 m let go at 0.6 α; penalty 1e14 N/m and Δt 0.1 ms, so that an impact ends "
-    "within a step.",
+    "velocity. Block of 0.5 m x 2 m let go at 0.6 α; penalty 1e14 N/m and Δt 0.1 ms, so that "
+    "an impact ends within a step.",
     "Housner (1963), Bull. Seism. Soc. Am. 53(2); `dda.md` §7.",
 )
 def rocking_decay(short: bool) -> Outcome:
@@ -190,10 +190,7 @@ def rocking_decay(short: bool) -> Outcome:
             errors[steps.index(1e-4)],
             1e-2,
         ),
-        *(
-            relative(f"time of impact {i + 1}", impacts[i], third[i], 1e-2, "s")
-            for i in range(3)
-        ),
+        *(relative(f"time of impact {i + 1}", impacts[i], third[i], 1e-2, "s") for i in range(3)),
         relative("ratio of angular velocities at the first impact", RATIO, _ratio(run), 1e-2),
         at_most("audit", run[2], 1e-6),
     ]
@@ -231,8 +228,9 @@ def _ratio(run) -> float:
 def _decay_figure(run, time, theory, impacts):
     figure, (left, right) = canvas(width_ratios=[1, 3])
     draw_blocks(left, [rectangle(-1, -0.2, 2, 0.2)], GROUND)
-    draw_blocks(left, [turned(rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT), -theory[0], (WIDTH / 2, 0))],
-                STONE)
+    draw_blocks(
+        left, [turned(rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT), -theory[0], (WIDTH / 2, 0))], STONE
+    )
     bare(left)
     right.plot(time, theory / SLENDER, color=THEORY, lw=3, alpha=0.3, label="Housner")
     right.plot(run[0], run[1] / SLENDER, color=BLUE, lw=1, label="engine, Δt 0.1 ms")
@@ -272,11 +270,19 @@ def rocking_onset(short: bool) -> Outcome:
     rows = [relative("acceleration at uplift", limit, base(last), 5e-3, "m/s²")]
     figure, (axes,) = canvas(1, size=(8, 4))
     for side, label in enumerate(("left corner", "right corner")):
-        axes.plot([base(t) for t in time], 1e-3 * np.array(force)[:, side], label=label,
-                  color=COLORS[side])
+        axes.plot(
+            [base(t) for t in time],
+            1e-3 * np.array(force)[:, side],
+            label=label,
+            color=COLORS[side],
+        )
     axes.axvline(limit, color=RED, ls="--", lw=1, label="g tan α")
-    axes.set(xlabel="acceleration of the base (m/s²)", ylabel="normal force (kN/m)",
-             xlim=(0, 1.2 * limit), ylim=(0, None))
+    axes.set(
+        xlabel="acceleration of the base (m/s²)",
+        ylabel="normal force (kN/m)",
+        xlim=(0, 1.2 * limit),
+        ylim=(0, None),
+    )
     axes.legend(frameon=False)
     return Outcome(rows, figure)
 
@@ -353,7 +359,11 @@ def _overturning_figure(drawn, columns):
         one = axes[i // 2 + (i % 2) * columns]
         one.plot(theory[0], theory[1] / SLENDER, color=THEORY, lw=3, alpha=0.3, label="Housner")
         one.plot(run[0], run[1] / SLENDER, color=RED if side > 1 else BLUE, lw=1, label="engine")
-        one.set(title=f"ω/p {ratio:g}, {side:g} of the limit", xlabel="time (s)", ylabel="θ / α",
-                ylim=(-4, 4))
+        one.set(
+            title=f"ω/p {ratio:g}, {side:g} of the limit",
+            xlabel="time (s)",
+            ylabel="θ / α",
+            ylim=(-4, 4),
+        )
     axes[0].legend(frameon=False)
     return figure

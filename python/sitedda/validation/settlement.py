@@ -9,7 +9,18 @@ import numpy as np
 
 from ..errors import ConvergenceError
 from .case import Outcome, Table, at_most, case
-from .model import GRAVITY, STIFF, contact, control, group, held, joint, material, rectangle, simulation
+from .model import (
+    GRAVITY,
+    STIFF,
+    contact,
+    control,
+    group,
+    held,
+    joint,
+    material,
+    rectangle,
+    simulation,
+)
 from .pictures import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
 
 YOUNG, DENSITY = 5e9, 2500.0  # Pa, kg/m³
@@ -37,7 +48,9 @@ def settlement(short: bool) -> Outcome:
         key: _settle(*key, steps=40 if key[0] == 1000 and key[2] > 1e-4 else 200)
         for key in product(sizes, penalties, TIME_STEPS)
     }
-    refused = [f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in found.items() if run.trouble]
+    refused = [
+        f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in found.items() if run.trouble
+    ]
     rows = [at_most("; ".join(["runs in which a step does not close", *refused]), len(refused), 0)]
     for size in sizes:
         mine = {key: value for key, value in found.items() if key[0] == size}

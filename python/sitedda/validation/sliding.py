@@ -1,4 +1,4 @@
-"""Coulomb friction: inclines, a shaken base, a real record, a tilting table, a joint under waves."""
+"""Coulomb friction: inclines, a shaken base, a real record, a tilting table, many blocks."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
+from .case import Outcome, Table, at_most, case, observed_order, relative
 from .model import (
     GRAVITY,
     STIFF,
@@ -115,7 +115,7 @@ def incline(short: bool) -> Outcome:
         data = history(_incline(35.0, factor * young, 1e-3, 6.0 if short else 60.0, samples=600))
         runs[factor, 35.0] = data
         moved = _along(data, 30.0)
-        drift = np.ptp(moved[len(moved) // 60 :])
+        drift = np.ptp(moved[data.time.values > 1.0])
         rows.append(at_most(f"drift after the first second, φ 35°, {factor} E", drift, 1e-12, "m"))
         elastic = _elastic_settlement(35.0, factor * young)
         rows.append(at_most(f"elastic settlement, φ 35°, {factor} E", moved[-1], elastic, "m"))
@@ -174,7 +174,9 @@ def _incline_figure(runs, tables):
         factors, errors = zip(*tables[0].rows, strict=True)
         right.loglog(factors, errors, "o-", color=BLUE, label="φ 20°, Δt 1 ms")
         right.axhline(1e-6, color=RED, lw=1, ls="--", label="allowed")
-        right.set(xlabel="penalty / E", ylabel="relative error", title="Error of the slip after 1 s")
+        right.set(
+            xlabel="penalty / E", ylabel="relative error", title="Error of the slip after 1 s"
+        )
     else:
         for factor, color in ((1, BLUE), (50, ORANGE)):
             data = runs[factor, 35.0]
@@ -307,7 +309,9 @@ def newmark(short: bool) -> Outcome:
                 list(zip(steps, errors, observed_order(steps, errors), strict=True)),
             )
         )
-    return Outcome(rows, _newmark_figure(fine, base, slip, velocity, data, got, slope, friction), tables)
+    return Outcome(
+        rows, _newmark_figure(fine, base, slip, velocity, data, got, slope, friction), tables
+    )
 
 
 def _newmark_run(time_step, duration, slope, friction, scale, stiffness=ROCK["young_modulus"]):
@@ -533,8 +537,8 @@ def _tilt_figure(frames, rate):
     "many_blocks",
     "Twenty blocks on an incline",
     "Blocks in touch on an incline of 30°, with φ growing upwards from 5° to 24°: each leaves the "
-    "next behind and follows its own s = ½ g (sin α − cos α tan φ) t². Poisson's ratio is 0: with 0.25 the blocks "
-    "bulge against each other at first and the slip of one is off by 1.3e-5.",
+    "next behind and follows its own s = ½ g (sin α − cos α tan φ) t². Poisson's ratio is 0: with "
+    "0.25 the blocks bulge against each other at first and the slip of one is off by 1.3e-5.",
     "`dda.md` §7.",
 )
 def many_blocks(short: bool) -> Outcome:
@@ -564,8 +568,13 @@ def many_blocks(short: bool) -> Outcome:
     expected = np.array([_free_slip(phi, 30.0, 1.0) for phi in friction])
     worst = int(np.argmax(np.abs(got / expected - 1)))
     rows = [
-        relative(f"slip of the worst block (φ {friction[worst]:g}°)", expected[worst], got[worst],
-                 1e-6, "m"),
+        relative(
+            f"slip of the worst block (φ {friction[worst]:g}°)",
+            expected[worst],
+            got[worst],
+            1e-6,
+            "m",
+        ),
         at_most("audit", abs(energies["balance"] / energies["gravity"]), 1e-6),
     ]
     return Outcome(rows, _many_figure(first, last, friction, expected, got))

@@ -69,7 +69,9 @@ def stands(polygons, joints, friction: float) -> bool:
                 columns.append(column)
     weight = np.zeros(sizes)
     weight[1::3] = areas
-    solved = linprog(np.zeros(len(columns)), A_eq=np.array(columns).T, b_eq=weight, bounds=(0, None))
+    solved = linprog(
+        np.zeros(len(columns)), A_eq=np.array(columns).T, b_eq=weight, bounds=(0, None)
+    )
     return solved.status == 0
 
 
@@ -92,9 +94,7 @@ def voussoirs(count: int, thickness: float) -> list[np.ndarray]:
     angle = np.linspace(0.0, np.pi, count + 1)
     ray = np.column_stack([np.cos(angle), np.sin(angle)])
     inner, outer = (RADIUS - 0.5 * thickness) * ray, (RADIUS + 0.5 * thickness) * ray
-    return [
-        np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]]) for i in range(count)
-    ]
+    return [np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]]) for i in range(count)]
 
 
 def _arch_stands(count: int, thickness: float) -> bool:
@@ -195,6 +195,7 @@ def _arch_figure(drawn):
 # ---------------------------------------------------------------- toppling
 
 COLUMN, STEP, FALL, DIP, CREST = 10.0, 1.0, 5.0, 30.0, 9  # m, m, m, °, block from 0
+GAP = 1e-6  # m, on each side of a column
 HEIGHTS = np.array([4.0 * n for n in range(1, 11)] + [40.0 - 6.0 * n for n in range(1, 7)])
 
 
@@ -225,7 +226,8 @@ def _columns() -> tuple[list[np.ndarray], np.ndarray]:
     """The sixteen columns and the stepped ground, turned by the dip."""
     turn = np.radians(DIP)
     shapes = [
-        rectangle(n * COLUMN, n * STEP, COLUMN, height) for n, height in enumerate(HEIGHTS)
+        rectangle(n * COLUMN + GAP, n * STEP, COLUMN - 2 * GAP, height)
+        for n, height in enumerate(HEIGHTS)
     ]
     count = len(HEIGHTS)
     right = COLUMN * count + 20.0
@@ -274,26 +276,31 @@ def toppling(short: bool) -> Outcome:
         drawn.append((f"{side:g} of the limit", found))
     tables = []
     if not short:
-        low, high = 0.9 * mu, 1.05 * mu
+        low, high = 0.95 * mu, 1.05 * mu
         while high - low > 0.004 * mu:
             middle = 0.5 * (low + high)
             fell = _load_slope(np.degrees(np.arctan(middle)))["fell"]
             low, high = (middle, high) if fell else (low, middle)
-        rows.append(relative("limit of the engine by bisection, tan φ", mu, 0.5 * (low + high), 5e-2))
-        lines = [("Goodman & Bray", mu), ("limit analysis", np.tan(np.radians(lower))),
-                 ("engine", 0.5 * (low + high))]
+        rows.append(
+            relative("limit of the engine by bisection, tan φ", mu, 0.5 * (low + high), 3e-2)
+        )
+        lines = [
+            ("Goodman & Bray", mu),
+            ("limit analysis", np.tan(np.radians(lower))),
+            ("engine", 0.5 * (low + high)),
+        ]
         tables = [Table("Least tan φ with which the slope stands.", ("by", "tan φ"), lines)]
     return Outcome(rows, _slope_figure(drawn), tables)
 
 
-def _load_slope(friction: float, time_step: float = 5e-3, duration: float = 10.0) -> dict:
+def _load_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0) -> dict:
     """Put gravity on the slope; it fell if a column moved by more than 1 m."""
     shapes, ground = _columns()
     text = "".join(
         (
             control(time_step, round(duration / time_step)),
-            contact(1e11),
-            material("rock", DENSITY, 1e13),
+            contact(1e12),
+            material("rock", DENSITY, 1e14),
             joint("joint", friction),
             held("ground", ground, points=[ground[0], ground[1], ground[2], ground[-1]]),
             *(block(f"c{n}", shape) for n, shape in enumerate(shapes)),
@@ -301,11 +308,17 @@ def _load_slope(friction: float, time_step: float = 5e-3, duration: float = 10.0
     )
     with simulation(text) as slope:
         start, moved = slope.coordinates[1:, :2], 0.0
-        while not slope.done and moved < 4.0:
-            slope.advance(100)
+        while not slope.done and moved < 2.0:
+            slope.advance(25)
             moved = np.linalg.norm(slope.coordinates[1:, :2] - start, axis=1).max()
-        return {"fell": moved > 1.0, "moved": moved, "time": slope.time,
-                "polygons": slope.polygons, "start": shapes, "friction": friction}
+        return {
+            "fell": moved > 1.0,
+            "moved": moved,
+            "time": slope.time,
+            "polygons": slope.polygons,
+            "start": shapes,
+            "friction": friction,
+        }
 
 
 def _slope_figure(drawn):

@@ -1,0 +1,24 @@
+"""Every validation case in its short form: all rows within what they allow."""
+
+from __future__ import annotations
+
+import pytest
+
+from sitedda.validation import CASES, run_case
+from sitedda.validation.report import terminal_text
+
+
+@pytest.mark.parametrize("name", list(CASES))
+def test_case_in_its_short_form(name):
+    result = run_case(name, short=True)
+    assert result.rows or result.trouble, "a case without rows proves nothing"
+    assert result.passed, terminal_text(result)
+
+
+def test_issue_5_is_covered():
+    wanted = {
+        "incline", "newmark", "shaking_base", "rocking_decay", "rocking_onset", "overturning",
+        "bounce", "bars", "slip_joint", "rotation", "tilt", "toppling", "arch", "many_blocks",
+        "edge", "packing", "settlement", "damping", "cantilever",
+    }  # fmt: skip
+    assert wanted <= set(CASES)

@@ -1,0 +1,81 @@
+"""The report, the command line, and the references that cases compare with."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sitedda.validation import run_case, write_report
+from sitedda.validation.__main__ import main
+from sitedda.validation.packing import overlap
+from sitedda.validation.rocking import RATE, RATIO, SLENDER, housner
+from sitedda.validation.sliding import read_smc, record_file, rigid_slide
+from sitedda.validation.stability import goodman_bray, stands
+
+
+def test_report_holds_rows_and_picture(tmp_path):
+    file = write_report([run_case("damping", short=True)], tmp_path / "out")
+    text = file.read_text(encoding="utf-8")
+    assert "| trace, Ω = 1 | 1 | 1 |" in text and "ok" in text
+    assert (tmp_path / "out" / "damping.png").stat().st_size > 10_000
+
+
+def test_command_line(capsys):
+    assert main(["damping", "--short"]) == 0
+    assert "1 of 1 cases pass" in capsys.readouterr().out
+    assert main(["--list"]) == 0
+    assert "Newmark" in capsys.readouterr().out
+    assert main(["nonsense"]) == 1
+    assert "there is no case nonsense" in capsys.readouterr().err
+
+
+def test_unknown_case_is_named():
+    with pytest.raises(KeyError, match="no case"):
+        run_case("nonsense")
+
+
+def test_rigid_slide_on_a_constant_push():
+    time = np.linspace(0, 1, 101)
+    slip, velocity = rigid_slide(time, np.full(101, -3.0), 0.0, 10.0)
+    rate = 3.0 - 9.81 * np.tan(np.radians(10.0))
+    assert slip[-1] == pytest.approx(0.5 * rate) and velocity[-1] == pytest.approx(rate)
+
+
+def test_rigid_slide_stops_inside_an_interval():
+    base = np.where(np.linspace(0, 2, 201) < 0.495, -4.0, 0.0)
+    slip, velocity = rigid_slide(np.linspace(0, 2, 201), base, 0.0, 10.0)
+    assert velocity[-1] == 0.0 and slip[-1] > 0.0 and np.ptp(slip[150:]) == 0.0
+
+
+def test_record_is_read_apart_from_the_engine():
+    time, acceleration = read_smc(record_file())
+    assert len(time) == 7183 and time[1] == pytest.approx(0.005)
+    assert np.abs(acceleration).max() == pytest.approx(2.225, abs=1e-3)
+
+
+def test_housner_swings_smaller_with_each_impact():
+    time, angle, impacts = housner(3.0, 0.5 * SLENDER)
+    after = np.abs(angle[(time > impacts[0]) & (time < impacts[1])]).max()
+    before, left = (np.cos(SLENDER - a) - np.cos(SLENDER) for a in (0.5 * SLENDER, after))
+    assert np.sqrt(left / before) == pytest.approx(RATIO, rel=1e-5)
+    quarter = np.arccosh(1 / (1 - 0.5)) / RATE  # Housner's linear formula
+    assert impacts[0] == pytest.approx(quarter, rel=2e-2)
+
+
+def test_goodman_bray_prints_0_7855():
+    angle = np.degrees(np.arctan(0.7855))
+    assert goodman_bray(angle + 0.05) <= 0.0 < goodman_bray(angle - 0.05)
+
+
+@pytest.mark.parametrize(("lean", "expected"), [(0.24, True), (0.26, False)])
+def test_limit_analysis_of_a_leaning_tower(lean, expected):
+    """A parallelogram of width 0.5 stands while its middle is over its foot."""
+    shape = np.array([[0, 0], [0.5, 0], [0.5 + 2 * lean, 2], [2 * lean, 2]])
+    joint = (0, -1, shape[:2], np.array([0.0, 1.0]))
+    assert stands([shape], [joint], 0.6) is expected
+
+
+def test_overlap_of_squares():
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
+    assert overlap(square, square + [0.9, 0.3]) == pytest.approx(0.1)
+    assert overlap(square, square + [1.2, 0.3]) < 0
