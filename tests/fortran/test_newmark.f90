@@ -1,4 +1,4 @@
-!> The scheme against its closed forms (dda.md §2): one block on one fixed point at its centroid is a mass on a
+!> The scheme against its closed forms (docs/method.md): one block on one fixed point at its centroid is a mass on a
 !> spring in x and in y.
 module test_newmark
    use dda_kinds, only: wp, pi

@@ -113,7 +113,7 @@ class Blocks:
         return np.sqrt(np.maximum(squares, 0.0)), root.T @ vectors
 
     def transfer(self, force, above, below, frequency, time_step) -> np.ndarray:
-        """Ratio of the motions at two points, rows of `motion`, under the scheme: dda.md section 2.
+        """Ratio of the motions at two points, rows of `motion`, under the scheme: docs/method.md.
 
         [(2M/Δt² + K) z − 2M/Δt² − (4M/Δt²)(z − 1)/(z + 1)] x = f z,  z = exp(iωΔt)
         """
@@ -137,7 +137,7 @@ def stack(rocks: list[Rock], stiffness: float, width: float = 15.0, bottom: floa
 
 
 def scheme_decay(omega: float, time_step: float) -> tuple[float, float, float]:
-    """Damping ratio, trace and determinant of the amplification matrix: dda.md section 2."""
+    """Damping ratio, trace and determinant of the amplification matrix: docs/method.md."""
     square = (omega * time_step) ** 2
     trace, determinant = (4 - square) / (2 + square), 2 / (2 + square)
     size = np.sqrt(determinant)

@@ -114,7 +114,7 @@ def test_the_whole_curve_is_that_of_the_exact_discrete_theory(site):
 
 
 def test_first_mode_is_the_one_of_the_notes(site):
-    # dda.md section 6: undamped eigenfrequencies, which check the theory of this very file
+    # undamped eigenfrequencies, which check the theory of this very file
     blocks, _ = on_rigid_base(site[0])
     expected = {"layered_site.nml": 13.961, "layered_site_table2.nml": 14.251}[site[0]]
     assert abs(blocks.modes()[0][0] / (2 * np.pi) - expected) < 6e-4

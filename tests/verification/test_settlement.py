@@ -1,6 +1,6 @@
 """Sudden gravity on a column and on a wall without cohesion: nothing leaps, no energy is made.
 
-The scheme cannot raise the energy of a convex potential (dda.md section 2), so that a block that
+The scheme cannot raise the energy of a convex potential (docs/method.md), so that a block that
 leaps is a bug at any time step and any penalty.
 """
 

@@ -18,7 +18,7 @@ from .model import (
     rectangle,
     simulation,
 )
-from .pictures import BLUE, GROUND, ORANGE, RED, STONE, THEORY, bare, canvas, draw_blocks
+from .pictures import BLUE, COLORS, GROUND, ORANGE, RED, STONE, THEORY, bare, canvas, draw_blocks
 
 DENSITY = 2500.0  # kg/m³
 
@@ -32,7 +32,7 @@ DENSITY = 2500.0  # kg/m³
     "Fall: ½ g t². Each contact is half a period of the springs, ω = √(2 k_n/m) for two corners, "
     "so the scheme's damping ζ(ωΔt) leaves e = exp(−ζ π/√(1−ζ²)) of the speed and e² of the "
     "height; with Δt → 0 nothing is lost.",
-    "`dda.md` §2 and §7.",
+    "`docs/method.md`.",
 )
 def bounce(short: bool) -> Outcome:
     """A stiff block of 1 m x 1 m dropped flat from 1 m."""
@@ -141,8 +141,8 @@ def _bounce_figure(runs, table):
     "rotation",
     "A hundred turns in flight",
     "A free body turns for ever: area, edges and angular momentum stay. A rectangle and an L fly "
-    "and turn at 2π rad/s and −4π rad/s, 100 ms to the step and finer.",
-    "`dda.md` §3 (fault 5 of the original lineage: linear rotation grows blocks) and §7.",
+    "and turn at 2π rad/s, with 20 and 200 steps to a turn.",
+    "`docs/method.md` (fault 5 of the original lineage: linear rotation grows blocks).",
 )
 def rotation(short: bool) -> Outcome:
     """Area, edge lengths and angular momentum after 100 turns."""
@@ -193,33 +193,49 @@ def _spin(shape, turns: int, steps_per_turn: int) -> dict:
         )
     )
     with simulation(text) as flight:
-        start, paths, momenta = flight.polygons[0], [], []
-        area, edges, before = _area(start), _edges(start), flight.energies["kinetic"]
-        worst = {"area": 0.0, "edge": 0.0}
+        start = flight.polygons[0]
+        area, edges = _area(start), _edges(start)
+        path, changes = [start], []
         for _ in range(4 * turns):
             flight.advance(steps_per_turn // 4)
             now = flight.polygons[0]
-            worst["area"] = max(worst["area"], abs(_area(now) / area - 1))
-            worst["edge"] = max(worst["edge"], np.abs(_edges(now) / edges - 1).max())
-            paths.append(now)
-            momenta.append(flight.rates[0, 2] / rate - 1)
-        after, angle = flight.energies["kinetic"], flight.coordinates[0, 2]
+            path.append(now)
+            changes.append(
+                (
+                    abs(_area(now) / area - 1),
+                    np.abs(_edges(now) / edges - 1).max(),
+                    abs(flight.rates[0, 2] / rate - 1),
+                )
+            )
+        angle = flight.coordinates[0, 2]
+    worst = np.max(changes, axis=0)
     return {
-        **worst,
         "turns": angle / (2 * np.pi),
-        "momentum": float(np.abs(momenta).max()),
-        "energy": abs(after / before - 1),
-        "paths": paths,
+        "area": worst[0],
+        "edge": worst[1],
+        "momentum": worst[2],
+        "path": path,
+        "changes": np.array(changes),
     }
 
 
 def _spin_figure(pictures):
-    figure, axes = canvas(1, len(pictures), size=(10, 1.1 + 1.5 * len(pictures)))
-    for one, (name, found) in zip(axes, pictures, strict=True):
-        draw_blocks(one, found["paths"][::16], STONE, lw=0.4)
-        draw_blocks(one, found["paths"][-1:], BLUE)
-        one.set_title(f"{name} steps a turn: every fourth turn", fontsize=9)
-        bare(one)
+    figure, (left, right) = canvas(size=(11, 4.4), width_ratios=[3, 2])
+    for i, (name, found) in enumerate(pictures):
+        color = COLORS[i % len(COLORS)]
+        turns = 0.25 * np.arange(1, len(found["changes"]) + 1)
+        right.semilogy(
+            turns, np.maximum(found["changes"][:, 0], 1e-17), color=color, lw=0.8, label=name
+        )
+        if i % 2 == 0 or len(pictures) == 2:
+            shift = [0.0, -3.5 * (i > 0)]
+            draw_blocks(left, [p + shift for p in found["path"][:9]], color, alpha=0.35)
+            draw_blocks(left, [found["path"][0] + shift], STONE)
+    left.set_title("the first two turns, by quarters", fontsize=10)
+    bare(left)
+    right.axhline(1e-10, color=RED, lw=1, ls="--", label="allowed")
+    right.set(xlabel="turns", ylabel="relative change of the area", ylim=(1e-17, 1e-9))
+    right.legend(frameon=False, fontsize=8, title="steps a turn", loc="center right")
     return figure
 
 
@@ -233,7 +249,7 @@ def _spin_figure(pictures):
     "the edge while it slides on (two coordinates, the bottom face through the edge), and flies "
     "when the force at the edge vanishes. The reference integrates Lagrange's equations of each "
     "phase (scipy, tolerance 1e-11).",
-    "`dda.md` §7; phases: rigid-body dynamics, derived here.",
+    "A standard case; phases: rigid-body dynamics, derived here.",
 )
 def edge(short: bool) -> Outcome:
     """Place, angle and time of landing; then at rest on the floor."""

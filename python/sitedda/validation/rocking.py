@@ -169,7 +169,7 @@ def _rocked(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
     "p² = 3g/4R, θ'' = −p² sin(α sgn θ − θ), each impact leaves 1 − 1.5 sin² α of the angular "
     "velocity. Block of 0.5 m x 2 m let go at 0.6 α; penalty 1e14 N/m and Δt 0.1 ms, so that "
     "an impact ends within a step.",
-    "Housner (1963), Bull. Seism. Soc. Am. 53(2); `dda.md` §7.",
+    "Housner (1963), Bull. Seism. Soc. Am. 53(2).",
 )
 def rocking_decay(short: bool) -> Outcome:
     """Angle history until the third impact, within 1 % of the first amplitude."""
@@ -246,7 +246,7 @@ def _decay_figure(run, time, theory, impacts):
     "Rocking block: onset",
     "A block lifts off when the acceleration of the base passes g tan α (g w/h). The acceleration "
     "grows by 0.5 m/s³ after a second of rest.",
-    "Housner (1963); `dda.md` §7.",
+    "Housner (1963).",
 )
 def rocking_onset(short: bool) -> Outcome:
     """Acceleration at which one corner opens."""
@@ -304,7 +304,7 @@ def _corner_forces(contacts, first_corner) -> dict[int, float]:
     "One cycle a sin(ω t) of base acceleration at ω/p = 2, 3, 4 and 5: the least amplitude that "
     "overturns the block by Housner's equation (scipy, bisection to 0.1 %); the engine must stand "
     "5 % below and fall 5 % above (penalty 1e13 N/m, Δt 0.2 ms).",
-    "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5); `dda.md` §7.",
+    "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5).",
 )
 def overturning(short: bool) -> Outcome:
     """Both sides of the overturning boundary."""

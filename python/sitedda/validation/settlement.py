@@ -35,10 +35,11 @@ STORED = ("kinetic", "strain", "contact", "support", "gravity")
     "settlement",
     "Walls of 50, 200 and 1000 blocks under sudden gravity",
     "Every potential of the scheme is convex and the backward slider only dissipates, so kinetic "
-    "plus potential energy never stands above its start at any Δt and penalty (`dda.md` §2). The "
+    "plus potential energy never stands above its start at any Δt and penalty "
+    "(`docs/method.md`). The "
     "scale is what gravity has done, at least its work on an elastic settlement of all blocks; "
     "the audit's residual is held against the work done.",
-    "`dda.md` §2, derived there.",
+    "`docs/method.md`.",
 )
 def settlement(short: bool) -> Outcome:
     """The worst gain and the worst residual over walls, Δt and penalties."""

@@ -98,7 +98,7 @@ def _free_slip(friction_angle: float, slope: float, time):
     "incline",
     "Block on an incline of 30°",
     "s = ½ g (sin α − cos α tan φ) t² where φ < α; at rest where φ > α.",
-    "`dda.md` §7; MacLaughlin & Sitar (1999) use the same case for the original DDA.",
+    "A standard case; MacLaughlin & Sitar (1999) use the same case for the original DDA.",
 )
 def incline(short: bool) -> Outcome:
     """Slip after 1 s with φ 0, 10, 20°, and 60 s at φ 35°, at two penalties."""
@@ -209,7 +209,7 @@ def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.nda
     Notes
     -----
     While it slides down, v' = g [sin α + k cos α − tan φ (cos α − k sin α)] with k = −base/g
-    (`dda.md` §7); while it slides up the friction turns round; it sticks when the velocity
+    (rigid body); while it slides up the friction turns round; it sticks when the velocity
     passes zero and the driving force is within the friction.
     """
     angle, mu = np.radians(slope), np.tan(np.radians(friction_angle))
@@ -274,7 +274,7 @@ def read_smc(file: Path) -> tuple[np.ndarray, np.ndarray]:
     "k_y = tan(φ − α). Here α = 15°, φ = 22°, and the shipped record of Loma Prieta 1989, "
     "APEEL array 2, doubled (0.45 g). The reference integrates the rigid block piecewise in "
     "closed form at Δt/20.",
-    "Newmark (1965), Géotechnique 15(2); `dda.md` §7.",
+    "Newmark (1965), Géotechnique 15(2).",
 )
 def newmark(short: bool) -> Outcome:
     """Permanent displacement of a block on an incline of 15° under the doubled record."""
@@ -361,7 +361,7 @@ def _newmark_figure(fine, base, slip, velocity, data, got, slope, friction):
     "It sticks while |a| ≤ μ g, else it moves with ± μ g until the relative velocity is zero. "
     "The base follows 0.4 g sin(2π t), given as prescribed displacement at its fixed points; "
     "μ = tan 10°.",
-    "`dda.md` §7; Kamai & Hatzor (2008) use the same case.",
+    "A standard case; Kamai & Hatzor (2008) use the same case.",
 )
 def shaking_base(short: bool) -> Outcome:
     """Relative displacement against the integrated rigid block."""
@@ -444,7 +444,7 @@ def _shaking_figure(data, fine, base, slip, friction):
     "A block on a slowly tilting table slides at tan α = μ, a slender one topples at tan α = w/h. "
     "One block of each kind stands on the table (φ 15°; w/h = 0.3 with φ 40°), which turns by "
     "1°/s about its lower left corner.",
-    "`dda.md` §7.",
+    "A standard case of the field.",
 )
 def tilt(short: bool) -> Outcome:
     """Angles at which all contacts of one block slide and the upper corner of the other lifts."""
@@ -539,7 +539,7 @@ def _tilt_figure(frames, rate):
     "Blocks in touch on an incline of 30°, with φ growing upwards from 5° to 24°: each leaves the "
     "next behind and follows its own s = ½ g (sin α − cos α tan φ) t². Poisson's ratio is 0: with "
     "0.25 the blocks bulge against each other at first and the slip of one is off by 1.3e-5.",
-    "`dda.md` §7.",
+    "A standard case of the field.",
 )
 def many_blocks(short: bool) -> Outcome:
     """Slip of each of the blocks after 1 s."""

@@ -38,7 +38,7 @@ GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
     "Damping and period of the scheme",
     "A block on springs, Ω = ωΔt: the amplification matrix has the determinant 2/(2+Ω²) and the "
     "trace (4−Ω²)/(2+Ω²); for small Ω the damping ratio is Ω/4. Beyond Ω = 4 nothing oscillates.",
-    "`dda.md` §2, derived there.",
+    "`docs/method.md`.",
 )
 def damping(short: bool) -> Outcome:
     """Trace and determinant from the free vibration, by least squares."""
@@ -102,7 +102,7 @@ def _damping_ratio(trace: float, determinant: float) -> float:
     "c = √(M/ρ) at ν = 0, with the joint springs in series: 1/M = 1/E + w/(2 k_n h) for P, "
     "1/G + w/(2 k_s h) for S (two contacts in each joint of width w every h). A Gaussian pulse is "
     "timed by correlation between two points 60 blocks apart.",
-    "`dda.md` §7; joint springs in series.",
+    "A standard case; joint springs in series.",
 )
 def bars(short: bool) -> Outcome:
     """Wave speeds, and their error by blocks in a wavelength."""
@@ -216,7 +216,7 @@ def _lag(first: np.ndarray, second: np.ndarray) -> float:
     "two springs k_n at the edges of a joint of width w every h give EI = k_n w² h/2. The expected "
     "frequency is that of the chain of rigid blocks and joint springs (eigenvalues, scipy); "
     "Euler–Bernoulli is its limit for many blocks.",
-    "`dda.md` §7; springs of a joint: derived here.",
+    "A standard case; springs of a joint: derived here.",
 )
 def cantilever(short: bool) -> Outcome:
     """First frequency of 10 blocks, and its way to the continuum."""
@@ -321,7 +321,7 @@ def _swing(count: int):
     "A = √(1 − R² − T²). "
     "Energies are taken over a period, one wavelength from the joint; a run whose joint does not "
     "slip gives the incident wave after the same travel, with what the scheme damps on the way.",
-    "Miller (1978), Bull. Seism. Soc. Am. 68; `dda.md` §7.",
+    "Miller (1978), Bull. Seism. Soc. Am. 68.",
 )
 def slip_joint(short: bool) -> Outcome:
     """Transmission, reflection and absorption for incident stress over strength."""
