@@ -65,7 +65,8 @@ def site_response(history: xr.Dataset, result: Amplification, file, discrete=Non
 
 def _smoothed(axes, result: Amplification) -> None:
     """The curve smoothed, for the eye; the peak is read from the raw one."""
-    centres = np.geomspace(result.frequency[1], result.frequency[-2], 300)
+    # Centres on the bins themselves, so that no window is empty, however coarse the spectrum.
+    centres = result.frequency[:: max(1, result.frequency.size // 300)]
     try:
         curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
     except ImportError:

@@ -225,7 +225,7 @@ def _spin_figure(pictures):
         color = COLORS[i % len(COLORS)]
         turns = 0.25 * np.arange(1, len(found["changes"]) + 1)
         right.semilogy(
-            turns, np.maximum(found["changes"][:, 0], 1e-17), color=color, lw=0.8, label=name
+            turns, np.maximum.accumulate(found["changes"][:, 0]), color=color, lw=0.8, label=name
         )
         if i % 2 == 0 or len(pictures) == 2:
             shift = [0.0, -3.5 * (i > 0)]
@@ -234,8 +234,10 @@ def _spin_figure(pictures):
     left.set_title("the first two turns, by quarters", fontsize=10)
     bare(left)
     right.axhline(1e-10, color=RED, lw=1, ls="--", label="allowed")
-    right.set(xlabel="turns", ylabel="relative change of the area", ylim=(1e-17, 1e-9))
-    right.legend(frameon=False, fontsize=8, title="steps a turn", loc="center right")
+    right.set(
+        xlabel="turns", ylabel="largest relative change of the area so far", ylim=(1e-17, 1e-9)
+    )
+    right.legend(frameon=False, fontsize=8, title="steps a turn", loc="lower right")
     return figure
 
 

@@ -163,5 +163,5 @@ def _settlement_figure(found, sizes):
     axes[2].semilogy(gain, "s", ms=4, mfc="none", color="0.4", label="energy gain / scale")
     axes[2].axhline(1e-6, color=RED, lw=1, ls="--", label="allowed")
     axes[2].set(xlabel="run", title=f"all {len(found)} runs (0 gain shown as 1e-20)")
-    axes[2].legend(frameon=False, fontsize=8)
+    axes[2].legend(frameon=False, fontsize=8, loc="center right")
     return figure
