@@ -41,23 +41,25 @@ contains
       allocate (work%r(6, n), work%z(6, n), work%p(6, n), work%q(6, n), source=0.0_wp)
    end subroutine make_workspace
 
-   !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·‖b‖.
-   subroutine iterate_to_solution(matrix, preconditioner, b, x, tolerance, most, work, iterations, residual)
+   !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·‖b‖ or ‖r‖ ≤ reduction·‖first r‖.
+   subroutine iterate_to_solution(matrix, preconditioner, b, x, tolerance, reduction, most, work, iterations, residual, enough)
       type(block_matrix_type), intent(in) :: matrix
       class(preconditioner_type), intent(inout) :: preconditioner
       real(wp), intent(in) :: b(6, matrix%n)
       real(wp), intent(inout) :: x(6, matrix%n)
-      real(wp), intent(in) :: tolerance
+      real(wp), intent(in) :: tolerance, reduction
       integer, intent(in) :: most                !< iterations
       type(workspace_type), intent(inout) :: work
       integer, intent(out) :: iterations
       real(wp), intent(out) :: residual          !< ‖r‖/‖b‖ reached
+      logical, intent(out) :: enough             !< it is as small as asked for
       real(wp) :: wanted, size_of_b, slope, old_slope, length
       integer :: n
 
       n = matrix%n
       iterations = 0
       residual = 0.0_wp
+      enough = .true.
       size_of_b = sqrt(inner_product(n, b, b))
       if (.not. size_of_b > 0.0_wp) then
          x = 0.0_wp
@@ -69,6 +71,7 @@ contains
       slope = 1.0_wp
       do
          residual = sqrt(inner_product(n, work%r, work%r))
+         if (iterations == 0) wanted = max(wanted, reduction*residual)
          if (residual <= wanted .or. iterations == most .or. .not. residual <= huge(1.0_wp)) exit
          call preconditioner%apply(n, work%r, work%z)
          old_slope = slope
@@ -79,6 +82,7 @@ contains
          call advance(n, length, work%p, work%q, x, work%r)
          iterations = iterations + 1
       end do
+      enough = residual <= wanted
       residual = residual/size_of_b
    end subroutine iterate_to_solution
 

@@ -24,16 +24,18 @@ module dda_solver
    use dda_stale_factor, only: stale_factor_type, analyse_stale, refresh
    implicit none
    private
-   public :: solver_type, choose_solver, analyse, renew, solve, solver_names
+   public :: solver_type, choose_solver, analyse, plan_method, renew, solve, solver_names
 
    character(len=*), parameter :: solver_names(6) = [character(len=6) :: 'auto', 'direct', 'stale', 'jacobi', &
       'banded', 'sor']
 
    integer, parameter :: small = 60                  !< blocks up to which `auto` is `direct`
    integer, parameter :: few = 30                    !< Jacobi iterations that cost no more than a stale solve
-   integer, parameter :: tired = 25                  !< stale iterations after which the factor is made anew
    integer, parameter :: most_stale = 60, most_jacobi = 3000, most_sweeps = 200000
    real(wp), parameter :: accuracy = 1.0e-11_wp      !< ‖r‖/‖b‖ that iterations reach
+   integer, parameter :: few_changes = 2             !< springs whose change an older factor bears
+   integer, parameter :: fresh = 4                   !< iterations that a good factor may take
+   integer, parameter :: worth = 8                   !< iterations beyond it that cost as much as a new factor
    real(wp), parameter :: acceptable = 1.0e-9_wp     !< ‖r‖/‖b‖ above which a solve has failed
 
    !> A solver with its factors and what it has done.
@@ -48,6 +50,7 @@ module dda_solver
       logical :: direct_planned = .false.            !< `direct` knows the pattern
       logical :: undecided = .true.                  !< `auto` has to choose again
       integer :: last_iterations = 0                 !< of the last iterative solve
+      logical :: exact = .true.                      !< the last solve was to full accuracy
       integer(long) :: solves = 0                    !< systems solved
       integer(long) :: factors = 0                   !< factors made
       integer(long) :: iterations = 0                !< of iterative solves
@@ -153,7 +156,7 @@ contains
       call plan_method(solver, matrix)
    end subroutine decide
 
-   !> Keep the old factor while few springs differ and iterations stay few.
+   !> Keep the old factor while few springs differ and it has not yet cost as many iterations as a new one.
    subroutine renew_stale(solver, matrix, changes, error)
       type(solver_type), intent(inout) :: solver
       type(block_matrix_type), intent(in) :: matrix
@@ -161,10 +164,9 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       solver%stale%changes = solver%stale%changes + changes
-      if (solver%stale%made .and. solver%stale%changes <= 10 + matrix%n/100 .and. solver%last_iterations <= tired) return
+      if (solver%stale%made .and. solver%stale%changes <= few_changes .and. solver%stale%excess <= worth) return
       call refresh(solver%stale, matrix, error)
       solver%factors = solver%factors + 1
-      solver%last_iterations = 0
       if (.not. allocated(error)) return
       ! A pivot lost to single precision: the direct solver takes over.
       deallocate (error)
@@ -184,32 +186,38 @@ contains
       solver%factors = solver%factors + 1
    end subroutine hand_over
 
-   !> x = K⁻¹ b; iterative methods begin at the x given.
-   subroutine solve(solver, matrix, b, x, error)
+   !> x = K⁻¹ b; iterative methods begin at the x given, and may stop at a share of its residual.
+   subroutine solve(solver, matrix, b, x, error, reduction)
       type(solver_type), intent(inout) :: solver
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: b(6, matrix%n)
       real(wp), intent(inout) :: x(6, matrix%n)
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: residual
+      real(wp), intent(in), optional :: reduction  !< share of the first residual that is enough; else full accuracy
+      real(wp) :: residual, share
+      logical :: enough
 
+      share = 0.0_wp
+      if (present(reduction)) share = reduction
+      enough = .false.
       solver%solves = solver%solves + 1
       select case (solver%method)
       case ('direct', 'banded')
          call solve_directly(solver, matrix, b, x, residual)
       case ('jacobi')
-         call iterate_to_solution(matrix, solver%jacobi, b, x, accuracy, most_jacobi, solver%work, &
-            solver%last_iterations, residual)
+         call iterate_to_solution(matrix, solver%jacobi, b, x, accuracy, share, most_jacobi, solver%work, &
+            solver%last_iterations, residual, enough)
       case ('sor')
          call relax_to_solution(matrix, solver%jacobi, b, x, accuracy, most_sweeps, solver%work%r, &
             solver%last_iterations, residual)
       case default
-         call solve_stale(solver, matrix, b, x, residual, error)
+         call solve_stale(solver, matrix, b, x, share, residual, enough, error)
       end select
       if (allocated(error)) return
       if (solver%method /= 'direct' .and. solver%method /= 'banded') &
          solver%iterations = solver%iterations + solver%last_iterations
-      if (residual <= acceptable) return
+      solver%exact = residual <= accuracy .or. .not. enough .or. share <= 0.0_wp
+      if (residual <= acceptable .or. enough) return
       if (solver%method /= 'direct') call hand_over(solver, matrix, error)
       if (.not. allocated(error)) call solve_directly(solver, matrix, b, x, residual)
       if (.not. allocated(error) .and. .not. residual <= acceptable) call fail(error, error_solver, &
@@ -251,19 +259,22 @@ contains
    end subroutine solve_by_factor
 
    !> Iterate with the old factor; if it has grown too old for this matrix, make it anew.
-   subroutine solve_stale(solver, matrix, b, x, residual, error)
+   subroutine solve_stale(solver, matrix, b, x, reduction, residual, enough, error)
       type(solver_type), intent(inout) :: solver
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: b(6, matrix%n)
       real(wp), intent(inout) :: x(6, matrix%n)
+      real(wp), intent(in) :: reduction
       real(wp), intent(out) :: residual
+      logical, intent(out) :: enough
       type(error_type), allocatable, intent(out) :: error
       integer :: attempt
 
       do attempt = 1, 2
-         call iterate_to_solution(matrix, solver%stale, b, x, accuracy, most_stale, solver%work, &
-            solver%last_iterations, residual)
-         if (residual <= accuracy .or. attempt == 2) return
+         call iterate_to_solution(matrix, solver%stale, b, x, accuracy, reduction, most_stale, solver%work, &
+            solver%last_iterations, residual, enough)
+         solver%stale%excess = solver%stale%excess + max(0, solver%last_iterations - fresh)
+         if (enough .or. attempt == 2) return
          x = 0.0_wp
          call refresh(solver%stale, matrix, error)
          solver%factors = solver%factors + 1

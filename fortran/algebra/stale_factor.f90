@@ -17,6 +17,7 @@ module dda_stale_factor
       type(cholesky_single_type) :: factor
       logical :: made = .false.      !< there is a factor for this pattern
       integer :: changes = 0         !< springs changed since it was made
+      integer :: excess = 0          !< iterations that its age has cost
    contains
       procedure :: apply
    end type stale_factor_type
@@ -41,6 +42,7 @@ contains
       call factorise(stale%factor, matrix, error)
       stale%made = .not. allocated(error)
       stale%changes = 0
+      stale%excess = 0
    end subroutine refresh
 
    !> z = (L Lᵀ)⁻¹ r

@@ -4,11 +4,11 @@ module dda_arguments
    use dda_text, only: quoted
    implicit none
    private
-   public :: arguments_type, read_arguments, usage
+   public :: arguments_type, read_arguments, resume_command, usage
 
    !> What was asked for.
    type :: arguments_type
-      character(len=:), allocatable :: command   !< 'run', 'check', 'help' or 'version'
+      character(len=:), allocatable :: command   !< 'run', 'resume', 'check', 'help' or 'version'
       character(len=:), allocatable :: file      !< input file
       character(len=:), allocatable :: output    !< '' or the output file, in place of the input's
       logical :: quiet = .false.                 !< no progress lines
@@ -63,8 +63,8 @@ contains
 
       if (arguments%command == '') then
          arguments%command = word
-         if (word /= 'run' .and. word /= 'check') call fail(error, error_input, 'there is no command '//quoted(word)// &
-            '; use run or check')
+         if (.not. any(word == [character(len=6) :: 'run', 'resume', 'check'])) call fail(error, error_input, &
+            'there is no command '//quoted(word)//'; use run, resume or check')
       else if (arguments%file == '' .and. word(1:1) /= '-') then
          arguments%file = word
       else
@@ -82,13 +82,24 @@ contains
       call get_command_argument(i, word)
    end function argument
 
+   !> What to type to go on with an interrupted run.
+   pure function resume_command(arguments) result(text)
+      type(arguments_type), intent(in) :: arguments
+      character(len=:), allocatable :: text
+
+      text = 'sitedda-native resume '//arguments%file
+      if (arguments%output /= '') text = text//' --output '//arguments%output
+   end function resume_command
+
    function usage() result(text)
       character(len=:), allocatable :: text
 
       text = 'usage: sitedda-native run FILE.nml [--output FILE.nc] [--check] [--quiet]'//new_line('a')// &
+         '       sitedda-native resume FILE.nml [--output FILE.nc] [--quiet]'//new_line('a')// &
          '       sitedda-native check FILE.nml'//new_line('a')// &
          '       sitedda-native --help | --version'//new_line('a')// &
-         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close, 4 linear solver, 5 file, 6 interrupted'
+         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close, 4 linear solver, 5 file, '// &
+         '6 interrupted: resume goes on'
    end function usage
 
 end module dda_arguments

@@ -2,23 +2,27 @@
 program sitedda_native
    use, intrinsic :: iso_fortran_env, only: error_unit
    use dda_kinds, only: long
-   use dda_arguments, only: arguments_type, read_arguments, usage
+   use dda_arguments, only: arguments_type, read_arguments, resume_command, usage
    use dda_check_report, only: report_type, check_simulation, report_text, verdict_fail
    use dda_errors, only: error_type, error_check, error_interrupted, fail
    use dda_input, only: read_model_file
    use dda_model, only: model_type
+   use dda_output_file, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
-   use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
+   use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_signals, only: watch_signals, stop_requested
-   use dda_simulation, only: simulation_type, start, summary
+   use dda_simulation, only: simulation_type, summary
+   use dda_start, only: start
    use dda_site_response, only: amplification_peak, peak_text
    use dda_spectrum, only: peak_type
+   use dda_text, only: to_text
    use dda_version, only: version
    implicit none
 
    type(arguments_type) :: arguments
    type(error_type), allocatable :: error
 
+   call watch_signals
    call read_arguments(arguments, error)
    call leave_on(error)
    select case (arguments%command)
@@ -29,7 +33,7 @@ program sitedda_native
    case ('check')
       call check_input(arguments%file, error)
       call leave_on(error)
-   case ('run')
+   case ('run', 'resume')
       if (arguments%check_first) call check_input(arguments%file, error)
       call leave_on(error)
       call run_input(arguments, error)
@@ -67,8 +71,13 @@ contains
       if (allocated(error)) return
       if (arguments%output /= '') model%output%file = arguments%output
       allocate (run)
-      call begin_run(run, model, .true., error)
-      if (.not. allocated(error)) call step_to_end(run, arguments%quiet, error)
+      if (arguments%command == 'resume') then
+         call resume_run(run, model, error)
+         if (.not. allocated(error)) print '(a)', run%notice
+      else
+         call begin_run(run, model, .true., error)
+      end if
+      if (.not. allocated(error)) call step_to_end(run, arguments, error)
       call close_run(run, error)
       if (allocated(error)) return
       print '(a)', summary(run%simulation)
@@ -76,20 +85,21 @@ contains
       call print_amplifications(model, error)
    end subroutine run_input
 
-   subroutine step_to_end(run, quiet, error)
+   !> Step until the run is done or a signal asks it to stop.
+   subroutine step_to_end(run, arguments, error)
       type(run_type), intent(inout) :: run
-      logical, intent(in) :: quiet
+      type(arguments_type), intent(in) :: arguments
       type(error_type), allocatable, intent(out) :: error
-      integer(long), parameter :: chunk = 100
       type(progress_type) :: progress
 
-      call watch_signals
-      call start_progress(progress, quiet)
+      call start_progress(progress, run%simulation%time, arguments%quiet)
       do while (.not. is_done(run))
-         call continue_run(run, chunk, error)
+         call continue_run(run, 1_long, error)
          if (allocated(error)) return
          if (stop_requested() .and. .not. is_done(run)) then
-            call fail(error, error_interrupted, 'interrupted; the results so far are in '//run%output%dataset%file)
+            call fail(error, error_interrupted, 'interrupted at t = '//to_text(run%simulation%time)// &
+               ' s; the results so far are in '//partial_name(run%simulation%model%output%file)// &
+               '; to go on: '//resume_command(arguments))
             return
          end if
          associate (control => run%simulation%model%control)

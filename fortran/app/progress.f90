@@ -10,16 +10,19 @@ module dda_progress
    !> When the run began and when the last line was shown.
    type :: progress_type
       integer(long) :: begun = 0, shown = 0, rate = 1
+      real(wp) :: first = 0.0_wp     !< s of the model when it began
       logical :: quiet = .false.
    end type progress_type
 
 contains
 
-   subroutine start_progress(progress, quiet)
+   subroutine start_progress(progress, time, quiet)
       type(progress_type), intent(out) :: progress
+      real(wp), intent(in) :: time  !< s of the model
       logical, intent(in) :: quiet
 
       progress%quiet = quiet
+      progress%first = time
       call system_clock(progress%begun, progress%rate)
       progress%shown = progress%begun
    end subroutine start_progress
@@ -36,7 +39,7 @@ contains
       if (now - progress%shown < every*progress%rate .and. time < duration) return
       progress%shown = now
       spent = real(now - progress%begun, wp)/real(progress%rate, wp)
-      left = spent*(duration - time)/max(time, tiny(1.0_wp))
+      left = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
       print '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)', 't = ', time, ' of ', duration, ' s, ', 100*time/duration, &
          ' %, spent ', spent, ' s, left ', left, ' s'
    end subroutine show_progress

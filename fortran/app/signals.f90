@@ -1,11 +1,11 @@
 !> Ask the run to stop: Ctrl-C, SIGTERM, and SIGUSR1, which batch systems send before a time limit.
 module dda_signals
-   use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int
+   use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t
    implicit none
    private
    public :: watch_signals, stop_requested
 
-   integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int  !< on Linux
+   integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, file_size = 25_c_int  !< on Linux
 
    integer(c_int), volatile, save :: last_signal = 0
 
@@ -20,13 +20,15 @@ module dda_signals
 
 contains
 
-   !> From here on the signals only set a mark.
+   !> From here on the signals only set a mark, and a file that may not grow is an error of its write.
    subroutine watch_signals()
-      type(c_funptr) :: before
+      type(c_funptr) :: before, ignore
 
+      ignore = transfer(1_c_intptr_t, ignore)
       before = c_signal(interrupt, c_funloc(note))
       before = c_signal(user, c_funloc(note))
       before = c_signal(terminate, c_funloc(note))
+      before = c_signal(file_size, ignore)
    end subroutine watch_signals
 
    subroutine note(number) bind(c)

@@ -10,7 +10,8 @@ module dda_check_report
    use dda_modes, only: modes_type, find_modes
    use dda_omega_max, only: omega_max_type, find_omega_max
    use dda_advice, only: damping_at, stiff_limit
-   use dda_simulation, only: simulation_type, advance
+   use dda_simulation, only: simulation_type
+   use dda_time_step, only: advance
    use dda_text, only: to_text
    use dda_unresolved, only: unresolved_type, count_unresolved
    implicit none

@@ -8,7 +8,8 @@ module dda_settling
    use dda_contact, only: contacts_type
    use dda_model, only: half_size
    use dda_newmark, only: farthest_move
-   use dda_simulation, only: simulation_type, advance
+   use dda_simulation, only: simulation_type
+   use dda_time_step, only: advance
    use dda_support, only: load_type
    use dda_text, only: to_text
    implicit none

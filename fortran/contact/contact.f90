@@ -24,7 +24,7 @@ module dda_contact
       integer, allocatable :: pair(:)          !< near pair that the two blocks are
       integer, allocatable :: joint(:)         !< joint material
       ! Geometry at the start of the step
-      real(wp), allocatable :: gap(:)          !< signed distance to the edge, m, negative = penetration
+      real(wp), allocatable :: gap(:)          !< signed distance to the edge less `offset`, m, negative: it presses
       real(wp), allocatable :: normal(:,:)     !< [2,n] outward normal of the edge
       real(wp), allocatable :: normal_v(:,:)   !< [6,n] ∂gap/∂q of the vertex block
       real(wp), allocatable :: normal_e(:,:)   !< [6,n] −∂gap/∂q of the edge block
@@ -35,6 +35,7 @@ module dda_contact
       logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
       logical, allocatable :: was_bonded(:)    !< at the start of the step
       logical, allocatable :: was_closed(:)    !< its normal spring held at the start of the step
+      real(wp), allocatable :: offset(:)       !< distance at which the contact begins to press, m, ≤ 0
       real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
       real(wp), allocatable :: pressure(:)     !< multiplier of the augmented Lagrangian, N/m, else 0
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
@@ -78,6 +79,7 @@ contains
       call grow_flags(contacts%was_bonded, room)
       call grow_flags(contacts%was_closed, room)
       call grow_values(contacts%gap, room)
+      call grow_values(contacts%offset, room)
       call grow_values(contacts%bond_length, room)
       call grow_values(contacts%stretch, room)
       call grow_values(contacts%pressure, room)

@@ -75,7 +75,7 @@ contains
                cycle
             end if
          end if
-         call meet_edges(contacts, blocks, neighbours, p, distance, met)
+         call meet_edges(contacts, blocks, neighbours, p, detection%corner(v), distance, met)
          if (.not. met .and. v < w) then
             call meet_corner(contacts, blocks, neighbours, p, w, detection%corner(v), distance, .false.)
          end if
@@ -137,12 +137,12 @@ contains
 
    !> Vertex to edge.  A convex block is entered through one edge, that of least penetration; a notch
    !> may hold a vertex with two.
-   subroutine meet_edges(contacts, blocks, neighbours, p, distance, met)
+   subroutine meet_edges(contacts, blocks, neighbours, p, size, distance, met)
       type(contacts_type), intent(inout) :: contacts
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
       integer, intent(in) :: p
-      real(wp), intent(in) :: distance
+      real(wp), intent(in) :: size, distance
       logical, intent(out) :: met
       type(choice_type) :: choice, best
       integer :: i
@@ -154,7 +154,7 @@ contains
          if (abs(choice%gap) > distance .or. .not. faces(blocks, neighbours, choice, distance)) cycle
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
             if (choice%gap > best%gap) best = choice
-         else if (.not. hidden(blocks, neighbours, p, choice)) then
+         else if (.not. hidden(blocks, neighbours, p, choice, size)) then
             call add_contact(contacts, blocks, choice, neighbours%probe(2, p), 0)
             met = .true.
          end if
@@ -182,12 +182,14 @@ contains
    end function faces
 
    !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
-   !> a convex corner, or on the other face of a thin part.
-   pure logical function hidden(blocks, neighbours, p, choice)
+   !> a convex corner, or on the other face of a thin part.  That other edge counts up to a corner's size beyond its
+   !> ends: a vertex at the foot of a stair is on its tread.
+   pure logical function hidden(blocks, neighbours, p, choice, size)
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
       integer, intent(in) :: p
       type(choice_type), intent(in) :: choice
+      real(wp), intent(in) :: size
       type(choice_type) :: other
       integer :: i
       logical :: across
@@ -196,7 +198,7 @@ contains
       if (choice%gap >= 0.0_wp) return
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          other = examine(blocks, choice%vertex, neighbours%edge(i))
-         if (other%overshoot > 0.0_wp .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) cycle
+         if (other%overshoot > size .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) cycle
          across = next_vertex(blocks, other%edge) == choice%edge .and. neighbours%convex(choice%edge)
          across = across .or. (next_vertex(blocks, choice%edge) == other%edge .and. neighbours%convex(other%edge))
          if (across .or. dot_product(other%normal, choice%normal) < -0.5_wp) hidden = .true.

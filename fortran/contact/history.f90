@@ -3,6 +3,11 @@
 !> The successor is the same vertex on the same edge; or, when a contact travels round a corner or
 !> from edge to edge, one between the same two blocks that involves the same vertex and pushes in
 !> nearly the same direction.  Each history is handed on once.
+!>
+!> No contact begins with a force that was never built up: one that is first met in penetration (a vertex
+!> that came round a corner within a step) presses only beyond the depth it was met at, until it has
+!> opened.  A force goes over to a contact of another depth, or of another block when a vertex slides
+!> across a joint, with the spring energy that it has.
 module dda_history
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_stick
@@ -33,11 +38,12 @@ contains
    end subroutine prepare_history
 
    !> Give the new list the histories of the old one; contacts without one start unbonded, and are
-   !> assumed to stick if they touch.
-   subroutine inherit(new, old, history)
+   !> assumed to stick if they touch.  `gap` comes as the distance and becomes what presses.
+   subroutine inherit(new, old, history, begun)
       type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old
       type(history_type), intent(inout) :: history
+      logical, intent(in) :: begun  !< .false. at the start, where penetration is part of the first state
       integer :: c, from
 
       call index_by_vertex(history, old)
@@ -45,17 +51,24 @@ contains
          new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= history%touching)
          new%bonded(c) = .false.
          new%bond_length(c) = 0.0_wp
+         new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, begun)
          new%stretch(c) = 0.0_wp
          new%pressure(c) = 0.0_wp
          new%slide_force(c) = 0.0_wp
          new%direction(c) = 1.0_wp
          from = exact_predecessor(new, old, history, c)
-         if (from > 0) call hand_on(new, old, history, c, from)
+         if (from == 0) cycle
+         call hand_on(new, old, history, c, from)
+         new%offset(c) = min(0.0_wp, max(old%offset(from), new%gap(c)))
       end do
       do c = 1, new%n
          from = near_predecessor(new, old, history, c)
-         if (from > 0) call hand_on(new, old, history, c, from)
+         if (from == 0) cycle
+         call hand_on(new, old, history, c, from)
+         new%offset(c) = min(0.0_wp, new%gap(c) - min(0.0_wp, old%new_gap(from)))
       end do
+      new%gap(:new%n) = new%gap(:new%n) - new%offset(:new%n)
+      call adopt_orphans(new, old, history)
       call forget_index(history, old)
    end subroutine inherit
 
@@ -138,6 +151,52 @@ contains
          succeeds = -facing > same_direction
       end if
    end function succeeds
+
+   !> What still pressed in a contact that has no successor goes over to a contact of the same vertex that pushes
+   !> the same way: so a vertex slides across the joint between two blocks.
+   subroutine adopt_orphans(new, old, history)
+      type(contacts_type), intent(inout) :: new
+      type(contacts_type), intent(in) :: old
+      type(history_type), intent(inout) :: history
+      real(wp) :: distance
+      integer :: c, o
+
+      do c = 1, new%n
+         o = orphan_of(new, old, history, c)
+         if (o == 0) cycle
+         history%taken(o) = .true.
+         distance = new%gap(c) + new%offset(c)
+         new%gap(c) = max(distance, joined(min(0.0_wp, new%gap(c)), old%new_gap(o)))
+         new%offset(c) = distance - new%gap(c)
+         new%stretch(c) = joined(new%stretch(c), old%stretch(o))
+         if (new%state(c) == contact_open) new%state(c) = old%state(o)
+      end do
+   end subroutine adopt_orphans
+
+   !> Old contact without a successor that pressed the vertex of a new one that now penetrates; 0 if there is none.
+   pure integer function orphan_of(new, old, history, c) result(found)
+      type(contacts_type), intent(in) :: new, old
+      type(history_type), intent(in) :: history
+      integer, intent(in) :: c
+      integer :: link, o
+
+      found = 0
+      if (new%gap(c) + new%offset(c) >= 0.0_wp) return
+      link = history%head(new%vertex(c))
+      do while (link > 0 .and. found == 0)
+         o = link/2
+         if (.not. history%taken(o) .and. old%new_gap(o) < 0.0_wp .and. old%vertex(o) == new%vertex(c) .and. &
+            dot_product(new%normal(:, c), old%normal(:, o)) > same_direction) found = o
+         link = history%next(link)
+      end do
+   end function orphan_of
+
+   !> The deformation of one spring that stores what two of the same stiffness do.
+   pure real(wp) function joined(a, b)
+      real(wp), intent(in) :: a, b
+
+      joined = sign(norm2([a, b]), merge(a, b, abs(a) > abs(b)))
+   end function joined
 
    !> The slip of a vertex along an edge has the same sign when the two blocks change roles, so the
    !> stretch is handed on as it is.

@@ -7,7 +7,9 @@ module dda_neighbours
    use dda_blocks, only: blocks_type, next_vertex, is_convex
    implicit none
    private
-   public :: neighbours_type, find_neighbours
+   public :: neighbours_type, find_neighbours, find_near_pairs
+
+   integer, parameter :: most_pairs = 1000000    !< that a small model may have; a large one this and 100 per block
 
    !> Near pairs and probes.
    type :: neighbours_type
@@ -17,6 +19,7 @@ module dda_neighbours
       integer, allocatable :: probe(:,:)     !< [2, probes] vertex, pair
       integer, allocatable :: first_edge(:)  !< [probes+1] first of a probe's edges
       integer, allocatable :: edge(:)        !< edges of the probes, named by first vertex
+      logical :: crowded = .false.           !< more pairs than can be watched; the list is not complete
       logical, allocatable :: convex(:)      !< [vertices] angle below 180°
       logical, allocatable :: convex_block(:) !< [n] all its angles are
       real(wp) :: reach = 0.0_wp             !< distance searched, m
@@ -37,16 +40,26 @@ contains
       type(neighbours_type), intent(inout) :: neighbours
       type(blocks_type), intent(in) :: blocks
       real(wp), intent(in) :: reach
-      real(wp), allocatable :: box(:,:)
 
       if (.not. allocated(neighbours%convex)) call note_convexity(neighbours, blocks)
-      allocate (box(4, blocks%n))
-      call bound_blocks(blocks, 0.5_wp*reach, box)
-      call find_pairs(neighbours, blocks%n, box)
+      call find_near_pairs(neighbours, blocks, reach)
+      if (neighbours%crowded) neighbours%n_pairs = 0
       call find_probes(neighbours, blocks, reach)
       neighbours%reach = reach
       neighbours%travel = 0.0_wp
    end subroutine find_neighbours
+
+   !> Pairs of blocks whose boxes come within `reach` (m); `crowded` if there are too many for all to be listed.
+   subroutine find_near_pairs(neighbours, blocks, reach)
+      type(neighbours_type), intent(inout) :: neighbours
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: reach
+      real(wp), allocatable :: box(:,:)
+
+      allocate (box(4, blocks%n))
+      call bound_blocks(blocks, 0.5_wp*reach, box)
+      call find_pairs(neighbours, blocks%n, box)
+   end subroutine find_near_pairs
 
    subroutine note_convexity(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours
@@ -83,10 +96,12 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: box(:,:)
       type(grid_type) :: grid
-      integer :: cell, i, j, a, b
+      integer :: cell, i, j, a, b, most
 
       call fill_grid(grid, n, box)
       neighbours%n_pairs = 0
+      neighbours%crowded = .false.
+      most = most_pairs + 100*min(n, 10000000)
       if (.not. allocated(neighbours%pair)) allocate (neighbours%pair(2, 4*n + 8))
       do cell = 1, size(grid%first) - 1
          do i = grid%first(cell), grid%first(cell + 1) - 1
@@ -95,6 +110,8 @@ contains
                b = grid%member(j)
                if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
                if (cell_of(grid, max(box(1:2, a), box(1:2, b))) /= cell) cycle
+               neighbours%crowded = neighbours%n_pairs == most
+               if (neighbours%crowded) return
                call append_column(neighbours%pair, neighbours%n_pairs, [min(a, b), max(a, b)])
             end do
          end do

@@ -10,16 +10,27 @@ module dda_assembly
    use dda_model, only: model_type
    use dda_baseline, only: displacement_at, acceleration_at
    use dda_neighbours, only: neighbours_type
+   use dda_stopwatch, only: stopwatch_type
    use dda_support, only: load_at
    implicit none
    private
    public :: system_type, prepare_system, set_matrix_pattern, set_inertia, assemble_base, assemble_contacts
    public :: base_force, support_target
 
+   integer, parameter :: parallel_from = 500   !< blocks from which threads repay their start
+
+   !> Stiffness of all contacts.
+   type :: springs_type
+      real(wp) :: normal   !< k_n, N/m per metre of thickness
+      real(wp) :: shear    !< k_s
+      real(wp) :: kept     !< share of it under sliding contacts
+   end type springs_type
+
    !> Matrix, right-hand side and unknowns of a step.
    type :: system_type
       type(block_matrix_type) :: matrix            !< K̂
-      integer, allocatable :: entry_of_pair(:)     !< lower entry of each near pair
+      integer, allocatable :: pair_of_entry(:)     !< near pair of each lower entry
+      integer, allocatable :: first_contact(:)     !< [pairs+1] first contact of each near pair
       real(wp), allocatable :: inertia(:,:,:)      !< [6,6,n] 2M/Δt² + elasticity
       real(wp), allocatable :: base(:,:,:)         !< [6,6,n] the same + fixed points
       real(wp), allocatable :: load(:,:)           !< [6,n] f̂ without contacts
@@ -27,6 +38,7 @@ module dda_assembly
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] those of the iteration before
       real(wp) :: inertia_step = 0.0_wp            !< Δt that `inertia` was made for, s
+      type(stopwatch_type) :: watch                !< over the phases of the steps
    end type system_type
 
 contains
@@ -47,10 +59,10 @@ contains
       integer :: p
 
       call set_pattern(system%matrix, n, neighbours%pair(:, :neighbours%n_pairs))
-      if (allocated(system%entry_of_pair)) deallocate (system%entry_of_pair)
-      allocate (system%entry_of_pair(neighbours%n_pairs))
+      if (allocated(system%pair_of_entry)) deallocate (system%pair_of_entry, system%first_contact)
+      allocate (system%pair_of_entry(size(system%matrix%column)), system%first_contact(neighbours%n_pairs + 1))
       do p = 1, neighbours%n_pairs
-         system%entry_of_pair(p) = entry_of(system%matrix, neighbours%pair(1, p), neighbours%pair(2, p))
+         system%pair_of_entry(entry_of(system%matrix, neighbours%pair(1, p), neighbours%pair(2, p))) = p
       end do
    end subroutine set_matrix_pattern
 
@@ -161,64 +173,146 @@ contains
    !> Put the springs and slide forces of the contacts, in their assumed states, on top of the base.
    !>
    !> A sliding contact may keep a part of its shear spring about the slip of the last iteration, which slows the
-   !> iteration where it would overshoot and leaves its solution as it is.
+   !> iteration where it would overshoot and leaves its solution as it is.  Every block gathers what its own contacts
+   !> give it, so threads write nothing in common and sums do not depend on their number.
    subroutine assemble_contacts(system, contacts, normal_stiffness, shear_stiffness, kept, matrix_too)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: normal_stiffness, shear_stiffness
       real(wp), intent(in) :: kept       !< share of the shear spring under sliding contacts
       logical, intent(in) :: matrix_too  !< .false. if K̂ still holds these springs
-      integer :: c
+      type(springs_type) :: springs
+      integer :: b, entry
 
-      system%rhs = system%load
-      if (matrix_too) then
-         system%matrix%diagonal = system%base
-         system%matrix%lower = 0.0_wp
-      end if
-      do c = 1, contacts%n
-         if (contacts%state(c) == contact_open) cycle
-         call add_contact_load(system%rhs(:, contacts%block_v(c)), system%rhs(:, contacts%block_e(c)), contacts, c, &
-            normal_stiffness, shear_stiffness, kept)
-         if (matrix_too) call add_springs(system, contacts, c, normal_stiffness, &
-            merge(shear_stiffness, kept*shear_stiffness, contacts%state(c) == contact_stick))
+      springs = springs_type(normal_stiffness, shear_stiffness, kept)
+      if (matrix_too) call index_contacts(system, contacts)
+      !$omp parallel if (system%matrix%n >= parallel_from)
+      !$omp do schedule(static)
+      do b = 1, system%matrix%n
+         call gather(system, contacts, springs, b, matrix_too)
       end do
+      !$omp end do nowait
+      if (matrix_too) then
+         !$omp do schedule(static)
+         do entry = 1, size(system%pair_of_entry)
+            call couple(system, contacts, springs, entry)
+         end do
+         !$omp end do
+      end if
+      !$omp end parallel
    end subroutine assemble_contacts
 
-   !> Forces of contact c at d = 0 in its assumed state.
-   pure subroutine add_contact_load(rhs_v, rhs_e, contacts, c, normal_stiffness, shear_stiffness, kept)
-      real(wp), intent(inout) :: rhs_v(6), rhs_e(6)
-      type(contacts_type), intent(in) :: contacts
-      integer, intent(in) :: c
-      real(wp), intent(in) :: normal_stiffness, shear_stiffness, kept
-      real(wp) :: push, drag
-
-      push = contacts%pressure(c) - normal_stiffness*contacts%gap(c)
-      drag = shear_stiffness*contacts%stretch(c)
-      if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) - kept*shear_stiffness*contacts%slide_slip(c)
-      rhs_v = rhs_v + push*contacts%normal_v(:, c) - drag*contacts%shear_v(:, c)
-      rhs_e = rhs_e - push*contacts%normal_e(:, c) + drag*contacts%shear_e(:, c)
-   end subroutine add_contact_load
-
-   !> Normal and shear spring of contact c into the two diagonal blocks and the block that couples them.
-   pure subroutine add_springs(system, contacts, c, normal_stiffness, shear_stiffness)
+   !> Where the contacts of each near pair stand in the list, which is in the order of the pairs.
+   pure subroutine index_contacts(system, contacts)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
-      integer, intent(in) :: c
-      real(wp), intent(in) :: normal_stiffness, shear_stiffness
-      integer :: entry
+      integer :: c, pair
 
-      entry = system%entry_of_pair(contacts%pair(c))
-      associate (nv => contacts%normal_v(:, c), ne => contacts%normal_e(:, c), &
-         sv => contacts%shear_v(:, c), se => contacts%shear_e(:, c), i => contacts%block_v(c), j => contacts%block_e(c))
-         call add_products(system%matrix%diagonal(:, :, i), nv, nv, normal_stiffness, sv, sv, shear_stiffness)
-         call add_products(system%matrix%diagonal(:, :, j), ne, ne, normal_stiffness, se, se, shear_stiffness)
-         if (i > j) then
-            call add_products(system%matrix%lower(:, :, entry), nv, ne, -normal_stiffness, sv, se, -shear_stiffness)
+      pair = 0
+      do c = 1, contacts%n
+         if (contacts%pair(c) == pair) cycle
+         system%first_contact(pair + 1:contacts%pair(c)) = c
+         pair = contacts%pair(c)
+      end do
+      system%first_contact(pair + 1:) = contacts%n + 1
+   end subroutine index_contacts
+
+   !> Load and diagonal block of block b: the base, and its side of each of its contacts.
+   pure subroutine gather(system, contacts, springs, b, matrix_too)
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(in) :: contacts
+      type(springs_type), intent(in) :: springs
+      integer, intent(in) :: b
+      logical, intent(in) :: matrix_too
+      real(wp) :: rhs(6), diagonal(6, 6)
+      integer :: k
+
+      rhs = system%load(:, b)
+      if (matrix_too) diagonal = system%base(:, :, b)
+      do k = system%matrix%row_start(b), system%matrix%row_start(b + 1) - 1
+         call add_side(system, contacts, springs, b, system%pair_of_entry(k), matrix_too, rhs, diagonal)
+      end do
+      do k = system%matrix%below_start(b), system%matrix%below_start(b + 1) - 1
+         call add_side(system, contacts, springs, b, system%pair_of_entry(system%matrix%below_entry(k)), matrix_too, &
+            rhs, diagonal)
+      end do
+      system%rhs(:, b) = rhs
+      if (matrix_too) system%matrix%diagonal(:, :, b) = diagonal
+   end subroutine gather
+
+   !> What the contacts of a near pair give to one of its blocks.
+   pure subroutine add_side(system, contacts, springs, b, pair, matrix_too, rhs, diagonal)
+      type(system_type), intent(in) :: system
+      type(contacts_type), intent(in) :: contacts
+      type(springs_type), intent(in) :: springs
+      integer, intent(in) :: b, pair
+      logical, intent(in) :: matrix_too
+      real(wp), intent(inout) :: rhs(6), diagonal(6, 6)
+      real(wp) :: normal(6), shear(6), push, drag
+      integer :: c
+
+      do c = system%first_contact(pair), system%first_contact(pair + 1) - 1
+         if (contacts%state(c) == contact_open) cycle
+         if (contacts%block_v(c) == b) then
+            normal = contacts%normal_v(:, c)
+            shear = contacts%shear_v(:, c)
          else
-            call add_products(system%matrix%lower(:, :, entry), ne, nv, -normal_stiffness, se, sv, -shear_stiffness)
+            normal = -contacts%normal_e(:, c)
+            shear = -contacts%shear_e(:, c)
          end if
-      end associate
-   end subroutine add_springs
+         call forces_at_rest(contacts, springs, c, push, drag)
+         rhs = rhs + push*normal - drag*shear
+         if (matrix_too) call add_products(diagonal, normal, normal, springs%normal, shear, shear, &
+            shear_spring(contacts, springs, c))
+      end do
+   end subroutine add_side
+
+   !> Normal and shear force of contact c at d = 0 in its assumed state.
+   pure subroutine forces_at_rest(contacts, springs, c, push, drag)
+      type(contacts_type), intent(in) :: contacts
+      type(springs_type), intent(in) :: springs
+      integer, intent(in) :: c
+      real(wp), intent(out) :: push, drag
+
+      push = contacts%pressure(c) - springs%normal*contacts%gap(c)
+      drag = springs%shear*contacts%stretch(c)
+      if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) &
+         - springs%kept*springs%shear*contacts%slide_slip(c)
+   end subroutine forces_at_rest
+
+   !> Shear stiffness of a closed contact in its assumed state.
+   pure real(wp) function shear_spring(contacts, springs, c)
+      type(contacts_type), intent(in) :: contacts
+      type(springs_type), intent(in) :: springs
+      integer, intent(in) :: c
+
+      shear_spring = merge(springs%shear, springs%kept*springs%shear, contacts%state(c) == contact_stick)
+   end function shear_spring
+
+   !> The block of K̂ that couples the two blocks of a near pair.
+   pure subroutine couple(system, contacts, springs, entry)
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(in) :: contacts
+      type(springs_type), intent(in) :: springs
+      integer, intent(in) :: entry
+      real(wp) :: block(6, 6)
+      integer :: c, pair
+
+      block = 0.0_wp
+      pair = system%pair_of_entry(entry)
+      do c = system%first_contact(pair), system%first_contact(pair + 1) - 1
+         if (contacts%state(c) == contact_open) cycle
+         associate (nv => contacts%normal_v(:, c), ne => contacts%normal_e(:, c), sv => contacts%shear_v(:, c), &
+            se => contacts%shear_e(:, c), shear => shear_spring(contacts, springs, c))
+            if (contacts%block_v(c) > contacts%block_e(c)) then
+               call add_products(block, nv, ne, -springs%normal, sv, se, -shear)
+            else
+               call add_products(block, ne, nv, -springs%normal, se, sv, -shear)
+            end if
+         end associate
+      end do
+      system%matrix%lower(:, :, entry) = block
+   end subroutine couple
 
    !> block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ
    pure subroutine add_products(block, a1, b1, k1, a2, b2, k2)

@@ -9,21 +9,22 @@ module dda_open_close
    use dda_anderson, only: anderson_type, forget, accelerate
    use dda_assembly, only: system_type, assemble_contacts
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_cycles, only: cycle_type, forget_states, note_states, may_change
    use dda_friction, only: laws_type, response_type, law_of, respond
    use dda_line_search, only: descend
    use dda_solver, only: solver_type, renew, solve
+   use dda_stopwatch, only: lap, phase_assemble, phase_factorise, phase_iterate, phase_solve
    implicit none
    private
    public :: iteration_type, close_contacts, solve_assumed, measure_contacts, assumed_normal, assumed_shear
 
-
-   real(wp), parameter :: short_way = 0.5_wp, good_way = 0.9_wp  !< parts of a way that overshot, or did not
+   real(wp), parameter :: short_way = 0.5_wp      !< part left of a way that overshot
    real(wp), parameter :: very_short_way = 0.1_wp
    integer, parameter :: most_closings = 8       !< after which a contact that closes slides first
-   integer, parameter :: one_at_a_time = 150     !< iterations after which contacts change one by one
    integer, parameter :: most_follow = 60        !< solves for the slide forces while states are held
+   real(wp), parameter :: loose = 1.0e-2_wp      !< share of a system's first residual that is enough before the last solve
    real(wp), parameter :: follow_share = 0.05_wp !< of their first difference, before states are asked again
-   integer, parameter :: most_short_ways = 2     !< then one whole way, over whatever holds the search up
+   integer, parameter :: most_short_ways = 6     !< then one whole way, over whatever holds the search up
    real(wp), parameter :: least_kept = 0.01_wp                   !< share of the shear springs to begin with
 
    !> Settings and outcome of the iteration of one step.
@@ -41,7 +42,9 @@ module dda_open_close
       integer :: worst = 0                         !< contact with that difference
       real(wp) :: penetration_tolerance = 0.0_wp   !< m; > 0: augmented Lagrangian, else penalty alone
       real(wp) :: kept = 0.0_wp                    !< share of the shear springs under sliding contacts
+      real(wp) :: reduction = 0.0_wp               !< `loose` where the next solve is not likely to be the last
       type(anderson_type) :: slide_memory          !< of the fixed point of the slide forces
+      type(cycle_type) :: past                     !< states that have been assumed in this step
    end type iteration_type
 
 contains
@@ -54,7 +57,7 @@ contains
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
       type(error_type), allocatable, intent(out) :: error
-      integer :: changed, i
+      integer :: changed, runaway, i
       logical :: new_matrix, tightened
 
       call begin_iteration(iteration, contacts)
@@ -64,16 +67,28 @@ contains
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, new_matrix, changed, error)
          if (allocated(error)) return
-         call follow_normal_forces(iteration, system, solver, contacts, laws, changed == 0, error)
+         call follow_normal_forces(iteration, system, solver, contacts, laws, changed == 0, runaway, error)
          if (allocated(error)) return
+         if (runaway > 0) then
+            call hold(system, contacts, runaway)
+            new_matrix = .true.
+            changed = 1
+            cycle
+         end if
          call ask_contacts(iteration, system%d, contacts, laws)
+         if (iteration%residual <= iteration%tolerance .and. .not. solver%exact) then
+            call solve(solver, system%matrix, system%rhs, system%d, error)
+            if (allocated(error)) return
+            call ask_contacts(iteration, system%d, contacts, laws)
+         end if
+         iteration%reduction = loose
          if (iteration%residual <= iteration%tolerance) then
             call break_bonds(iteration, contacts, changed)
             if (changed == 0) call tighten(iteration, contacts, tightened)
             if (changed == 0 .and. .not. tightened) return
          end if
          call globalise(iteration, system, contacts, laws, new_matrix)
-         call adopt_answers(contacts, iteration%iterations >= one_at_a_time, changed)
+         call adopt_answers(contacts, iteration%past, changed)
          new_matrix = new_matrix .or. changed > 0
          iteration%changes = iteration%changes + changed
       end do
@@ -88,7 +103,9 @@ contains
       iteration%changes = 0
       iteration%broken = 0
       iteration%kept = 0.0_wp
+      iteration%reduction = 0.0_wp
       iteration%short_ways = 0
+      call forget_states(iteration%past)
       contacts%closings(:contacts%n) = 0
    end subroutine begin_iteration
 
@@ -103,19 +120,21 @@ contains
       type(laws_type), intent(in) :: laws
       logical, intent(out) :: new_matrix  !< the part that is kept has changed
       real(wp) :: part, before
+      logical :: overshot
 
       new_matrix = .false.
       if (iteration%iterations == 1) return
       part = 1.0_wp
-      if (iteration%short_ways < most_short_ways .and. iteration%iterations < one_at_a_time .and. &
+      overshot = any(contacts%state(:contacts%n) == contact_slide .and. contacts%answer(:contacts%n) == contact_stick)
+      if (iteration%short_ways < most_short_ways .and. &
          any(contacts%answer(:contacts%n) /= contacts%state(:contacts%n))) then
          call descend(system, contacts, laws, part)
          if (part < 1.0_wp) call ask_contacts(iteration, system%d, contacts, laws)
       end if
       iteration%short_ways = merge(iteration%short_ways + 1, 0, part < very_short_way)
       before = iteration%kept
-      if (part < short_way) iteration%kept = min(1.0_wp, max(least_kept, 3*before))
-      if (part > good_way) iteration%kept = before/3
+      if (part < short_way .and. overshot) iteration%kept = min(1.0_wp, max(least_kept, 3*before))
+      if (part > short_way) iteration%kept = before/10
       if (iteration%kept < 0.1_wp*least_kept) iteration%kept = 0.0_wp
       new_matrix = iteration%kept /= before
    end subroutine globalise
@@ -131,29 +150,35 @@ contains
       integer, intent(in) :: changes     !< springs changed since the last solve
       type(error_type), allocatable, intent(out) :: error
 
+      call lap(system%watch, phase_iterate)
       call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept, new_matrix)
+      call lap(system%watch, phase_assemble)
       if (new_matrix) call renew(solver, system%matrix, system%base, changes, error)
       if (allocated(error)) return
+      call lap(system%watch, phase_factorise)
       system%previous_d = system%d
-      call solve(solver, system%matrix, system%rhs, system%d, error)
+      call solve(solver, system%matrix, system%rhs, system%d, error, iteration%reduction)
+      call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
    !> While the states are held, let the slide forces follow the normal forces of the same solution.
    !>
    !> A fixed point that costs no new matrix; Anderson's method solves it like a linear system, also where
    !> friction is so high that plain repetition would run away.
-   subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, error)
+   subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
       type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
       type(solver_type), intent(inout) :: solver
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
       logical, intent(in) :: exactly  !< to the tolerance, else to a share of the first difference
+      integer, intent(out) :: runaway !< contact whose slide force finds no rest, else 0
       type(error_type), allocatable, intent(out) :: error
       real(wp) :: difference, wanted
       integer :: i, n
 
       n = contacts%n
+      runaway = 0
       if (.not. any(contacts%state(:n) == contact_slide)) return
       call forget(iteration%slide_memory)
       wanted = iteration%tolerance
@@ -162,13 +187,34 @@ contains
          call bound_slide_forces(contacts, laws)
          difference = maxval(abs(contacts%slide_answer(:n) - contacts%slide_force(:n)))
          if (i == 1 .and. .not. exactly) wanted = max(wanted, follow_share*difference)
-         if (difference <= wanted) return
+         if (difference <= wanted .and. (solver%exact .or. .not. exactly)) return
+         if (difference <= wanted) then
+            call solve(solver, system%matrix, system%rhs, system%d, error)
+            if (allocated(error)) return
+            cycle
+         end if
          call accelerate(iteration%slide_memory, contacts%slide_force(:n), contacts%slide_answer(:n))
+         call lap(system%watch, phase_iterate)
          call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept, .false.)
-         call solve(solver, system%matrix, system%rhs, system%d, error)
+         call lap(system%watch, phase_assemble)
+         call solve(solver, system%matrix, system%rhs, system%d, error, loose)
          if (allocated(error)) return
+         call lap(system%watch, phase_solve)
       end do
+      runaway = maxloc(abs(contacts%slide_answer(:n) - contacts%slide_force(:n)), 1)
    end subroutine follow_normal_forces
+
+   !> Stick the contact whose slide force runs away from its normal force: sliding as assumed has no solution,
+   !> which happens where friction is high enough to lock.  The solution that ran away is dropped.
+   pure subroutine hold(system, contacts, runaway)
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: runaway
+
+      contacts%state(runaway) = contact_stick
+      contacts%slide_force(:contacts%n) = 0.0_wp
+      system%d = system%previous_d
+   end subroutine hold
 
    !> The slide forces that the present normal forces call for, in the assumed directions.
    pure subroutine bound_slide_forces(contacts, laws)
@@ -230,8 +276,8 @@ contains
       next_state = response%state
       if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
          .and. response%shear_force*contacts%direction(c) < 0.0_wp) next_state = contact_stick
-      if (contacts%state(c) == contact_open .and. contacts%closings(c) >= most_closings .and. &
-         response%state == contact_stick .and. .not. contacts%bonded(c)) next_state = contact_slide
+      if (contacts%state(c) /= contact_open .or. contacts%closings(c) < most_closings .or. contacts%bonded(c)) return
+      if (response%state == contact_stick) next_state = contact_slide
    end function next_state
 
    !> Gap and slip of all contacts at d.
@@ -310,20 +356,17 @@ contains
    end subroutine tighten
 
    !> Assume what the contacts answered; count the changes that alter the matrix.
-   !>
-   !> One at a time, by the highest number, ends every cycle of open and closed (Murty's least-index rule for
-   !> linear complementarity, which an order of the contacts makes finite).
-   pure subroutine adopt_answers(contacts, singly, changed)
+   pure subroutine adopt_answers(contacts, past, changed)
       type(contacts_type), intent(inout) :: contacts
-      logical, intent(in) :: singly  !< change one contact only
+      type(cycle_type), intent(inout) :: past
       integer, intent(out) :: changed
-      integer :: n, last
+      integer :: n, c
 
       n = contacts%n
-      if (singly) then
-         last = findloc(contacts%answer(:n) /= contacts%state(:n), .true., 1, back=.true.)
-         if (last > 1) contacts%answer(:last - 1) = contacts%state(:last - 1)
-      end if
+      call note_states(past, contacts%state(:n))
+      do c = 1, n
+         if (.not. may_change(past, c)) contacts%answer(c) = contacts%state(c)
+      end do
       changed = count(contacts%answer(:n) /= contacts%state(:n))
       where (contacts%state(:n) == contact_open .and. contacts%answer(:n) /= contact_open) &
          contacts%closings(:n) = contacts%closings(:n) + 1

@@ -1,12 +1,11 @@
-!> What Fortran does not say of files: other names, locks, folders (through the C library).
+!> What Fortran does not say of files: other names, folders, room (through the C library).
 module dda_file_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
    implicit none
    private
-   public :: rename_file, same_file, in_use, is_folder, folder_of
+   public :: rename_file, remove_file, same_file, is_file, is_folder, folder_of
 
    integer, parameter :: longest_path = 4096
-   integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
 
    interface
       integer(c_int) function c_rename(from, to) bind(c, name='rename')
@@ -14,31 +13,16 @@ module dda_file_system
          character(kind=c_char), intent(in) :: from(*), to(*)
       end function c_rename
 
+      integer(c_int) function c_unlink(path) bind(c, name='unlink')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: path(*)
+      end function c_unlink
+
       type(c_ptr) function c_realpath(path, resolved) bind(c, name='realpath')
          import :: c_char, c_ptr
          character(kind=c_char), intent(in) :: path(*)
          character(kind=c_char), intent(out) :: resolved(*)
       end function c_realpath
-
-      type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen')
-         import :: c_char, c_ptr
-         character(kind=c_char), intent(in) :: path(*), mode(*)
-      end function c_fopen
-
-      integer(c_int) function c_fileno(stream) bind(c, name='fileno')
-         import :: c_int, c_ptr
-         type(c_ptr), value :: stream
-      end function c_fileno
-
-      integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
-         import :: c_int
-         integer(c_int), value :: descriptor, operation
-      end function c_flock
-
-      integer(c_int) function c_fclose(stream) bind(c, name='fclose')
-         import :: c_int, c_ptr
-         type(c_ptr), value :: stream
-      end function c_fclose
    end interface
 
 contains
@@ -49,6 +33,14 @@ contains
 
       done = c_rename(from//c_null_char, to//c_null_char) == 0
    end function rename_file
+
+   !> Remove a file if it is there.
+   subroutine remove_file(name)
+      character(len=*), intent(in) :: name
+      integer(c_int) :: unused
+
+      unused = c_unlink(name//c_null_char)
+   end subroutine remove_file
 
    !> Both names lead to one existing file.
    logical function same_file(first, second) result(same)
@@ -73,18 +65,11 @@ contains
       if (length > 0) path(length:) = ''
    end function resolve
 
-   !> Another process holds a lock on the file, as netCDF-4 does while it writes.
-   logical function in_use(file)
-      character(len=*), intent(in) :: file
-      type(c_ptr) :: stream
-      integer(c_int) :: status
+   logical function is_file(name)
+      character(len=*), intent(in) :: name
 
-      in_use = .false.
-      stream = c_fopen(file//c_null_char, 'r+'//c_null_char)
-      if (.not. c_associated(stream)) return
-      in_use = c_flock(c_fileno(stream), ior(exclusive, at_once)) /= 0
-      status = c_fclose(stream)
-   end function in_use
+      inquire (file=name, exist=is_file)
+   end function is_file
 
    logical function is_folder(name)
       character(len=*), intent(in) :: name

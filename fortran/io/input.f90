@@ -1,19 +1,15 @@
 !> A namelist file becomes a model: everything it says checked, every name resolved.
 module dda_input
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, set_blocks
    use dda_errors, only: error_type, error_input, fail
-   use dda_input_blocks, only: read_blocks, is_block_group
    use dda_input_group, only: place_type, place_of_group, complain, name_length
+   use dda_input_bodies, only: read_bodies
    use dda_input_materials, only: read_material, read_joint, read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
    use dda_input_settings, only: read_run, read_control, read_contact, read_output
    use dda_model, only: model_type, default_stiffness
    use dda_motion, only: motion_named
    use dda_namelist_groups, only: group_type, split_groups
-   use dda_neighbours, only: neighbours_type, find_neighbours
-   use dda_outlines, only: outlines_type
-   use dda_polygon, only: overlap_depth
    use dda_text, only: quoted, to_text
    use dda_text_file, only: read_text_file
    implicit none
@@ -23,7 +19,6 @@ module dda_input
    character(len=*), parameter :: once(4) = [character(len=7) :: 'run', 'control', 'contact', 'output']
    character(len=*), parameter :: repeated(11) = [character(len=14) :: 'material', 'joint', 'motion', 'block', 'layers', &
       'drums', 'wall', 'fixed_point', 'load', 'measured_point', 'amplification']
-   real(wp), parameter :: touching = 1.0e-6_wp  !< of the smaller block: deeper is an overlap
 
 contains
 
@@ -56,7 +51,7 @@ contains
       if (.not. allocated(error)) call read_settings(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_substances(model, file, folder, groups, error)
       if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
-      if (.not. allocated(error)) call read_outlines(model, file, groups, error)
+      if (.not. allocated(error)) call read_bodies(model, file, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
       if (.not. allocated(error)) call read_amplifications(model, file, groups, error)
    end subroutine read_model
@@ -216,68 +211,6 @@ contains
             merge('x', 'y', axis == 1)//' = '//quoted(base_motion(axis))//' is not the name of a &motion')
       end do
    end subroutine resolve_base_motion
-
-   !> All blocks, moved so that the middle of the model is the engine's origin.
-   subroutine read_outlines(model, file, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
-      type(outlines_type) :: outlines
-      integer :: i
-
-      do i = 1, size(groups)
-         if (is_block_group(groups(i)%name)) call read_blocks(groups(i)%name, groups(i)%text, &
-            place_of_group(file, groups(i)), i, model%materials, model%joints, outlines, error)
-         if (allocated(error)) return
-      end do
-      if (outlines%n == 0) then
-         call fail(error, error_input, file//': there are no blocks; give &block, &layers, &drums or &wall')
-         return
-      end if
-      associate (vertices => outlines%vertices(:, :outlines%n_vertices))
-         model%origin = 0.5_wp*(minval(vertices, 2) + maxval(vertices, 2))
-         vertices = vertices - spread(model%origin, 2, outlines%n_vertices)
-      end associate
-      model%block_names = outlines%name(:outlines%n)
-      call set_blocks(model%blocks, outlines%first(:outlines%n + 1), outlines%vertices, outlines%material(:outlines%n), &
-         outlines%joint(:outlines%n), model%materials, model%control%plane_strain)
-      call check_overlap(model, file, groups, outlines%source, error)
-   end subroutine read_outlines
-
-   !> No two blocks may overlap.
-   subroutine check_overlap(model, file, groups, source, error)
-      type(model_type), intent(in) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      integer, intent(in) :: source(:)
-      type(error_type), allocatable, intent(inout) :: error
-      type(neighbours_type) :: near
-      real(wp) :: depth
-      integer :: p
-
-      associate (blocks => model%blocks)
-         call find_neighbours(near, blocks, 0.0_wp)
-         do p = 1, near%n_pairs
-            associate (a => near%pair(1, p), b => near%pair(2, p))
-               depth = overlap_depth(blocks%vertex(:, blocks%first(a):blocks%first(a + 1) - 1), &
-                  blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1))
-               if (depth <= touching*min(blocks%radius(a), blocks%radius(b))) cycle
-               call complain(error, place_of_group(file, groups(source(b))), 'block '//to_text(b)//' '// &
-                  trim(model%block_names(b))//' overlaps block '//to_text(a)//' '//trim(model%block_names(a))// &
-                  ' of '//place_name(groups(source(a)))//' by '//to_text(depth)//' m')
-               return
-            end associate
-         end do
-      end associate
-   end subroutine check_overlap
-
-   pure function place_name(group) result(name)
-      type(group_type), intent(in) :: group
-      character(len=:), allocatable :: name
-
-      name = '&'//group%name//' (line '//to_text(group%line)//')'
-   end function place_name
 
    !> Fixed points, loads and measured points.
    subroutine read_points(model, file, groups, error)

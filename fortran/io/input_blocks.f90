@@ -14,6 +14,7 @@ module dda_input_blocks
 
    integer, parameter :: most_vertices = 512
    integer, parameter :: most_blocks = 2000000
+   integer, parameter :: longest_stem = name_length - 8  !< of the name of generated blocks, which get a number
 
 contains
 
@@ -61,6 +62,16 @@ contains
       if (m == 0) call complain(error, place, 'material = '//quoted(material)//' is not the name of a &material')
       if (j == 0) call complain(error, place, 'joint = '//quoted(joint)//' is not the name of a &joint')
    end subroutine resolve
+
+   !> Generated names must have room for their number.
+   subroutine check_stem(place, name, error)
+      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (len_trim(name) > longest_stem) call complain(error, place, 'name = '//quoted(name)//' is too long: at most '// &
+         to_text(longest_stem)//' characters, since the blocks get numbers')
+   end subroutine check_stem
 
    subroutine read_block(group, place, source, materials, joints, outlines, error)
       character(len=*), intent(in) :: group
@@ -149,6 +160,7 @@ contains
       call require_positive(error, place, 'width', width)
       call require_positive(error, place, 'thickness', thickness)
       call require_within(error, place, 'count', real(count, wp), 1.0_wp, real(most_blocks, wp))
+      call check_stem(place, name, error)
       call resolve(place, material, joint, materials, joints, m, j, error)
       if (.not. allocated(error)) call add_layers(outlines, left, bottom, width, thickness, count, m, j, source, name)
    end subroutine read_layers
@@ -185,6 +197,7 @@ contains
       call require_positive(error, place, 'top_width', top_width)
       call require_positive(error, place, 'height', height)
       call require_within(error, place, 'count', real(count, wp), 1.0_wp, real(most_blocks, wp))
+      call check_stem(place, name, error)
       call resolve(place, material, joint, materials, joints, m, j, error)
       if (.not. allocated(error)) call add_drums(outlines, centre, bottom, height, [width, top_width], count, m, j, source, &
          name)
@@ -221,6 +234,7 @@ contains
       call require_positive(error, place, 'brick_height', brick_height)
       call require_within(error, place, 'bricks', real(bricks, wp), 1.0_wp, 1.0e6_wp)
       call require_within(error, place, 'courses', real(courses, wp), 1.0_wp, real(most_blocks, wp)/max(bricks, 1))
+      call check_stem(place, name, error)
       call resolve(place, material, joint, materials, joints, m, j, error)
       if (.not. allocated(error)) call add_wall(outlines, left, bottom, [brick_length, brick_height], bricks, courses, m, j, &
          source, name)

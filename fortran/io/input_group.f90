@@ -53,7 +53,8 @@ contains
 
       if (index(message, unknown) == 1) then
          if (verify(lower_case(message(len(unknown) + 1:len(unknown) + 1)), letters) > 0) then
-            call complain(error, place, quoted(message(len(unknown) + 1:))//' cannot be read as a value here')
+            call complain(error, place, quoted(message(len(unknown) + 1:))// &
+               ' cannot be read here: it is no value of the variable before it, or one more than that variable holds')
          else
             call complain(error, place, 'there is no variable '//quoted(message(len(unknown) + 1:))//' in this group')
          end if
@@ -101,7 +102,9 @@ contains
 
       do i = 1, size(values)
          if (allocated(error)) return
-         if (.not. is_set(values(i))) then
+         if (.not. is_set(values(i)) .and. size(values) > 1) then
+            call complain(error, place, name//': a value is left out')
+         else if (.not. is_set(values(i))) then
             call complain(error, place, name//' is missing')
          else if (.not. abs(values(i)) <= 1.0e30_wp) then
             call complain(error, place, name//' = '//to_text(values(i))//' is not a usable number')

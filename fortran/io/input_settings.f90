@@ -12,6 +12,7 @@ module dda_input_settings
    public :: read_run, read_control, read_contact, read_output
 
    real(wp), parameter :: most_steps = 1.0e12_wp
+   real(wp), parameter :: least_step = 1.0e-15_wp, most_step = 1.0e9_wp  !< s; 2M/Δt² stays a number
 
 contains
 
@@ -61,6 +62,7 @@ contains
       if (status /= 0) call complain_of_read(error, place, message)
 
       call require_positive(error, place, 'time_step', time_step)
+      call require_within(error, place, 'time_step', time_step, least_step, most_step)
       call require_within(error, place, 'dynamic_factor', dynamic_factor, 0.0_wp, 1.0_wp)
       call require_within(error, place, 'max_displacement_ratio', max_displacement_ratio, 1.0e-8_wp, 1.0_wp)
       call require_finite(error, place, 'gravity', gravity)
@@ -165,20 +167,27 @@ contains
       type(error_type), allocatable, intent(inout) :: error
       character(len=1024) :: file
       character(len=256) :: message
-      integer :: history_interval, block_interval, status
-      namelist /output/ file, history_interval, block_interval
+      integer :: history_interval, block_interval, checkpoint_interval, status
+      real(wp) :: checkpoint_minutes
+      namelist /output/ file, history_interval, block_interval, checkpoint_interval, checkpoint_minutes
 
       file = ''
       history_interval = settings%history_interval
       block_interval = settings%block_interval
+      checkpoint_interval = settings%checkpoint_interval
+      checkpoint_minutes = settings%checkpoint_minutes
       read (group, nml=output, iostat=status, iomsg=message)
       if (status /= 0) call complain_of_read(error, place, message)
 
       call require_within(error, place, 'history_interval', real(history_interval, wp), 1.0_wp, 1.0e9_wp)
       call require_within(error, place, 'block_interval', real(block_interval, wp), 0.0_wp, 1.0e9_wp)
+      call require_within(error, place, 'checkpoint_interval', real(checkpoint_interval, wp), 0.0_wp, 1.0e9_wp)
+      call require_within(error, place, 'checkpoint_minutes', checkpoint_minutes, 0.0_wp, 1.0e6_wp)
       if (file /= '') settings%file = trim(file)
       settings%history_interval = history_interval
       settings%block_interval = block_interval
+      settings%checkpoint_interval = checkpoint_interval
+      settings%checkpoint_minutes = checkpoint_minutes
    end subroutine read_output
 
 end module dda_input_settings

@@ -144,10 +144,11 @@ contains
    pure function on_one_line(text) result(copy)
       character(len=*), intent(in) :: text
       character(len=:), allocatable :: copy
-      character(len=len(text)) :: buffer
       character :: quote
       integer :: at, length
 
+      ! On the heap, whatever the length: a text of that length on the stack would end the program.
+      allocate (character(len=len(text)) :: copy)
       quote = ' '
       length = 0
       at = 1
@@ -162,11 +163,11 @@ contains
             quote = ' '
          end if
          length = length + 1
-         buffer(length:length) = text(at:at)
-         if (iachar(text(at:at)) < 32) buffer(length:length) = ' '
+         copy(length:length) = text(at:at)
+         if (iachar(text(at:at)) < 32) copy(length:length) = ' '
          at = at + 1
       end do
-      copy = buffer(:length)
+      copy = copy(:length)
    end function on_one_line
 
    pure function first_word(text) result(word)

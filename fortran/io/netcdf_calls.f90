@@ -57,21 +57,16 @@ contains
    end function define_dimension
 
    !> Define a variable with its unit and what it is.
-   integer function define(dataset, name, kind, dimensions, units, meaning, chunks) result(id)
+   integer function define(dataset, name, kind, dimensions, units, meaning) result(id)
       type(dataset_type), intent(inout) :: dataset
       character(len=*), intent(in) :: name
       integer, intent(in) :: kind
       integer, intent(in) :: dimensions(:)
       character(len=*), intent(in) :: units, meaning
-      integer, intent(in), optional :: chunks(:)
 
       id = -1
       if (allocated(dataset%error)) return
-      if (present(chunks)) then
-         call checked(dataset, nf90_def_var(dataset%id, name, kind, dimensions, id, chunksizes=chunks), 'define '//name)
-      else
-         call checked(dataset, nf90_def_var(dataset%id, name, kind, dimensions, id), 'define '//name)
-      end if
+      call checked(dataset, nf90_def_var(dataset%id, name, kind, dimensions, id), 'define '//name)
       if (allocated(dataset%error)) return
       call checked(dataset, nf90_put_att(dataset%id, id, 'units', units), 'describe '//name)
       call checked(dataset, nf90_put_att(dataset%id, id, 'long_name', meaning), 'describe '//name)

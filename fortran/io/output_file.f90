@@ -1,77 +1,64 @@
 !> The output of a run: a netCDF-4 file that xarray opens as it is.
 !>
-!> It grows under the name FILE.partial and gets its own name when the run is complete.
+!> It is always written as a whole from the journal, under a name of its own, and then renamed: to FILE when the run
+!> is complete, now and then before that to FILE.partial.  So whoever opens either, at any moment, finds a file that
+!> is whole, and a run that dies while it writes leaves the last one as it was.
 module dda_output_file
    use, intrinsic :: iso_c_binding, only: c_null_char
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
-   use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, stress_of
-   use dda_contact, only: contacts_type
-   use dda_energy, only: energy_terms, energy_names, energy_values
+   use dda_kinds, only: wp, long
+   use dda_blocks, only: blocks_type
+   use dda_byte_file, only: reserve_room, settle_file
+   use dda_energy, only: energy_terms, energy_names
    use dda_errors, only: error_type, error_file, fail
-   use dda_file_system, only: rename_file, same_file, in_use, is_folder, folder_of
-   use dda_measure, only: measure_point
+   use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
+   use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, close_reader, row_sample
    use dda_model, only: model_type
    use dda_netcdf_calls, only: dataset_type, checked, define, define_dimension, describe, put
+   use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
    use dda_simulation, only: simulation_type, summary
    use dda_text, only: quoted
    use dda_version, only: version
-   use netcdf, only: nf90_create, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, nf90_unlimited, &
+   use netcdf, only: nf90_create, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, nf90_set_fill, nf90_nofill, &
       nf90_double, nf90_int, nf90_char, nf90_put_att, nf90_put_var
    implicit none
    private
-   public :: output_type, open_output, note_step, record_sample, record_frame, finish_output, abandon_output
+   public :: check_target, write_output, partial_name
 
-   integer, parameter :: buffered = 1024                 !< samples between writes
-   integer, parameter :: per_sample = 2 + energy_terms   !< Δt, iterations, energies
-   character(len=*), parameter :: partial = '.partial'
+   integer, parameter :: buffered = 1024          !< samples between writes
+   integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
 
    !> An output file that is being written; the integers without comment are netCDF variables.
    type :: output_type
-      character(len=:), allocatable :: file       !< final name
       type(dataset_type) :: dataset
+      integer :: points = 0
       integer :: samples = 0                      !< written and buffered
       integer :: waiting = 0                      !< buffered
       integer :: frames = 0
       integer :: contacts = 0                     !< contact states written
-      integer :: most_iterations = 0              !< since the last sample
-      integer :: time, time_step, iterations, displacement, velocity, acceleration
+      integer :: time, time_step, iterations
+      integer :: motion(3)                        !< displacement, velocity, acceleration
       integer :: energy(energy_terms)
       integer :: frame_time, coordinates, rates, stress, vertices, vertex, block, name, place, owner
       integer :: density, modulus
-      integer :: contact(9)
-      real(wp), allocatable :: time_buffer(:)     !< [buffered]
-      real(wp), allocatable :: sample(:,:)        !< [buffered, per_sample]
-      real(wp), allocatable :: point(:,:,:,:)     !< [2, points, buffered, 3] displacement, velocity, acceleration
+      integer :: contact_frame, contact(contact_columns)
+      real(wp), allocatable :: sample(:,:)        !< [numbers of a sample, buffered]
    end type output_type
 
 contains
 
-   !> Create the file and write what does not change.
-   subroutine open_output(output, simulation, file, error)
-      type(output_type), intent(out) :: output
-      type(simulation_type), intent(in) :: simulation
+   pure function partial_name(file) result(name)
       character(len=*), intent(in) :: file
-      type(error_type), allocatable, intent(out) :: error
-      integer :: points
+      character(len=:), allocatable :: name
 
-      output%file = file
-      output%dataset%file = file//partial
-      points = size(simulation%model%points)
-      allocate (output%time_buffer(buffered), output%sample(buffered, per_sample), output%point(2, points, buffered, 3))
-      call check_target(file, simulation%model, error)
-      if (allocated(error)) return
-      call checked(output%dataset, nf90_create(output%dataset%file, ior(nf90_netcdf4, nf90_clobber), output%dataset%id), &
-         'create the file')
-      call define_file(output, simulation)
-      if (allocated(output%dataset%error)) error = output%dataset%error
-   end subroutine open_output
+      name = file//'.partial'
+   end function partial_name
 
-   !> The output must not be a folder, the input or a record, and nobody else may be writing it.
+   !> The output must not be a folder, the input or a record.
    subroutine check_target(file, model, error)
       character(len=*), intent(in) :: file
       type(model_type), intent(in) :: model
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(inout) :: error
       logical :: folder
       integer :: i
 
@@ -82,8 +69,6 @@ contains
          call fail(error, error_file, file//': the folder '//folder_of(file)//' does not exist')
       else if (same_file(file, model%file)) then
          call fail(error, error_file, 'the output '//file//' would replace the input')
-      else if (in_use(file//partial)) then
-         call fail(error, error_file, file//partial//' is being written by another run')
       end if
       do i = 1, size(model%motions)
          if (allocated(error)) return
@@ -92,21 +77,82 @@ contains
       end do
    end subroutine check_target
 
-   subroutine define_file(output, simulation)
+   !> Write all that the journal holds to FILE, or to FILE.partial if the run is not complete.
+   subroutine write_output(file, journal, simulation, complete, error)
+      character(len=*), intent(in) :: file
+      type(journal_type), intent(in) :: journal
+      type(simulation_type), intent(in) :: simulation
+      logical, intent(in) :: complete
+      type(error_type), allocatable, intent(inout) :: error
+      type(output_type) :: output
+      character(len=:), allocatable :: name
+
+      name = partial_name(file)
+      if (complete) name = file
+      output%dataset%file = file//'.writing'
+      ! HDF5 does not survive a disk that fills up while it writes: what it will need is asked for before.
+      call reserve_room(output%dataset%file, room_for(journal, simulation), error)
+      if (.not. allocated(error)) call write_dataset(output, journal, simulation, complete, error)
+      if (.not. allocated(error) .and. complete) call settle_file(output%dataset%file, error)
+      if (.not. allocated(error)) then
+         if (.not. rename_file(output%dataset%file, name)) call fail(error, error_file, &
+            output%dataset%file//' cannot be renamed to '//name)
+      end if
+      if (allocated(error)) call remove_file(output%dataset%file)
+   end subroutine write_output
+
+   !> Bytes that the file will not exceed.
+   pure integer(long) function room_for(journal, simulation) result(bytes)
+      type(journal_type), intent(in) :: journal
+      type(simulation_type), intent(in) :: simulation
+      integer :: i
+
+      bytes = overhead + 2*len(simulation%model%text) + journal%bytes + 256*size(simulation%model%points) &
+         + 32*size(simulation%blocks%owner)
+      do i = 1, size(simulation%model%motions)
+         bytes = bytes + 2*len(simulation%model%motions(i)%source)
+      end do
+   end function room_for
+
+   subroutine write_dataset(output, journal, simulation, complete, error)
       type(output_type), intent(inout) :: output
+      type(journal_type), intent(in) :: journal
+      type(simulation_type), intent(in) :: simulation
+      logical, intent(in) :: complete
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: unused
+
+      associate (dataset => output%dataset)
+         call checked(dataset, nf90_create(dataset%file, ior(nf90_netcdf4, nf90_clobber), dataset%id), 'create the file')
+         if (.not. allocated(dataset%error)) then
+            ! All that is defined is written, unless there are no points.
+            if (size(simulation%model%points) > 0) call checked(dataset, nf90_set_fill(dataset%id, nf90_nofill, unused), &
+               'set it up')
+            call describe_run(dataset, simulation, merge('yes', 'no ', complete))
+            call define_file(output, journal, simulation)
+            call copy_rows(output, journal, simulation, error)
+            call checked(dataset, nf90_close(dataset%id), 'close the file')
+         end if
+         if (.not. allocated(error) .and. allocated(dataset%error)) error = dataset%error
+      end associate
+   end subroutine write_dataset
+
+   subroutine define_file(output, journal, simulation)
+      type(output_type), intent(inout) :: output
+      type(journal_type), intent(in) :: journal
       type(simulation_type), intent(in) :: simulation
       integer :: time, point, axis, frame
 
+      output%points = size(simulation%model%points)
       associate (dataset => output%dataset)
-         call describe_run(dataset, simulation)
-         time = define_dimension(dataset, 'time', nf90_unlimited)
-         point = define_dimension(dataset, 'point', max(1, size(simulation%model%points)))
+         time = define_dimension(dataset, 'time', journal%samples)
+         point = define_dimension(dataset, 'point', max(1, output%points))
          axis = define_dimension(dataset, 'axis', 2)
-         frame = define_dimension(dataset, 'frame', nf90_unlimited)
+         frame = define_dimension(dataset, 'frame', journal%frames)
          output%block = define_dimension(dataset, 'block', simulation%blocks%n)
-         call define_history(output, time, point, axis, size(simulation%model%points))
+         call define_history(output, time, point, axis)
          call define_frames(output, frame, output%block, axis, simulation%blocks)
-         call define_contacts(output)
+         call define_contacts(output, journal%contacts)
          call define_names(output, simulation, point, axis)
          if (.not. allocated(dataset%error)) call checked(dataset, nf90_enddef(dataset%id), 'end the definitions')
       end associate
@@ -114,9 +160,10 @@ contains
    end subroutine define_file
 
    !> All that is needed to repeat the run.
-   subroutine describe_run(dataset, simulation)
+   subroutine describe_run(dataset, simulation, complete)
       type(dataset_type), intent(inout) :: dataset
       type(simulation_type), intent(in) :: simulation
+      character(len=*), intent(in) :: complete
       integer :: i
       character(len=:), allocatable :: motions
 
@@ -131,32 +178,32 @@ contains
       call describe(dataset, 'input_file', simulation%model%file)
       call describe(dataset, 'input_text', simulation%model%text)
       call describe(dataset, 'motions', motions)
-      call describe(dataset, 'complete', 'no')
+      call describe(dataset, 'step_control', summary(simulation))
+      call describe(dataset, 'complete', trim(complete))
    end subroutine describe_run
 
    !> Samples of measured points and energies.
-   subroutine define_history(output, time, point, axis, points)
+   subroutine define_history(output, time, point, axis)
       type(output_type), intent(inout) :: output
-      integer, intent(in) :: time, point, axis, points
+      integer, intent(in) :: time, point, axis
       character(len=16) :: names(energy_terms)
-      integer :: i, chunks(3)
+      integer :: i
 
-      chunks = [2, max(1, points), buffered]
       names = energy_names()
       associate (dataset => output%dataset)
-         output%time = define(dataset, 'time', nf90_double, [time], 's', 'time', [buffered])
-         output%displacement = define(dataset, 'displacement', nf90_double, [axis, point, time], 'm', &
-            'displacement of a measured point', chunks)
-         output%velocity = define(dataset, 'velocity', nf90_double, [axis, point, time], 'm s-1', &
-            'velocity of a measured point', chunks)
-         output%acceleration = define(dataset, 'acceleration', nf90_double, [axis, point, time], 'm s-2', &
-            'acceleration of a measured point', chunks)
-         output%time_step = define(dataset, 'time_step', nf90_double, [time], 's', 'time step that led here', [buffered])
+         output%time = define(dataset, 'time', nf90_double, [time], 's', 'time')
+         output%motion(1) = define(dataset, 'displacement', nf90_double, [axis, point, time], 'm', &
+            'displacement of a measured point')
+         output%motion(2) = define(dataset, 'velocity', nf90_double, [axis, point, time], 'm s-1', &
+            'velocity of a measured point')
+         output%motion(3) = define(dataset, 'acceleration', nf90_double, [axis, point, time], 'm s-2', &
+            'acceleration of a measured point')
+         output%time_step = define(dataset, 'time_step', nf90_double, [time], 's', 'time step that led here')
          output%iterations = define(dataset, 'iterations', nf90_double, [time], '1', &
-            'most open-close iterations of a step since the last sample', [buffered])
+            'most open-close iterations of a step since the last sample')
          do i = 1, energy_terms
             output%energy(i) = define(dataset, 'energy_'//trim(names(i)), nf90_double, [time], 'J m-1', &
-               trim(names(i))//' energy per metre of thickness', [buffered])
+               trim(names(i))//' energy per metre of thickness')
          end do
       end associate
    end subroutine define_history
@@ -184,22 +231,23 @@ contains
    end subroutine define_frames
 
    !> Contact states of all frames, one after the other.
-   subroutine define_contacts(output)
+   subroutine define_contacts(output, contacts)
       type(output_type), intent(inout) :: output
+      integer, intent(in) :: contacts
       integer :: contact
 
       associate (dataset => output%dataset)
-         contact = define_dimension(dataset, 'contact', nf90_unlimited)
-         output%contact(1) = define(dataset, 'contact_frame', nf90_int, [contact], '1', 'frame, from 0')
-         output%contact(2) = define(dataset, 'contact_vertex', nf90_int, [contact], '1', 'vertex that touches, from 0')
-         output%contact(3) = define(dataset, 'contact_edge', nf90_int, [contact], '1', &
+         contact = define_dimension(dataset, 'contact', contacts)
+         output%contact_frame = define(dataset, 'contact_frame', nf90_int, [contact], '1', 'frame, from 0')
+         output%contact(1) = define(dataset, 'contact_vertex', nf90_int, [contact], '1', 'vertex that touches, from 0')
+         output%contact(2) = define(dataset, 'contact_edge', nf90_int, [contact], '1', &
             'edge touched, by its first vertex, from 0')
-         output%contact(4) = define(dataset, 'contact_state', nf90_int, [contact], '1', '0 open, 1 slide, 2 stick')
-         output%contact(5) = define(dataset, 'contact_bonded', nf90_int, [contact], '1', '1 while cohesion and tension hold')
-         output%contact(6) = define(dataset, 'contact_gap', nf90_double, [contact], 'm', 'gap, negative is penetration')
-         output%contact(7) = define(dataset, 'contact_normal_force', nf90_double, [contact], 'N m-1', 'compression positive')
-         output%contact(8) = define(dataset, 'contact_shear_force', nf90_double, [contact], 'N m-1', 'resists slip')
-         output%contact(9) = define(dataset, 'contact_stretch', nf90_double, [contact], 'm', 'elastic shear stretch')
+         output%contact(3) = define(dataset, 'contact_state', nf90_int, [contact], '1', '0 open, 1 slide, 2 stick')
+         output%contact(4) = define(dataset, 'contact_bonded', nf90_int, [contact], '1', '1 while cohesion and tension hold')
+         output%contact(5) = define(dataset, 'contact_gap', nf90_double, [contact], 'm', 'gap, negative is penetration')
+         output%contact(6) = define(dataset, 'contact_normal_force', nf90_double, [contact], 'N m-1', 'compression positive')
+         output%contact(7) = define(dataset, 'contact_shear_force', nf90_double, [contact], 'N m-1', 'resists slip')
+         output%contact(8) = define(dataset, 'contact_stretch', nf90_double, [contact], 'm', 'elastic shear stretch')
       end associate
    end subroutine define_contacts
 
@@ -249,158 +297,107 @@ contains
       padded = trim(text)//repeat(c_null_char, len(text) - len_trim(text))
    end function null_padded
 
-   !> Take a sample of points, energies and step control; write when the buffer is full.
-   subroutine record_sample(output, simulation, error)
+   !> All rows of the journal, in its order.
+   subroutine copy_rows(output, journal, simulation, error)
       type(output_type), intent(inout) :: output
+      type(journal_type), intent(in) :: journal
       type(simulation_type), intent(in) :: simulation
-      type(error_type), allocatable, intent(out) :: error
-      integer :: i, k
+      type(error_type), allocatable, intent(inout) :: error
+      type(reader_type) :: reader
+      real(wp), allocatable :: frame(:)
+      integer :: kind, contacts
 
-      k = output%waiting + 1
-      output%time_buffer(k) = simulation%time
-      output%sample(k, 1) = simulation%last_time_step
-      output%sample(k, 2) = real(output%most_iterations, wp)
-      output%sample(k, 3:) = energy_values(simulation%energy)
-      do i = 1, size(simulation%model%points)
-         call measure_point(simulation%blocks, simulation%model%points(i), output%point(:, i, k, 1), &
-            output%point(:, i, k, 2), output%point(:, i, k, 3))
+      allocate (output%sample(sample_size(simulation), buffered))
+      call open_reader(reader, journal, error)
+      do while (.not. (allocated(error) .or. allocated(output%dataset%error)))
+         call read_row(reader, kind, contacts, error)
+         if (allocated(error) .or. kind == 0) exit
+         if (kind == row_sample) then
+            if (output%waiting == buffered) call put_samples(output)
+            output%waiting = output%waiting + 1
+            output%samples = output%samples + 1
+            call read_numbers(reader, output%sample(:, output%waiting), error)
+         else
+            if (allocated(frame)) deallocate (frame)
+            allocate (frame(frame_size(simulation, contacts)))
+            call read_numbers(reader, frame, error)
+            call put_frame(output, frame, simulation%blocks%n, size(simulation%blocks%owner), contacts)
+         end if
       end do
-      output%most_iterations = 0
-      output%waiting = k
-      output%samples = output%samples + 1
-      if (k == buffered) call flush_samples(output)
-      call move_error(output, error)
-   end subroutine record_sample
-
-   !> Note how hard a step was that is not sampled itself.
-   pure subroutine note_step(output, simulation)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
-
-      output%most_iterations = max(output%most_iterations, simulation%iteration%iterations)
-   end subroutine note_step
+      if (.not. allocated(error)) call put_samples(output)
+      call close_reader(reader, error)
+   end subroutine copy_rows
 
    !> Write the buffered samples.
-   subroutine flush_samples(output)
+   subroutine put_samples(output)
       type(output_type), intent(inout) :: output
-      integer :: first, n, i, points
+      integer :: first, n, i, kind, at
 
       n = output%waiting
-      if (n == 0) return
       first = output%samples - n + 1
-      points = size(output%point, 2)
-      associate (dataset => output%dataset)
-         call put(dataset, output%time, output%time_buffer(:n), [first], [n])
-         call put(dataset, output%time_step, output%sample(:n, 1), [first], [n])
-         call put(dataset, output%iterations, output%sample(:n, 2), [first], [n])
-         do i = 1, energy_terms
-            call put(dataset, output%energy(i), output%sample(:n, 2 + i), [first], [n])
-         end do
-         if (points > 0) then
-            call put_points(output, output%displacement, 1, first, n)
-            call put_points(output, output%velocity, 2, first, n)
-            call put_points(output, output%acceleration, 3, first, n)
-         end if
-      end associate
       output%waiting = 0
-   end subroutine flush_samples
+      associate (dataset => output%dataset, sample => output%sample, width => 2*output%points)
+         call put(dataset, output%time, sample(1, :n), [first], [n])
+         call put(dataset, output%time_step, sample(2, :n), [first], [n])
+         call put(dataset, output%iterations, sample(3, :n), [first], [n])
+         do i = 1, energy_terms
+            call put(dataset, output%energy(i), sample(3 + i, :n), [first], [n])
+         end do
+         if (width == 0) return
+         do kind = 1, 3
+            at = sample_head + (kind - 1)*width
+            call put(dataset, output%motion(kind), reshape(sample(at + 1:at + width, :n), [width*n]), [1, 1, first], &
+               [2, output%points, n])
+         end do
+      end associate
+   end subroutine put_samples
 
-   subroutine put_points(output, variable, which, first, n)
+   !> Write a frame: all blocks and contacts.
+   subroutine put_frame(output, frame, n, vertices, contacts)
       type(output_type), intent(inout) :: output
-      integer, intent(in) :: variable, which, first, n
-
-      call put(output%dataset, variable, reshape(output%point(:, :, :n, which), [size(output%point(:, :, :n, which))]), &
-         [1, 1, first], [2, size(output%point, 2), n])
-   end subroutine put_points
-
-   !> Take a frame: all blocks and contacts.
-   subroutine record_frame(output, simulation, error)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
-      type(error_type), allocatable, intent(out) :: error
-      real(wp), allocatable :: values(:,:)
-      integer :: b, f, n
+      real(wp), contiguous, intent(in) :: frame(:)
+      integer, intent(in) :: n, vertices, contacts
+      integer :: f, at
 
       output%frames = output%frames + 1
       f = output%frames
-      n = simulation%blocks%n
-      associate (dataset => output%dataset, blocks => simulation%blocks, origin => simulation%model%origin)
-         call put(dataset, output%frame_time, [simulation%time], [f], [1])
-         values = blocks%position
-         values(1:2, :) = values(1:2, :) + spread(origin, 2, n)
-         call put(dataset, output%coordinates, reshape(values, [6*n]), [1, 1, f], [6, n, 1])
-         call put(dataset, output%rates, reshape(blocks%velocity, [6*n]), [1, 1, f], [6, n, 1])
-         values = blocks%vertex + spread(origin, 2, size(blocks%owner))
-         call put(dataset, output%vertices, reshape(values, [size(values)]), [1, 1, f], [2, size(blocks%owner), 1])
-         values = reshape([(stress_of(blocks, b), b=1, n)], [3, n])
-         call put(dataset, output%stress, reshape(values, [3*n]), [1, 1, f], [3, n, 1])
-      end associate
-      call record_contacts(output, simulation%contacts(simulation%now))
-      call move_error(output, error)
-   end subroutine record_frame
+      call put(output%dataset, output%frame_time, frame(1:1), [f], [1])
+      at = 1
+      call put_part(output%coordinates, 6, n)
+      call put_part(output%rates, 6, n)
+      call put_part(output%stress, 3, n)
+      call put_part(output%vertices, 2, vertices)
+      if (contacts > 0) call put_contacts(output, frame(at + 1:), contacts)
 
-   subroutine record_contacts(output, contacts)
+   contains
+
+      subroutine put_part(variable, width, count)
+         integer, intent(in) :: variable, width, count
+
+         call put(output%dataset, variable, frame(at + 1:at + width*count), [1, 1, f], [width, count, 1])
+         at = at + width*count
+      end subroutine put_part
+
+   end subroutine put_frame
+
+   !> The columns of the contacts of a frame: the first ones are whole numbers.
+   subroutine put_contacts(output, columns, n)
       type(output_type), intent(inout) :: output
-      type(contacts_type), intent(in) :: contacts
-      integer :: n, at(1)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: columns(n, contact_columns)
+      integer, parameter :: whole = 4
+      integer :: i, at(1)
 
-      n = contacts%n
       at = output%contacts + 1
-      associate (dataset => output%dataset)
-         call put(dataset, output%contact(1), spread(output%frames - 1, 1, n), at, [n])
-         call put(dataset, output%contact(2), contacts%vertex(:n) - 1, at, [n])
-         call put(dataset, output%contact(3), contacts%edge(:n) - 1, at, [n])
-         call put(dataset, output%contact(4), contacts%state(:n), at, [n])
-         call put(dataset, output%contact(5), merge(1, 0, contacts%bonded(:n)), at, [n])
-         call put(dataset, output%contact(6), contacts%new_gap(:n), at, [n])
-         call put(dataset, output%contact(7), contacts%normal_force(:n), at, [n])
-         call put(dataset, output%contact(8), contacts%shear_force(:n), at, [n])
-         call put(dataset, output%contact(9), contacts%stretch(:n), at, [n])
-      end associate
+      call put(output%dataset, output%contact_frame, spread(output%frames - 1, 1, n), at, [n])
+      do i = 1, contact_columns
+         if (i <= whole) then
+            call put(output%dataset, output%contact(i), nint(columns(:, i)), at, [n])
+         else
+            call put(output%dataset, output%contact(i), columns(:, i), at, [n])
+         end if
+      end do
       output%contacts = output%contacts + n
-   end subroutine record_contacts
-
-   !> Close a complete output and give it its name.
-   subroutine finish_output(output, simulation, error)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
-      type(error_type), allocatable, intent(out) :: error
-
-      call close_output(output, simulation, 'yes', error)
-      if (allocated(error)) return
-      if (.not. rename_file(output%dataset%file, output%file)) call fail(error, error_file, &
-         output%dataset%file//' cannot be renamed to '//output%file)
-   end subroutine finish_output
-
-   !> Close an output that stays incomplete, under its partial name.
-   subroutine abandon_output(output, simulation, error)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
-      type(error_type), allocatable, intent(out) :: error
-
-      call close_output(output, simulation, 'no', error)
-   end subroutine abandon_output
-
-   subroutine close_output(output, simulation, complete, error)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
-      character(len=*), intent(in) :: complete
-      type(error_type), allocatable, intent(out) :: error
-
-      if (output%dataset%id < 0) return
-      call flush_samples(output)
-      call describe(output%dataset, 'step_control', summary(simulation))
-      call describe(output%dataset, 'complete', complete)
-      call checked(output%dataset, nf90_close(output%dataset%id), 'close the file')
-      output%dataset%id = -1
-      call move_error(output, error)
-   end subroutine close_output
-
-   subroutine move_error(output, error)
-      type(output_type), intent(inout) :: output
-      type(error_type), allocatable, intent(out) :: error
-
-      if (allocated(output%dataset%error)) error = output%dataset%error
-   end subroutine move_error
+   end subroutine put_contacts
 
 end module dda_output_file

@@ -35,6 +35,8 @@ module dda_settings
       character(len=:), allocatable :: file     !< netCDF-4; default: the input's name with .nc
       integer :: history_interval = 1           !< steps between samples of points and energies
       integer :: block_interval = 0             !< steps between block and contact states; 0: first and last
+      integer :: checkpoint_interval = 0        !< steps between checkpoints; 0: none by steps
+      real(wp) :: checkpoint_minutes = 10.0_wp  !< of the clock between checkpoints; 0: none by the clock
    end type output_settings_type
 
    !> A spectral ratio between two measured points, wanted after the run (group &amplification).

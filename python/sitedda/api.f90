@@ -18,15 +18,17 @@ module api
    use dda_model, only: model_type
    use dda_modes, only: modes_type, find_modes
    use dda_record, only: record_type, read_record
-   use dda_run, only: run_type, begin_run, continue_run, end_run, is_done
-   use dda_simulation, only: summary, set_rates
+   use dda_run, only: run_type, begin_run, resume_run, continue_run, save_run, end_run, is_done
+   use dda_simulation, only: summary
+   use dda_start, only: set_rates
    use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
+   use dda_stopwatch, only: phase_names, seconds_of
    use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
    use dda_version, only: version
    implicit none
    private
-   public :: open_run, advance_run, finish_run, close_run, run_sizes, run_clock, run_text
-   public :: block_states, set_block_states, vertex_places, contact_states, energies, point_motions
+   public :: open_run, advance_run, save_state, finish_run, close_run, run_sizes, run_clock, run_text
+   public :: block_states, set_block_states, vertex_places, contact_states, energies, point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: spectrum_of, amplification_of, peak_of, engine_version
@@ -71,7 +73,7 @@ contains
       character(len=*), intent(in) :: file      !< where the text is from; its folder holds the records
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: output    !< output file in place of the input's, or blank
-      integer(c_int), intent(in) :: writes      !< 1: write the output file
+      integer(c_int), intent(in) :: writes      !< 1: write the output file; 2: go on with one
       integer(c_int), intent(out) :: handle, status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -86,7 +88,11 @@ contains
       end if
       if (.not. allocated(error)) then
          allocate (slots(handle)%run)
-         call begin_run(slots(handle)%run, model, writes == 1, error)
+         if (writes == 2) then
+            call resume_run(slots(handle)%run, model, error)
+         else
+            call begin_run(slots(handle)%run, model, writes == 1, error)
+         end if
          if (allocated(error)) call drop(handle)
       end if
       call report(error, status, message)
@@ -118,7 +124,20 @@ contains
       call report(error, status, message)
    end subroutine advance_run
 
-   !> Close the output file: named if the run is done, else left as FILE.partial.
+   !> Write a checkpoint now, if the run writes an output.
+   subroutine save_state(handle, status, message)
+      integer(c_int), intent(in) :: handle
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call save_run(run, error)
+      call report(error, status, message)
+   end subroutine save_state
+
+   !> Close the output file: named if the run is done, else left as FILE.partial with a checkpoint.
    subroutine finish_run(handle, status, message)
       integer(c_int), intent(in) :: handle
       integer(c_int), intent(out) :: status
@@ -179,7 +198,7 @@ contains
       call report(error, status, message)
    end subroutine run_clock
 
-   !> A text of the run: 'output', 'title', 'summary', 'point i' or 'block i' (from 1).
+   !> A text of the run: 'output', 'title', 'summary', 'notice', 'solver', 'point i' or 'block i' (from 1).
    subroutine run_text(handle, what, which, text, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
@@ -199,6 +218,10 @@ contains
                text = model%output%file
             case ('title')
                text = model%title
+            case ('solver')
+               text = run%simulation%solver%method
+            case ('notice')
+               if (allocated(run%notice)) text = run%notice
             case ('summary')
                text = summary(run%simulation)
             case ('point')
@@ -300,7 +323,7 @@ contains
             who(2, :) = contacts%edge(:n) - 1
             who(3, :) = contacts%state(:n)
             who(4, :) = merge(1, 0, contacts%bonded(:n))
-            values(1, :) = contacts%new_gap(:n)
+            values(1, :) = contacts%new_gap(:n) + contacts%offset(:n)
             values(2, :) = contacts%normal_force(:n)
             values(3, :) = contacts%shear_force(:n)
             values(4, :) = contacts%stretch(:n)
@@ -345,6 +368,45 @@ contains
       end if
       call report(error, status, message)
    end subroutine point_motions
+
+   !> Seconds spent in each phase of the steps since the first call, which starts the watch.
+   subroutine run_phases(handle, seconds, status, message)
+      integer(c_int), intent(in) :: handle
+      real(c_double), intent(out) :: seconds(7)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      seconds = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) then
+         run%simulation%system%watch%running = .true.
+         seconds(:size(phase_names)) = seconds_of(run%simulation%system%watch)
+      end if
+      call report(error, status, message)
+   end subroutine run_phases
+
+   !> Steps, open-close iterations, neighbour searches, systems solved, factors made, iterations of the solver, solves
+   !> that it handed over, bonds broken.
+   subroutine run_counts(handle, counts, status, message)
+      integer(c_int), intent(in) :: handle
+      real(c_double), intent(out) :: counts(8)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      counts = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) then
+         associate (simulation => run%simulation, solver => run%simulation%solver)
+            counts = real([simulation%step, simulation%counters%iterations, simulation%counters%searches, solver%solves, &
+               solver%factors, solver%iterations, solver%handed_over, simulation%counters%broken], c_double)
+         end associate
+      end if
+      call report(error, status, message)
+   end subroutine run_counts
 
    !> One-sided Fourier spectrum of a series, [bins] = padding*samples/2 + 1.
    subroutine spectrum_of(n, series, time_step, padding, taper, bins, frequency, spectrum, status, message)

@@ -5,7 +5,8 @@ module check_models
    use dda_input, only: read_model
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
-   use dda_simulation, only: simulation_type, start
+   use dda_simulation, only: simulation_type
+   use dda_start, only: start
    use dda_text, only: to_text
    use testing, only: check_no_error
    implicit none

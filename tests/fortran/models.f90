@@ -8,7 +8,9 @@ module models
    use dda_material, only: material_type
    use dda_model, only: model_type
    use dda_outlines, only: outlines_type
-   use dda_simulation, only: simulation_type, start, advance
+   use dda_simulation, only: simulation_type
+   use dda_start, only: start
+   use dda_time_step, only: advance
    use testing, only: check_no_error
    implicit none
    private

@@ -3,7 +3,8 @@ module test_audit
    use dda_kinds, only: wp
    use dda_energy, only: energy_type, total_energy
    use dda_errors, only: error_type
-   use dda_simulation, only: advance, simulation_type
+   use dda_simulation, only: simulation_type
+   use dda_time_step, only: advance
    use models, only: begin, block_text, contact_text, control_text, joint_text, rectangle, relative_balance, rock, &
       turned
    use testing, only: case, check, check_close, check_no_error

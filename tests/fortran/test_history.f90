@@ -21,6 +21,8 @@ contains
       call corner_travel()
       call other_side()
       call handed_once()
+      call met_in_penetration()
+      call across_a_joint()
       call random_lists()
    end subroutine history_suite
 
@@ -74,7 +76,7 @@ contains
       type(history_type) :: history
 
       call prepare_history(history, vertices, 0.0_wp)
-      call inherit(new, old, history)
+      call inherit(new, old, history, .true.)
    end subroutine pass_on
 
    subroutine same_contact()
@@ -171,6 +173,57 @@ contains
       call expect(new, 2, contact_slide, 1.0e-3_wp, 'and takes it')
    end subroutine handed_once
 
+   !> Only what is built up presses: beyond the depth that a contact was first met at, until it has opened.
+   subroutine met_in_penetration()
+      type(contacts_type) :: old, new
+      type(history_type) :: history
+      real(wp), parameter :: distance(5) = [-4.0_wp, -6.0_wp, -3.0_wp, 1.0_wp, -2.0_wp]*1.0e-6_wp
+      real(wp), parameter :: pressing(5) = [0.0_wp, -2.0_wp, 0.0_wp, 1.0_wp, -2.0_wp]*1.0e-6_wp
+      integer :: step
+
+      call case('met in penetration')
+      call prepare_history(history, vertices, 0.0_wp)
+      call reserve(old, 1)
+      do step = 1, size(distance)
+         new%n = 0
+         call put(new, 1, 5, 0, 1, 2, up, distance(step))
+         call inherit(new, old, history, .true.)
+         call check_close(new%gap(1), pressing(step), 'what presses', absolute=1.0e-20_wp)
+         call check_close(new%gap(1) + new%offset(1), distance(step), 'distance', absolute=1.0e-20_wp)
+         old = new
+      end do
+      new%n = 0
+      call put(new, 1, 6, 0, 1, 2, [0.0_wp, -1.0_wp], -7.0e-6_wp)
+      call inherit(new, old, history, .false.)
+      call check_close(new%gap(1), -7.0e-6_wp, 'penetration of the first state presses')
+   end subroutine met_in_penetration
+
+   !> The spring energy of a contact that ends goes over to one of the same vertex on the next block.
+   subroutine across_a_joint()
+      type(contacts_type) :: old, new
+
+      call case('across a joint')
+      call put(old, 1, 5, 0, 1, 2, up, 0.0_wp)
+      call put(old, 1, 9, 0, 1, 3, up, 0.0_wp)
+      old%new_gap(1:2) = [-4.0e-6_wp, -3.0e-6_wp]
+      old%offset(2) = -7.0e-6_wp
+      old%stretch(1:2) = [-8.0e-7_wp, 6.0e-7_wp]
+      call put(new, 1, 9, 0, 1, 3, up, -1.0e-5_wp)
+      call pass_on(new, old)
+      call check_close(new%gap(1), -5.0e-6_wp, 'energies add up')
+      call check_close(new%offset(1), -5.0e-6_wp, 'the rest does not press')
+      call check_close(new%stretch(1), -1.0e-6_wp, 'shear energies add up')
+      new%n = 0
+      old%n = 1
+      call put(new, 1, 9, 0, 1, 3, up, -3.0e-6_wp)
+      call pass_on(new, old)
+      call check_close([new%gap(1), new%offset(1)], [-3.0e-6_wp, 0.0_wp], 'no more than the penetration gives')
+      new%n = 0
+      call put(new, 1, 9, 0, 1, 3, [1.0_wp, 0.0_wp], -3.0e-6_wp)
+      call pass_on(new, old)
+      call check_close(new%gap(1), 0.0_wp, 'nothing in another direction', absolute=0.0_wp)
+   end subroutine across_a_joint
+
    !> Whatever the lists: no stretch is used twice or invented, and the index is left clean for the next step.
    subroutine random_lists()
       type(contacts_type) :: old, new
@@ -188,7 +241,7 @@ contains
          end do
          new%n = 0
          call random_list(new)
-         call inherit(new, old, history)
+         call inherit(new, old, history, .true.)
          do c = 1, old%n
             used = count(new%stretch(:new%n) == old%stretch(c))
             if (used > 1) wrong = wrong + 1

@@ -5,7 +5,9 @@ module test_modes
    use dda_linear_model, only: linear_model_type, linearise
    use dda_modes, only: modes_type, find_modes
    use dda_scheme, only: free_damping, period_elongation, forced_damping, inertia_factor
-   use dda_simulation, only: simulation_type, advance, set_rates
+   use dda_simulation, only: simulation_type
+   use dda_start, only: set_rates
+   use dda_time_step, only: advance
    use dda_text, only: to_text
    use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, loose_blocks, hinged_bar, &
       free_stack, started, linear_of

@@ -3,7 +3,9 @@ module test_simulation
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_convergence, error_type
    use dda_polygon, only: area_of
-   use dda_simulation, only: advance, finished, simulation_type, start, summary
+   use dda_simulation, only: finished, simulation_type, summary
+   use dda_start, only: start
+   use dda_time_step, only: advance
    use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, number, rectangle, &
       rock, &
       run, turned

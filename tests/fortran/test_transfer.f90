@@ -7,7 +7,9 @@ module test_transfer
    use dda_linear_model, only: linear_model_type, linearise
    use dda_measure, only: measure_point
    use dda_model, only: model_type
-   use dda_simulation, only: simulation_type, start, advance
+   use dda_simulation, only: simulation_type
+   use dda_start, only: start
+   use dda_time_step, only: advance
    use dda_transfer, only: transfer_type, peak_type, prepare_transfer, transfer_at, undamped_transfer_at, &
       transfer_error, transfer_peak
    use check_models, only: layered_site, layered_site_two, brick_wall, linear_of

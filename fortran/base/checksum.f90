@@ -1,0 +1,78 @@
+!> CRC-64 of bytes, as xz computes it (polynomial of ECMA-182, reflected): finds every burst of errors up to 64 bits.
+module dda_checksum
+   use, intrinsic :: iso_fortran_env, only: int8
+   use dda_kinds, only: long
+   implicit none
+   private
+   public :: checksum_type, begin_checksum, add_bytes, checksum_of
+
+   integer(long), parameter :: polynomial = -3932672073523589310_long  !< C96C5795D7870F42
+
+   !> The sum of the bytes so far, and the tables that let it take eight at a time.
+   type :: checksum_type
+      integer(long) :: value = 0
+      integer(long) :: table(0:255, 0:7) = 0  !< remainders of a byte with 0 … 7 zero bytes behind it
+   end type checksum_type
+
+contains
+
+   pure subroutine begin_checksum(checksum)
+      type(checksum_type), intent(out) :: checksum
+      integer :: byte, bit, behind
+      integer(long) :: rest
+
+      do byte = 0, 255
+         rest = byte
+         do bit = 1, 8
+            rest = merge(ieor(shiftr(rest, 1), polynomial), shiftr(rest, 1), btest(rest, 0))
+         end do
+         checksum%table(byte, 0) = rest
+      end do
+      do behind = 1, 7
+         do byte = 0, 255
+            rest = checksum%table(byte, behind - 1)
+            checksum%table(byte, behind) = ieor(checksum%table(low_byte(rest), 0), shiftr(rest, 8))
+         end do
+      end do
+   end subroutine begin_checksum
+
+   pure integer function low_byte(word)
+      integer(long), intent(in) :: word
+
+      low_byte = int(iand(word, 255_long))
+   end function low_byte
+
+   !> Go on with more bytes.
+   pure subroutine add_bytes(checksum, bytes)
+      type(checksum_type), intent(inout) :: checksum
+      integer(int8), contiguous, intent(in) :: bytes(:)
+      integer(long) :: rest, i, whole
+
+      rest = not(checksum%value)
+      whole = size(bytes, kind=long)/8*8
+      do i = 1, whole, 8
+         rest = ieor(rest, transfer(bytes(i:i + 7), rest))
+         associate (table => checksum%table)
+            rest = ieor(ieor(ieor(table(low_byte(rest), 7), table(low_byte(shiftr(rest, 8)), 6)), &
+               ieor(table(low_byte(shiftr(rest, 16)), 5), table(low_byte(shiftr(rest, 24)), 4))), &
+               ieor(ieor(table(low_byte(shiftr(rest, 32)), 3), table(low_byte(shiftr(rest, 40)), 2)), &
+               ieor(table(low_byte(shiftr(rest, 48)), 1), table(low_byte(shiftr(rest, 56)), 0))))
+         end associate
+      end do
+      do i = whole + 1, size(bytes, kind=long)
+         rest = ieor(checksum%table(low_byte(ieor(rest, int(bytes(i), long))), 0), shiftr(rest, 8))
+      end do
+      checksum%value = not(rest)
+   end subroutine add_bytes
+
+   !> The sum of some bytes.
+   pure integer(long) function checksum_of(bytes) result(value)
+      integer(int8), contiguous, intent(in) :: bytes(:)
+      type(checksum_type) :: checksum
+
+      call begin_checksum(checksum)
+      call add_bytes(checksum, bytes)
+      value = checksum%value
+   end function checksum_of
+
+end module dda_checksum

@@ -1,0 +1,59 @@
+!> Where the time of the steps goes, by phases; it runs only where somebody asks.
+module dda_stopwatch
+   use, intrinsic :: iso_fortran_env, only: int64
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: stopwatch_type, begin_laps, lap, seconds_of, phase_names
+   public :: phase_search, phase_detect, phase_assemble, phase_factorise, phase_solve, phase_iterate, phase_update
+
+   integer, parameter :: phase_search = 1     !< neighbours and the plan of the factor
+   integer, parameter :: phase_detect = 2     !< contacts and their history
+   integer, parameter :: phase_assemble = 3
+   integer, parameter :: phase_factorise = 4
+   integer, parameter :: phase_solve = 5
+   integer, parameter :: phase_iterate = 6    !< open–close iteration without its solves
+   integer, parameter :: phase_update = 7     !< new state and energy audit
+
+   character(len=*), parameter :: phase_names(7) = [character(len=9) :: 'search', 'detect', 'assemble', 'factorise', &
+      'solve', 'iterate', 'update']
+
+   !> Clock counts by phases.
+   type :: stopwatch_type
+      logical :: running = .false.
+      integer(int64) :: since = 0                       !< when the last lap ended
+      integer(int64) :: spent(size(phase_names)) = 0
+   end type stopwatch_type
+
+contains
+
+   !> What has passed since the last lap belongs to no phase.
+   subroutine begin_laps(watch)
+      type(stopwatch_type), intent(inout) :: watch
+
+      if (watch%running) call system_clock(watch%since)
+   end subroutine begin_laps
+
+   !> What has passed since the last lap belongs to a phase.
+   subroutine lap(watch, phase)
+      type(stopwatch_type), intent(inout) :: watch
+      integer, intent(in) :: phase
+      integer(int64) :: now
+
+      if (.not. watch%running) return
+      call system_clock(now)
+      watch%spent(phase) = watch%spent(phase) + (now - watch%since)
+      watch%since = now
+   end subroutine lap
+
+   !> Seconds spent in each phase.
+   function seconds_of(watch) result(seconds)
+      type(stopwatch_type), intent(in) :: watch
+      real(wp) :: seconds(size(phase_names))
+      integer(int64) :: rate
+
+      call system_clock(count_rate=rate)
+      seconds = real(watch%spent, wp)/real(rate, wp)
+   end function seconds_of
+
+end module dda_stopwatch

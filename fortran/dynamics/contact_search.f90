@@ -1,0 +1,98 @@
+!> This step's list of contacts: from geometry, with the histories of the last step's list.
+module dda_contact_search
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type, error_input, fail
+   use dda_assembly, only: set_matrix_pattern
+   use dda_audit, only: book_geometry
+   use dda_contact, only: contacts_type, contact_open
+   use dda_detection, only: detect_contacts
+   use dda_history, only: inherit
+   use dda_neighbours, only: find_neighbours
+   use dda_simulation, only: simulation_type
+   use dda_solver, only: analyse
+   use dda_stopwatch, only: lap, phase_assemble, phase_detect, phase_search
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: find_contacts
+
+   real(wp), parameter :: search_margin = 1.0_wp   !< of the contact distance, searched beyond need
+
+contains
+
+   !> List the contacts of the present geometry, search for neighbours if the old search is used up.
+   subroutine find_contacts(simulation, error)
+      type(simulation_type), intent(inout) :: simulation
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: distance
+
+      distance = max(simulation%detection%distance, 2.5_wp*simulation%speed*simulation%time_step, &
+         2*deepest_penetration(simulation%contacts(simulation%now)))
+      if (distance + 2*simulation%neighbours%travel > simulation%neighbours%reach) &
+         call search_anew(simulation, (1.0_wp + search_margin)*distance, error)
+      if (allocated(error)) return
+      call renew_contacts(simulation, distance)
+      call lap(simulation%system%watch, phase_detect)
+   end subroutine find_contacts
+
+   !> Search for neighbours; the pattern of the matrix and its ordering follow.
+   subroutine search_anew(simulation, reach, error)
+      type(simulation_type), intent(inout) :: simulation
+      real(wp), intent(in) :: reach  !< m
+      type(error_type), allocatable, intent(out) :: error
+
+      call find_neighbours(simulation%neighbours, simulation%blocks, reach)
+      if (simulation%neighbours%crowded) then
+         call fail(error, error_input, 'step '//to_text(simulation%step + 1)//' at t = '//to_text(simulation%time)// &
+            ' s: too many pairs of blocks lie within '//to_text(reach)// &
+            ' m of each other to be watched; try thicker blocks, or a smaller max_displacement_ratio or time_step')
+         return
+      end if
+      call set_matrix_pattern(simulation%system, simulation%blocks%n, simulation%neighbours)
+      call analyse(simulation%solver, simulation%system%matrix)
+      simulation%counters%searches = simulation%counters%searches + 1
+      call lap(simulation%system%watch, phase_search)
+   end subroutine search_anew
+
+   !> How deep the last step's contacts went, m: what presses must not be lost from the list.
+   pure real(wp) function deepest_penetration(contacts) result(depth)
+      type(contacts_type), intent(in) :: contacts
+
+      depth = max(0.0_wp, -minval(contacts%new_gap(:contacts%n) + contacts%offset(:contacts%n)))
+      if (contacts%n == 0) depth = 0.0_wp
+   end function deepest_penetration
+
+   !> A new list from geometry, with the histories of the old one.
+   subroutine renew_contacts(simulation, distance)
+      type(simulation_type), intent(inout) :: simulation
+      real(wp), intent(in) :: distance
+      integer :: old, c
+
+      old = simulation%now
+      simulation%now = 3 - old
+      associate (contacts => simulation%contacts(simulation%now))
+         call detect_contacts(contacts, simulation%blocks, simulation%neighbours, simulation%detection, distance)
+         do c = 1, contacts%n
+            contacts%joint(c) = weaker_joint(simulation, contacts%block_v(c), contacts%block_e(c))
+         end do
+         call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
+         contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
+         if (simulation%model%contact%original_rules) &
+            contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
+         if (simulation%step > 0) call book_geometry(simulation%energy, simulation%model, simulation%blocks, contacts, &
+            simulation%laws, simulation%time)
+      end associate
+   end subroutine renew_contacts
+
+   !> Of two joint materials that meet, the one with less friction governs.
+   pure integer function weaker_joint(simulation, i, j)
+      type(simulation_type), intent(in) :: simulation
+      integer, intent(in) :: i, j
+
+      weaker_joint = simulation%blocks%joint(i)
+      associate (friction => simulation%laws%friction)
+         if (friction(simulation%blocks%joint(j)) < friction(weaker_joint)) weaker_joint = simulation%blocks%joint(j)
+      end associate
+   end function weaker_joint
+
+end module dda_contact_search

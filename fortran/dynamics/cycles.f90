@@ -1,0 +1,55 @@
+!> Cycles of the open–close iteration: seen when a set of states comes back, broken by changing only some
+!> of the contacts that want to change.
+!>
+!> Which ones is drawn from the number of the contact and of the iteration, so that the same input takes
+!> the same way; no cycle survives draws that differ each time it comes round.
+module dda_cycles
+   use dda_kinds, only: long
+   implicit none
+   private
+   public :: cycle_type, forget_states, note_states, may_change
+
+   integer, parameter :: memory = 32                         !< iterations that are remembered
+   integer(long), parameter :: prime = 2147483647_long, base = 48271_long  !< of the marks and draws
+
+   !> Marks of the last sets of states.
+   type :: cycle_type
+      integer(long) :: mark(memory) = -1
+      integer :: noted = 0
+      logical :: back = .false.   !< the present states have been assumed before
+   end type cycle_type
+
+contains
+
+   pure subroutine forget_states(past)
+      type(cycle_type), intent(out) :: past
+
+      past%mark = -1
+   end subroutine forget_states
+
+   !> Remember a set of states and see whether it has come back.
+   pure subroutine note_states(past, state)
+      type(cycle_type), intent(inout) :: past
+      integer, intent(in) :: state(:)
+      integer(long) :: mark
+      integer :: c
+
+      mark = 1
+      do c = 1, size(state)
+         mark = modulo(base*mark + state(c), prime)
+      end do
+      past%back = any(past%mark == mark)
+      past%noted = past%noted + 1
+      past%mark(1 + modulo(past%noted, memory)) = mark
+   end subroutine note_states
+
+   !> Contact c may change in this iteration: always, or by a draw while states come back.
+   elemental logical function may_change(past, c)
+      type(cycle_type), intent(in) :: past
+      integer, intent(in) :: c
+
+      may_change = .true.
+      if (past%back) may_change = modulo(base*modulo(base*(c + 1009_long*past%noted), prime), prime) > prime/2
+   end function may_change
+
+end module dda_cycles

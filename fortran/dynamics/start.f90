@@ -1,0 +1,85 @@
+!> The first state of a run, and rates set from outside.
+module dda_start
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type, error_input, fail
+   use dda_assembly, only: prepare_system
+   use dda_audit, only: open_books
+   use dda_bonds, only: bond_contacts
+   use dda_contact, only: reserve
+   use dda_contact_search, only: find_contacts
+   use dda_detection, only: prepare_detection
+   use dda_friction, only: set_laws
+   use dda_history, only: prepare_history
+   use dda_model, only: model_type, half_size, contact_distance
+   use dda_newmark, only: kinetic_energy, farthest_move
+   use dda_original_rules, only: lock_touching
+   use dda_simulation, only: simulation_type
+   use dda_solver, only: choose_solver
+   implicit none
+   private
+   public :: start, set_rates
+
+   real(wp), parameter :: touching = 1.0e-12_wp    !< of half the model size: no gap
+
+contains
+
+   !> Set up a run of a model.
+   subroutine start(simulation, model, error)
+      type(simulation_type), intent(out) :: simulation
+      type(model_type), intent(in) :: model
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: gravity
+
+      simulation%model = model
+      simulation%blocks = model%blocks
+      simulation%time_step = model%control%time_step
+      call choose_solver(simulation%solver, model%control%solver, error)
+      if (allocated(error)) return
+      call set_laws(simulation%laws, model%joints, model%contact%normal_stiffness, model%contact%shear_ratio)
+      call prepare_detection(simulation%detection, simulation%blocks, contact_distance(model))
+      call prepare_history(simulation%history, size(simulation%blocks%owner), touching*half_size(simulation%blocks))
+      call prepare_system(simulation%system, simulation%blocks%n)
+      gravity = norm2(model%control%gravity)
+      simulation%iteration%max_iterations = model%contact%max_iterations
+      simulation%iteration%penetration_tolerance = model%contact%penetration_tolerance
+      simulation%laws%augmented = model%contact%penetration_tolerance > 0.0_wp
+      simulation%iteration%relative_tolerance = model%contact%force_tolerance
+      simulation%iteration%weight = gravity*maxval(simulation%blocks%mass)
+      simulation%iteration%noise = 16*epsilon(1.0_wp)*half_size(simulation%blocks)*model%contact%normal_stiffness
+      simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
+      call reserve(simulation%contacts(1), simulation%blocks%n)
+      call reserve(simulation%contacts(2), simulation%blocks%n)
+      call find_contacts(simulation, error)
+      if (allocated(error)) return
+      associate (contacts => simulation%contacts(simulation%now))
+         contacts%new_gap(:contacts%n) = contacts%gap(:contacts%n)
+      end associate
+      call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
+      if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), half_size(model%blocks))
+      call open_books(simulation%energy, simulation%model, simulation%blocks, &
+         simulation%contacts(simulation%now), simulation%laws)
+   end subroutine start
+
+   !> Set the rates of all blocks; the energy that this brings is input, or part of the first state.
+   subroutine set_rates(simulation, rates, error)
+      type(simulation_type), intent(inout) :: simulation
+      real(wp), intent(in) :: rates(:,:)  !< [6, blocks]
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: gain
+
+      if (.not. all(abs(rates) <= huge(1.0_wp))) then
+         call fail(error, error_input, 'rates must be finite')
+         return
+      end if
+      simulation%blocks%velocity = rates
+      gain = kinetic_energy(simulation%blocks) - simulation%energy%kinetic
+      simulation%energy%kinetic = simulation%energy%kinetic + gain
+      if (simulation%step == 0) then
+         simulation%energy%initial = simulation%energy%initial + gain
+      else
+         simulation%energy%input = simulation%energy%input + gain
+      end if
+      simulation%speed = farthest_move(simulation%blocks, rates)
+   end subroutine set_rates
+
+end module dda_start

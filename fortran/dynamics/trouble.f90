@@ -1,0 +1,66 @@
+!> What to say of a step that fails: what, where, when, and what to try.
+module dda_trouble
+   use dda_kinds, only: wp
+   use dda_energy, only: balance
+   use dda_errors, only: error_type, error_convergence, fail
+   use dda_model, only: half_size
+   use dda_simulation, only: simulation_type, block_name
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: explain, check_state
+
+   real(wp), parameter :: most_away = 1.0e4_wp     !< of half the model size, from its middle: beyond, a block is lost
+
+contains
+
+   !> An error that says what, where and what to try.
+   subroutine explain(simulation, reason, error)
+      type(simulation_type), intent(in) :: simulation
+      character(len=*), intent(in) :: reason
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: place, advice
+      integer :: c, kind
+
+      kind = error_convergence
+      if (allocated(error)) kind = error%kind
+      place = ''
+      c = simulation%iteration%worst
+      if (c > 0) then
+         associate (contacts => simulation%contacts(simulation%now))
+            place = '; worst contact: a vertex of block '//block_name(simulation, contacts%block_v(c))// &
+               ' on an edge of block '//block_name(simulation, contacts%block_e(c))//', force off by '// &
+               to_text(simulation%iteration%residual)//' N/m, allowed '//to_text(simulation%iteration%tolerance)
+         end associate
+      end if
+      advice = "; try a smaller time_step, or time_step_control = 'adaptive'"
+      if (simulation%model%control%adaptive) advice = '; try a smaller least_time_step or a lower normal_stiffness'
+      call fail(error, kind, 'step '//to_text(simulation%step + 1)//' at t = '//to_text(simulation%time)// &
+         ' s, time step '//to_text(simulation%time_step)//' s: '//reason//place//advice)
+   end subroutine explain
+
+   !> The new state must be one: numbers, and all blocks still somewhere near the model.
+   subroutine check_state(simulation, error)
+      type(simulation_type), intent(in) :: simulation
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: what
+      real(wp) :: allowed
+      integer :: b
+
+      allowed = most_away*half_size(simulation%model%blocks)
+      associate (blocks => simulation%blocks, limit => huge(1.0_wp))
+         if (all(abs(blocks%position(1:2, :)) <= allowed) .and. all(abs(blocks%position(3:6, :)) <= limit) .and. &
+            all(abs(blocks%velocity) <= limit) .and. abs(balance(simulation%energy)) <= limit) return
+         what = 'a strain, a velocity or an energy is beyond all numbers'
+         do b = 1, blocks%n
+            if (all(abs(blocks%position(1:2, b)) <= allowed)) cycle
+            what = 'block '//block_name(simulation, b)//' has left the model: it is '// &
+               to_text(norm2(blocks%position(1:2, b)))//' m from its middle, allowed '//to_text(allowed)
+            exit
+         end do
+      end associate
+      call fail(error, error_convergence, 'step '//to_text(simulation%step)//' at t = '//to_text(simulation%time)// &
+         ' s: '//what//'; look at loads, supports and initial values, or try a smaller time_step')
+   end subroutine check_state
+
+end module dda_trouble

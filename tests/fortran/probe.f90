@@ -1,0 +1,145 @@
+!> Answers a list of hostile files one by one: reads each, takes a few steps, looks for what is not finite.
+!>
+!> Requests on standard input, `input FILE` or `record FILE`; one answer each on standard output:
+!> `ok`, `refused KIND MESSAGE`, or `not finite WHAT`.  The fuzzer tests/robustness/fuzz.py sends the
+!> requests and watches time, memory and life of this process.
+program probe
+   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use dda_kinds, only: wp, long
+   use dda_check_report, only: report_type, check_simulation
+   use dda_energy, only: energy_values
+   use dda_errors, only: error_type
+   use dda_input, only: read_model_file
+   use dda_measure, only: measure_point
+   use dda_model, only: model_type
+   use dda_record, only: record_type, read_record
+   use dda_baseline, only: motion_curve_type, make_motion_curve
+   use dda_run, only: run_type, begin_run, continue_run, is_done
+   use dda_simulation, only: simulation_type
+   use dda_text, only: to_text
+   implicit none
+   integer, parameter :: most_stepped = 300      !< blocks; larger models are read and set up only
+   integer, parameter :: most_checked = 40       !< blocks of models that the check looks at
+   integer(long), parameter :: steps = 5
+   character(len=4096) :: request
+   logical :: halting(size(ieee_all))
+   integer :: status
+
+   call ieee_get_halting_mode(ieee_all, halting)
+   do
+      read (*, '(a)', iostat=status) request
+      if (status /= 0) exit
+      ! Reading meets NaN and overflow on purpose; what is computed from the model must not.
+      call ieee_set_halting_mode(ieee_all, .false.)
+      if (index(request, 'record ') == 1) then
+         call answer_record(trim(request(8:)))
+      else
+         call answer_input(trim(request(7:)))
+      end if
+      flush (output_unit)
+   end do
+
+contains
+
+   subroutine answer_input(file)
+      character(len=*), intent(in) :: file
+      type(model_type) :: model
+      type(run_type), allocatable :: run
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: what
+
+      what = ''
+      call read_model_file(model, file, error)
+      call ieee_set_halting_mode(ieee_all, halting)
+      allocate (run)
+      if (.not. allocated(error)) call begin_run(run, model, .false., error)
+      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_checked) what = strange_line(run%simulation)
+      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_stepped) call continue_run(run, steps, error)
+      if (allocated(error)) then
+         call refuse(error)
+      else
+         if (what == '') what = strange_part(run%simulation)
+         call judge(what)
+      end if
+   end subroutine answer_input
+
+   !> What of the pre-check's report is no number, or nothing; it may refuse the model, but must come back.
+   function strange_line(simulation) result(what)
+      type(simulation_type), intent(in) :: simulation
+      character(len=:), allocatable :: what
+      type(report_type), allocatable :: report
+      type(error_type), allocatable :: error
+      integer :: i
+
+      what = ''
+      allocate (report)
+      call check_simulation(simulation, report, error)
+      if (allocated(error)) return
+      do i = 1, report%n
+         if (index(report%line(i)%found, 'NaN') == 0 .or. index(report%line(i)%found, 'residual NaN') > 0) cycle
+         what = 'check, '//report%line(i)%what//': '//report%line(i)%found
+      end do
+   end function strange_line
+
+   !> Which part of the state is not finite, or nothing.
+   function strange_part(simulation) result(what)
+      type(simulation_type), intent(in) :: simulation
+      character(len=:), allocatable :: what
+      real(wp) :: motion(2, 3)
+      integer :: i
+
+      what = ''
+      do i = 1, size(simulation%model%points)
+         call measure_point(simulation%blocks, simulation%model%points(i), motion(:, 1), motion(:, 2), motion(:, 3))
+         if (strange(reshape(motion, [6]))) what = 'measured point '//to_text(i)
+      end do
+      associate (contacts => simulation%contacts(simulation%now))
+         if (strange(contacts%normal_force(:contacts%n)) .or. strange(contacts%shear_force(:contacts%n)) .or. &
+            strange(contacts%new_gap(:contacts%n)) .or. strange(contacts%stretch(:contacts%n))) what = 'contacts'
+      end associate
+      if (strange(energy_values(simulation%energy))) what = 'energies'
+      if (strange(reshape(simulation%blocks%velocity, [6*simulation%blocks%n]))) what = 'velocities'
+      if (strange(reshape(simulation%blocks%vertex, [size(simulation%blocks%vertex)]))) what = 'vertices'
+      if (strange(reshape(simulation%blocks%position, [6*simulation%blocks%n]))) what = 'coordinates'
+   end function strange_part
+
+   subroutine answer_record(file)
+      character(len=*), intent(in) :: file
+      type(record_type) :: record
+      type(motion_curve_type) :: curve
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: what
+
+      call read_record(record, file, 'auto', '', '', error)
+      if (.not. allocated(error)) call make_motion_curve(curve, record%quantity, record%values, record%time_step, error)
+      if (allocated(error)) then
+         call refuse(error)
+         return
+      end if
+      what = ''
+      if (strange(curve%acceleration) .or. strange(curve%velocity) .or. strange(curve%displacement)) what = 'motion'
+      if (strange([curve%time_step, curve%duration])) what = 'times'
+      call judge(what)
+   end subroutine answer_record
+
+   pure logical function strange(values)
+      real(wp), intent(in) :: values(:)
+
+      strange = .not. all(abs(values) <= huge(1.0_wp))
+   end function strange
+
+   subroutine judge(what)
+      character(len=*), intent(in) :: what
+
+      if (what == '') print '(a)', 'ok'
+      if (what /= '') print '(2a)', 'not finite ', what
+   end subroutine judge
+
+   subroutine refuse(error)
+      type(error_type), intent(in) :: error
+
+      print '(3a)', 'refused ', to_text(error%kind)//' ', error%message
+   end subroutine refuse
+
+end program probe
