@@ -266,8 +266,10 @@ def rocking_onset(short: bool) -> Outcome:
                 last = tower.time
             time.append(tower.time)
             force.append([pressing.get(left_corner, 0.0), pressing.get(left_corner + 1, 0.0)])
+        audit = abs(tower.energies["balance"] / tower.energies["input"])
     limit = GRAVITY * np.tan(SLENDER)
     rows = [relative("acceleration at uplift", limit, base(last), 5e-3, "m/s²")]
+    rows.append(at_most("audit", audit, 1e-6))
     figure, (axes,) = canvas(1, size=(8, 4))
     for side, label in enumerate(("left corner", "right corner")):
         axes.plot(
@@ -318,6 +320,7 @@ def overturning(short: bool) -> Outcome:
             fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
             label = f"ω/p {ratio:g}, {side:g} of the limit {limit / GRAVITY:.3f} g: it overturns"
             rows.append(true(label, falls, fell))
+            rows.append(at_most(f"audit, ω/p {ratio:g}, {side:g}", run[2], 1e-6))
             drawn.append((ratio, side, run, housner(duration, 0.0, base)))
         limit_row = limit / (GRAVITY * np.tan(SLENDER))
         rows.append(at_most(f"limit at ω/p {ratio:g} over g tan α (shown)", limit_row, None))

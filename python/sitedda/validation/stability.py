@@ -129,6 +129,8 @@ def arch(short: bool) -> Outcome:
             found = _load_arch(count, side * limit * RADIUS)
             label = f"{count} voussoirs, {side:g} of the limit t/R = {limit:.5f}: it falls"
             rows.append(true(label, falls, found["fell"]))
+            label = f"{count} voussoirs, {side:g}: audit residual over the work of gravity"
+            rows.append(at_most(label, found["audit"], 1e-6))
             if not falls:
                 label = f"{count} voussoirs, {side:g}: kinetic energy at the end over m g R"
                 rows.append(at_most(label, found["kinetic"], 1e-9))
@@ -170,6 +172,7 @@ def _load_arch(count: int, thickness: float, time_step: float = 2e-3, duration: 
     return {
         "fell": sink[-1] > thickness,
         "kinetic": energies["kinetic"] / (weight * RADIUS),
+        "audit": abs(energies["balance"] / energies["gravity"]),
         "time": np.array(time),
         "sink": np.array(sink) / thickness,
         "polygons": polygons,
@@ -273,6 +276,8 @@ def toppling(short: bool) -> Outcome:
     for side, falls in ((1.05, False), (0.95, True)):
         found = _load_slope(np.degrees(np.arctan(side * mu)))
         rows.append(true(f"{side:g} of tan φ = {mu:.4f}: it falls", falls, found["fell"]))
+        label = f"{side:g}: audit residual over the work of gravity"
+        rows.append(at_most(label, found["audit"], 1e-6))
         drawn.append((f"{side:g} of the limit", found))
     tables = []
     if not short:
@@ -314,6 +319,7 @@ def _load_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0
         return {
             "fell": moved > 1.0,
             "moved": moved,
+            "audit": abs(slope.energies["balance"] / slope.energies["gravity"]),
             "time": slope.time,
             "polygons": slope.polygons,
             "start": shapes,
