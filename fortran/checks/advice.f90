@@ -66,13 +66,14 @@ contains
    end subroutine first_frequency
 
    !> First frequency of the same blocks for k → ∞, Hz.  Joint compliance adds to 1/f² almost in
-   !> proportion to 1/k: three stiff penalties and a parabola through them.
+   !> proportion to 1/k: three stiff penalties and a parabola through them; the stiffest one alone where
+   !> rounding leaves no parabola.
    subroutine stiff_limit(linear, frequency, error)
       type(linear_model_type), intent(inout) :: linear
       real(wp), intent(out) :: frequency
       type(error_type), allocatable, intent(out) :: error
       real(wp), parameter :: stiffest = 1.0e3_wp  !< of the modulus of the blocks × 1 m
-      real(wp) :: f(3), softness(3)
+      real(wp) :: f(3), softness(3), limit
       integer :: i
 
       frequency = 0.0_wp
@@ -81,7 +82,9 @@ contains
          if (allocated(error)) return
       end do
       softness = 1.0_wp/f**2
-      frequency = 1.0_wp/sqrt(3.0_wp*softness(1) - 3.0_wp*softness(2) + softness(3))
+      limit = 3.0_wp*softness(1) - 3.0_wp*softness(2) + softness(3)
+      frequency = f(1)
+      if (limit > 0.0_wp) frequency = 1.0_wp/sqrt(limit)
    end subroutine stiff_limit
 
    !> The penalty that keeps the first frequency within a percentage of its limit for k → ∞, or of a

@@ -3,7 +3,7 @@
 !> Velocities are dropped after each step (dynamic factor 0), so each step goes towards equilibrium and
 !> the larger Δt, the farther.  Only gravity and initial stress act: loads and motions are left out.
 module dda_settling
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_contact, only: contacts_type
    use dda_model, only: half_size
@@ -25,6 +25,8 @@ module dda_settling
    end type settling_type
 
    integer, parameter :: most_steps = 100
+   integer(long), parameter :: most_iterations = 5000  !< open–close iterations in all
+   real(wp), parameter :: fall = 1.0_wp                !< of half the model size, a move that no settling makes
    integer, parameter :: quiet_steps = 2               !< in a row, to be steady
    real(wp), parameter :: first_fall = 1.0e-3_wp       !< of the contact distance, free fall in the first step
    real(wp), parameter :: quiet = 1.0e-7_wp            !< of half the model size, a move that counts as none
@@ -45,15 +47,17 @@ contains
       logical :: same, still_long
 
       settled = simulation
+      settled%counters%iterations = 0
       call leave_only_gravity(settled, first_step)
       quiet_move = quiet*half_size(settled%blocks)
       still = 0
       do while (settling%steps < most_steps .and. still < quiet_steps)
          still_long = settled%time_step >= long_step*first_step
          call try_step(settled, first_step, same, error)
-         if (allocated(error)) exit
+         if (allocated(error) .or. settled%counters%iterations > most_iterations) exit
          settling%steps = settling%steps + 1
          settling%last_move = farthest_move(settled%blocks, settled%system%d)
+         if (settling%last_move > fall*half_size(simulation%blocks)) exit
          still = merge(still + 1, 0, same .and. still_long .and. settling%last_move <= quiet_move)
       end do
       settling%steady = still >= quiet_steps
@@ -84,7 +88,7 @@ contains
       settled%speed = 0.0_wp
       gravity = norm2(settled%model%control%gravity)
       first_step = settled%model%control%time_step
-      if (gravity > 0.0_wp) first_step = sqrt(2.0_wp*first_fall*settled%detection%distance/gravity)
+      if (gravity > 0.0_wp) first_step = sqrt(2.0_wp*first_fall*settled%detection%least/gravity)
       settled%time_step = first_step
    end subroutine leave_only_gravity
 

@@ -43,9 +43,9 @@ module dda_contact
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: direction(:)    !< assumed sign of the shear force while sliding
       real(wp), allocatable :: slide_slip(:)   !< slip at which that was answered, m
-      real(wp), allocatable :: slide_answer(:) !< what the law answers to it, N/m
       integer, allocatable :: closings(:)      !< how often it has closed in this step's iteration
       integer, allocatable :: answer(:)        !< state that the solution calls for
+      real(wp), allocatable :: unrest(:)       !< how far its forces are from those assumed, N/m
       real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m
       real(wp), allocatable :: slip(:)         !< slip during the step, linear in d, m
       real(wp), allocatable :: opening(:)      !< change of the gap by the last solve, m
@@ -86,7 +86,7 @@ contains
       call grow_list(contacts%answer, room)
       call grow_list(contacts%closings, room)
       call grow_values(contacts%slide_force, room)
-      call grow_values(contacts%slide_answer, room)
+      call grow_values(contacts%unrest, room)
       call grow_values(contacts%slide_slip, room)
       call grow_values(contacts%direction, room)
       call grow_values(contacts%new_gap, room)

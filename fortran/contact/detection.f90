@@ -5,6 +5,10 @@
 !> edges (Shi's first-entrance theory), and the one of least penetration acts.  Corners of parallel
 !> edges give one contact, on the edge that holds the foot: so blocks of equal width stacked on each
 !> other get two contacts per joint, one at each end.
+!>
+!> A vertex that presses on one block and comes to the next one of the same height is a little lower than
+!> that one's corner.  It must not run into its side: what would be hit by less than the depth that contacts
+!> have now is passed over.
 module dda_detection
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, next_vertex, previous_vertex, direction_row
@@ -20,9 +24,12 @@ module dda_detection
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
    real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
 
-   !> Distances that steer the detection; constants of a run.
+   !> Distances that steer the detection.
    type :: detection_type
-      real(wp) :: distance = 0.0_wp      !< least distance at which a contact is listed, m
+      real(wp) :: least = 0.0_wp         !< least distance at which a contact is listed, m
+      real(wp) :: distance = 0.0_wp      !< distance in this step, m
+      real(wp) :: travel = 0.0_wp        !< farthest that two vertices may approach each other in this step, m
+      real(wp) :: skin = 0.0_wp          !< depth of what is passed over, m
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
    end type detection_type
 
@@ -46,6 +53,7 @@ contains
       real(wp) :: here(2)
       integer :: v
 
+      detection%least = distance
       detection%distance = distance
       allocate (detection%corner(size(blocks%owner)))
       do v = 1, size(detection%corner)
@@ -55,30 +63,27 @@ contains
       end do
    end subroutine prepare_detection
 
-   !> List all contacts nearer than `distance` (m), with geometry; history is left blank.
-   subroutine detect_contacts(contacts, blocks, neighbours, detection, distance)
+   !> List all contacts nearer than the distance of this step, with geometry; history is left blank.
+   subroutine detect_contacts(contacts, blocks, neighbours, detection)
       type(contacts_type), intent(inout) :: contacts
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
       type(detection_type), intent(in) :: detection
-      real(wp), intent(in) :: distance
       integer :: p, v, w
       logical :: met
 
       contacts%n = 0
       do p = 1, neighbours%n_probes
          v = neighbours%probe(1, p)
-         w = nearest_corner(blocks, neighbours, p, distance)
+         w = nearest_corner(blocks, neighbours, p, detection%distance)
          if (w > 0) then
             if (within_corner(blocks, detection, v, w)) then
-               if (v < w) call meet_corner(contacts, blocks, neighbours, p, w, detection%corner(v), distance, .true.)
+               if (v < w) call meet_corner(contacts, blocks, neighbours, p, w, detection, .true.)
                cycle
             end if
          end if
-         call meet_edges(contacts, blocks, neighbours, p, detection%corner(v), distance, met)
-         if (.not. met .and. v < w) then
-            call meet_corner(contacts, blocks, neighbours, p, w, detection%corner(v), distance, .false.)
-         end if
+         call meet_edges(contacts, blocks, neighbours, p, detection, met)
+         if (.not. met .and. v < w) call meet_corner(contacts, blocks, neighbours, p, w, detection, .false.)
       end do
    end subroutine detect_contacts
 
@@ -137,12 +142,12 @@ contains
 
    !> Vertex to edge.  A convex block is entered through one edge, that of least penetration; a notch
    !> may hold a vertex with two.
-   subroutine meet_edges(contacts, blocks, neighbours, p, size, distance, met)
+   subroutine meet_edges(contacts, blocks, neighbours, p, detection, met)
       type(contacts_type), intent(inout) :: contacts
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
       integer, intent(in) :: p
-      real(wp), intent(in) :: size, distance
+      type(detection_type), intent(in) :: detection
       logical, intent(out) :: met
       type(choice_type) :: choice, best
       integer :: i
@@ -151,10 +156,10 @@ contains
       best%gap = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          choice = examine(blocks, neighbours%probe(1, p), neighbours%edge(i))
-         if (abs(choice%gap) > distance .or. .not. faces(blocks, neighbours, choice, distance)) cycle
+         if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, detection)) cycle
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
             if (choice%gap > best%gap) best = choice
-         else if (.not. hidden(blocks, neighbours, p, choice, size)) then
+         else if (.not. hidden(blocks, neighbours, p, choice, detection%corner(choice%vertex))) then
             call add_contact(contacts, blocks, choice, neighbours%probe(2, p), 0)
             met = .true.
          end if
@@ -166,20 +171,29 @@ contains
    end subroutine meet_edges
 
    !> The foot lies on the edge; or it lies beyond an end where the block has a notch, which a penetrating
-   !> vertex does.
-   pure logical function faces(blocks, neighbours, choice, distance)
+   !> vertex does.  A corner that would only be grazed is left to `meet_corner`.
+   pure logical function faces(blocks, neighbours, choice, detection)
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
       type(choice_type), intent(in) :: choice
-      real(wp), intent(in) :: distance
+      type(detection_type), intent(in) :: detection
       integer :: end_vertex
 
       faces = choice%overshoot <= 0.0_wp
-      if (faces .or. choice%gap >= 0.0_wp .or. choice%overshoot > distance) return
+      if (faces .and. .not. grazes(choice, detection%skin)) return
+      if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = next_vertex(blocks, choice%edge)
       faces = .not. neighbours%convex(end_vertex)
    end function faces
+
+   !> The vertex is still outside, within the skin, and its foot is on the edge, but hardly.
+   elemental logical function grazes(choice, skin)
+      type(choice_type), intent(in) :: choice
+      real(wp), intent(in) :: skin
+
+      grazes = choice%gap > -skin .and. choice%overshoot <= 0.0_wp .and. choice%overshoot > -skin
+   end function grazes
 
    !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
    !> a convex corner, or on the other face of a thin part.  That other edge counts up to a corner's size beyond its
@@ -206,12 +220,12 @@ contains
    end function hidden
 
    !> Vertex to vertex.  Far from each other (not `close`), only if neither has its foot on an edge.
-   subroutine meet_corner(contacts, blocks, neighbours, p, w, size, distance, close)
+   subroutine meet_corner(contacts, blocks, neighbours, p, w, detection, close)
       type(contacts_type), intent(inout) :: contacts
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
       integer, intent(in) :: p, w
-      real(wp), intent(in) :: size, distance
+      type(detection_type), intent(in) :: detection
       logical, intent(in) :: close
       type(choice_type) :: choice(4)
       integer :: v, best
@@ -221,9 +235,10 @@ contains
       choice(2) = examine_corner(blocks, v, w)
       choice(3) = examine_corner(blocks, w, previous_vertex(blocks, v))
       choice(4) = examine_corner(blocks, w, v)
-      if (.not. close .and. any(choice%overshoot <= 0.0_wp)) return
-      best = entrance(choice, tie*size)
-      if (choice(best)%gap > distance) return
+      if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazes(choice, detection%skin))) return
+      best = entrance(blocks, choice, tie*detection%corner(v), detection%skin)
+      if (choice(best)%gap > detection%distance) return
+      if (choice(best)%gap < 0.0_wp .and. choice(best)%overshoot > max(detection%travel, detection%corner(v))) return
       call add_contact(contacts, blocks, choice(best), neighbours%probe(2, p), merge(w, v, choice(best)%vertex == v))
    end subroutine meet_corner
 
@@ -240,19 +255,23 @@ contains
       choice%separation = min(dot_product(choice%normal, before)/norm2(before), dot_product(choice%normal, after)/norm2(after))
    end function examine_corner
 
-   !> The entrance edge of least penetration; of parallel ones, that which holds the foot.
-   pure integer function entrance(choice, small) result(best)
+   !> The entrance edge of least penetration; of parallel ones, that which holds the foot.  One that is grazed only
+   !> if there is no other; where all are, the one along which the corners move.
+   pure integer function entrance(blocks, choice, small, skin) result(best)
+      type(blocks_type), intent(in) :: blocks
       type(choice_type), intent(in) :: choice(4)
-      real(wp), intent(in) :: small
+      real(wp), intent(in) :: small, skin
       integer :: i, j
-      logical :: displaced
+      logical :: displaced, passed(4)
 
+      passed = grazes(choice, skin)
+      if (all(passed .or. choice%separation < -parallel_sine)) passed = approached(blocks, choice)
       best = 0
       do i = 1, 4
-         if (choice(i)%separation < -parallel_sine) cycle
+         if (choice(i)%separation < -parallel_sine .or. passed(i)) cycle
          displaced = .false.
          do j = 1, 4
-            if (choice(j)%separation < -parallel_sine .or. .not. parallel(choice, i, j)) cycle
+            if (choice(j)%separation < -parallel_sine .or. passed(j) .or. .not. parallel(choice, i, j)) cycle
             if (choice(j)%overshoot < choice(i)%overshoot - small .and. choice(i)%overshoot > small) displaced = .true.
          end do
          if (displaced) cycle
@@ -261,6 +280,36 @@ contains
       end do
       if (best == 0) best = maxloc(choice%separation, 1)
    end function entrance
+
+   !> Of the choices that separate, another one, which pushes another way, is approached less fast.
+   pure function approached(blocks, choice) result(faster)
+      type(blocks_type), intent(in) :: blocks
+      type(choice_type), intent(in) :: choice(4)
+      logical :: faster(4)
+      real(wp) :: speed(4)
+      integer :: i
+
+      do i = 1, 4
+         speed(i) = huge(1.0_wp)
+         if (choice(i)%separation >= -parallel_sine) speed(i) = -dot_product(choice(i)%normal, &
+            velocity_at(blocks, choice(i)%vertex, choice(i)%vertex) - velocity_at(blocks, choice(i)%edge, choice(i)%vertex))
+      end do
+      do i = 1, 4
+         faster(i) = .not. parallel(choice, i, minloc(speed, 1))
+      end do
+   end function approached
+
+   !> Velocity, m/s, of the block that owns vertex `own` at the place of a vertex.
+   pure function velocity_at(blocks, own, vertex) result(velocity)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: own, vertex
+      real(wp) :: velocity(2)
+
+      associate (rate => blocks%velocity(:, blocks%owner(own)), &
+         arm => blocks%vertex(:, vertex) - blocks%position(1:2, blocks%owner(own)))
+         velocity = rate(1:2) + rate(3)*[-arm(2), arm(1)]
+      end associate
+   end function velocity_at
 
    !> Choices i and j push the two blocks apart in the same direction.
    pure logical function parallel(choice, i, j)

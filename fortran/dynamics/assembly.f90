@@ -15,7 +15,7 @@ module dda_assembly
    implicit none
    private
    public :: system_type, prepare_system, set_matrix_pattern, set_inertia, assemble_base, assemble_contacts
-   public :: base_force, support_target
+   public :: add_shear_force, base_force, support_target
 
    integer, parameter :: parallel_from = 500   !< blocks from which threads repay their start
 
@@ -87,17 +87,19 @@ contains
       type(model_type), intent(in) :: model
       type(blocks_type), intent(in) :: blocks
       real(wp), intent(in) :: time, time_step
-      real(wp) :: strain_load(3)
+      real(wp) :: strain_load(3), force(2)
       integer :: b
 
       call set_inertia(system, blocks, time_step)
-      system%base = system%inertia
+      force = base_force(model, time)
+      !$omp parallel do private(strain_load) schedule(static) if (blocks%n >= parallel_from)
       do b = 1, blocks%n
+         system%base(:, :, b) = system%inertia(:, :, b)
          system%load(:, b) = 2.0_wp/time_step*matmul(blocks%inertia(:, :, b), blocks%velocity(:, b))
          strain_load = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
             + blocks%area(b)*blocks%initial_stress(:, b)
          system%load(4:6, b) = system%load(4:6, b) - strain_load
-         system%load(1:2, b) = system%load(1:2, b) + blocks%mass(b)*base_force(model, time)
+         system%load(1:2, b) = system%load(1:2, b) + blocks%mass(b)*force
       end do
       call add_loads(system, model, blocks, time)
       call add_fixed_points(system, model, blocks, time)
@@ -279,6 +281,19 @@ contains
       if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) &
          - springs%kept*springs%shear*contacts%slide_slip(c)
    end subroutine forces_at_rest
+
+   !> More shear force in contact c, N/m, of the same assumed states.
+   pure subroutine add_shear_force(system, contacts, c, more)
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: c
+      real(wp), intent(in) :: more
+
+      associate (i => contacts%block_v(c), j => contacts%block_e(c))
+         system%rhs(:, i) = system%rhs(:, i) - more*contacts%shear_v(:, c)
+         system%rhs(:, j) = system%rhs(:, j) + more*contacts%shear_e(:, c)
+      end associate
+   end subroutine add_shear_force
 
    !> Shear stiffness of a closed contact in its assumed state.
    pure real(wp) function shear_spring(contacts, springs, c)

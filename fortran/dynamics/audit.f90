@@ -8,6 +8,7 @@ module dda_audit
    use dda_friction, only: laws_type
    use dda_model, only: model_type
    use dda_newmark, only: kinetic_energy
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_support, only: load_at
    implicit none
    private
@@ -58,24 +59,43 @@ contains
       real(wp), intent(in) :: d(:,:)
       real(wp), intent(in) :: time        !< end of the step
       real(wp), intent(in) :: time_step
-      integer :: c, b
 
-      energy%contact = 0.0_wp
-      do c = 1, contacts%n
-         call book_contact(energy, contacts, laws, c)
-      end do
+      call book_contacts(energy, contacts, laws)
+      call book_blocks(energy, model, blocks, d, time)
       call book_supports(energy, model, blocks, d, time, time_step)
       call book_loads(energy, model, blocks, d, time)
-      do b = 1, blocks%n
-         associate (strain => d(4:6, b), force => blocks%mass(b)*base_force(model, time))
-            energy%algorithmic = energy%algorithmic &
-               + 0.5_wp*dot_product(strain, matmul(blocks%stiffness(:, :, b), strain))
-            energy%gravity = energy%gravity - blocks%mass(b)*dot_product(model%control%gravity, d(1:2, b))
-            energy%input = energy%input &
-               + dot_product(force - blocks%mass(b)*model%control%gravity, d(1:2, b))
-         end associate
-      end do
    end subroutine book_step
+
+   !> Loss by the scheme in the strains, work of gravity and of the base acceleration.
+   subroutine book_blocks(energy, model, blocks, d, time)
+      type(energy_type), intent(inout) :: energy
+      type(model_type), intent(in) :: model
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: d(:,:), time
+      real(wp) :: part(3, pieces(blocks%n)), total(3), shaking(2)
+      integer :: p, b
+
+      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
+      do p = 1, size(part, 2)
+         part(:, p) = 0.0_wp
+         do b = first_of(p), last_of(p, blocks%n)
+            part(1, p) = part(1, p) + strain_form(blocks%stiffness(:, :, b), d(4:6, b))
+            part(2:3, p) = part(2:3, p) + blocks%mass(b)*d(1:2, b)
+         end do
+      end do
+      total = sum(part, 2)
+      shaking = base_force(model, time) - model%control%gravity
+      energy%algorithmic = energy%algorithmic + 0.5_wp*total(1)
+      energy%gravity = energy%gravity - dot_product(model%control%gravity, total(2:3))
+      energy%input = energy%input + dot_product(shaking, total(2:3))
+   end subroutine book_blocks
+
+   !> εᵀDε
+   pure real(wp) function strain_form(stiffness, strain)
+      real(wp), intent(in) :: stiffness(3, 3), strain(3)
+
+      strain_form = dot_product(strain, stiffness(:, 1)*strain(1) + stiffness(:, 2)*strain(2) + stiffness(:, 3)*strain(3))
+   end function strain_form
 
    !> Energies that follow from the new state of the blocks.
    subroutine book_motion(energy, blocks)
@@ -86,9 +106,31 @@ contains
       energy%strain = strain_energy(blocks)
    end subroutine book_motion
 
-   !> Stored energy at the end of the step and losses of one contact.
-   pure subroutine book_contact(energy, contacts, laws, c)
+   !> Stored energy at the end of the step and losses of all contacts.
+   subroutine book_contacts(energy, contacts, laws)
       type(energy_type), intent(inout) :: energy
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp) :: part(4, pieces(contacts%n)), total(4)
+      integer :: p, c
+
+      !$omp parallel do schedule(static) if (contacts%n >= parallel_from)
+      do p = 1, size(part, 2)
+         part(:, p) = 0.0_wp
+         do c = first_of(p), last_of(p, contacts%n)
+            call book_contact(part(:, p), contacts, laws, c)
+         end do
+      end do
+      total = sum(part, 2)
+      energy%contact = total(1)
+      energy%friction = energy%friction + total(2)
+      energy%fracture = energy%fracture + total(3)
+      energy%algorithmic = energy%algorithmic + total(4)
+   end subroutine book_contacts
+
+   !> Stored energy, and losses by slip, by fracture and by the scheme, of one contact.
+   pure subroutine book_contact(books, contacts, laws, c)
+      real(wp), intent(inout) :: books(4)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       integer, intent(in) :: c
@@ -101,12 +143,12 @@ contains
          - contacts%shear_force(c)*contacts%slip(c)
       slipped = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
       loss = before - after - work - slipped
-      energy%contact = energy%contact + after
-      energy%friction = energy%friction + slipped
+      books(1) = books(1) + after
+      books(2) = books(2) + slipped
       if (contacts%was_bonded(c) .and. .not. contacts%bonded(c)) then
-         energy%fracture = energy%fracture + loss
+         books(3) = books(3) + loss
       else
-         energy%algorithmic = energy%algorithmic + loss
+         books(4) = books(4) + loss
       end if
    end subroutine book_contact
 
@@ -121,29 +163,38 @@ contains
       if (bonded .or. (closed .and. .not. laws%augmented)) stored = stored + 0.5_wp*laws%normal_stiffness*gap**2
    end function stored
 
-   pure real(wp) function contact_energy(contacts, laws) result(sum)
+   real(wp) function contact_energy(contacts, laws)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      integer :: c
+      real(wp) :: part(pieces(contacts%n))
+      integer :: p, c
 
-      sum = 0.0_wp
-      do c = 1, contacts%n
-         sum = sum + stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%bonded(c), contacts%stretch(c))
+      !$omp parallel do schedule(static) if (contacts%n >= parallel_from)
+      do p = 1, size(part)
+         part(p) = 0.0_wp
+         do c = first_of(p), last_of(p, contacts%n)
+            part(p) = part(p) &
+               + stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%bonded(c), contacts%stretch(c))
+         end do
       end do
+      contact_energy = sum(part)
    end function contact_energy
 
    !> ½ A εᵀDε + A σ₀ᵀε of all blocks.
-   pure real(wp) function strain_energy(blocks) result(sum)
+   real(wp) function strain_energy(blocks)
       type(blocks_type), intent(in) :: blocks
-      integer :: b
+      real(wp) :: part(pieces(blocks%n))
+      integer :: p, b
 
-      sum = 0.0_wp
-      do b = 1, blocks%n
-         associate (strain => blocks%position(4:6, b))
-            sum = sum + 0.5_wp*dot_product(strain, matmul(blocks%stiffness(:, :, b), strain)) &
-               + blocks%area(b)*dot_product(blocks%initial_stress(:, b), strain)
-         end associate
+      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
+      do p = 1, size(part)
+         part(p) = 0.0_wp
+         do b = first_of(p), last_of(p, blocks%n)
+            part(p) = part(p) + 0.5_wp*strain_form(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
+               + blocks%area(b)*dot_product(blocks%initial_stress(:, b), blocks%position(4:6, b))
+         end do
       end do
+      strain_energy = sum(part)
    end function strain_energy
 
    real(wp) function support_energy(model, blocks, time) result(sum)

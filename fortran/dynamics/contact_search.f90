@@ -24,14 +24,16 @@ contains
    subroutine find_contacts(simulation, error)
       type(simulation_type), intent(inout) :: simulation
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: distance
 
-      distance = max(simulation%detection%distance, 2.5_wp*simulation%speed*simulation%time_step, &
-         2*deepest_penetration(simulation%contacts(simulation%now)))
-      if (distance + 2*simulation%neighbours%travel > simulation%neighbours%reach) &
-         call search_anew(simulation, (1.0_wp + search_margin)*distance, error)
+      associate (detection => simulation%detection, neighbours => simulation%neighbours)
+         detection%travel = 2.5_wp*simulation%speed*simulation%time_step
+         detection%skin = 2*deepest_penetration(simulation%contacts(simulation%now))
+         detection%distance = max(detection%least, detection%travel, detection%skin)
+         if (detection%distance + 2*neighbours%travel > neighbours%reach) &
+            call search_anew(simulation, (1.0_wp + search_margin)*detection%distance, error)
+      end associate
       if (allocated(error)) return
-      call renew_contacts(simulation, distance)
+      call renew_contacts(simulation)
       call lap(simulation%system%watch, phase_detect)
    end subroutine find_contacts
 
@@ -63,15 +65,14 @@ contains
    end function deepest_penetration
 
    !> A new list from geometry, with the histories of the old one.
-   subroutine renew_contacts(simulation, distance)
+   subroutine renew_contacts(simulation)
       type(simulation_type), intent(inout) :: simulation
-      real(wp), intent(in) :: distance
       integer :: old, c
 
       old = simulation%now
       simulation%now = 3 - old
       associate (contacts => simulation%contacts(simulation%now))
-         call detect_contacts(contacts, simulation%blocks, simulation%neighbours, simulation%detection, distance)
+         call detect_contacts(contacts, simulation%blocks, simulation%neighbours, simulation%detection)
          do c = 1, contacts%n
             contacts%joint(c) = weaker_joint(simulation, contacts%block_v(c), contacts%block_e(c))
          end do

@@ -9,6 +9,7 @@ module dda_line_search
    use dda_assembly, only: system_type
    use dda_contact, only: contacts_type
    use dda_friction, only: laws_type, response_type, law_of, respond
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: descend
@@ -59,28 +60,35 @@ contains
    end subroutine descend
 
    !> Slope of the quadratic part at the previous d, and how much it grows up to the new one.
-   pure subroutine quadratic_slope(system, start, growth)
+   subroutine quadratic_slope(system, start, growth)
       type(system_type), intent(in) :: system
       real(wp), intent(out) :: start, growth
-      real(wp) :: way(6)
-      integer :: b
+      real(wp) :: way(6), part(2, pieces(size(system%d, 2))), total(2)
+      integer :: p, b
 
-      start = 0.0_wp
-      growth = 0.0_wp
-      do b = 1, size(system%d, 2)
-         way = system%d(:, b) - system%previous_d(:, b)
-         start = start + dot_product(way, matmul(system%base(:, :, b), system%previous_d(:, b)) - system%load(:, b))
-         growth = growth + dot_product(way, matmul(system%base(:, :, b), way))
+      !$omp parallel do private(way) schedule(static) if (size(system%d, 2) >= parallel_from)
+      do p = 1, size(part, 2)
+         part(:, p) = 0.0_wp
+         do b = first_of(p), last_of(p, size(system%d, 2))
+            way = system%d(:, b) - system%previous_d(:, b)
+            part(1, p) = part(1, p) &
+               + dot_product(way, matmul(system%base(:, :, b), system%previous_d(:, b)) - system%load(:, b))
+            part(2, p) = part(2, p) + dot_product(way, matmul(system%base(:, :, b), way))
+         end do
       end do
+      total = sum(part, 2)
+      start = total(1)
+      growth = total(2)
    end subroutine quadratic_slope
 
    !> How much each contact opens and slips on the way from the previous d to the new one.
-   pure subroutine measure_way(system, contacts)
+   subroutine measure_way(system, contacts)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(inout) :: contacts
       real(wp) :: way_v(6), way_e(6)
       integer :: c
 
+      !$omp parallel do private(way_v, way_e) schedule(static) if (contacts%n >= parallel_from)
       do c = 1, contacts%n
          way_v = system%d(:, contacts%block_v(c)) - system%previous_d(:, contacts%block_v(c))
          way_e = system%d(:, contacts%block_e(c)) - system%previous_d(:, contacts%block_e(c))
@@ -90,20 +98,25 @@ contains
    end subroutine measure_way
 
    !> Slope of all contacts a part of the way from the previous d to the new one.
-   pure real(wp) function contact_slope(contacts, laws, part) result(slope)
+   real(wp) function contact_slope(contacts, laws, part) result(slope)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       real(wp), intent(in) :: part
       type(response_type) :: response
-      integer :: c
+      real(wp) :: piece(pieces(contacts%n))
+      integer :: p, c
 
-      slope = 0.0_wp
-      do c = 1, contacts%n
-         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), contacts%pressure(c)), &
-            contacts%new_gap(c) - (1.0_wp - part)*contacts%opening(c), &
-            contacts%stretch(c) + contacts%slip(c) - (1.0_wp - part)*contacts%slipping(c))
-         slope = slope - response%normal_force*contacts%opening(c) + response%shear_force*contacts%slipping(c)
+      !$omp parallel do private(response) schedule(static) if (contacts%n >= parallel_from)
+      do p = 1, size(piece)
+         piece(p) = 0.0_wp
+         do c = first_of(p), last_of(p, contacts%n)
+            response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
+               contacts%pressure(c)), contacts%new_gap(c) - (1.0_wp - part)*contacts%opening(c), &
+               contacts%stretch(c) + contacts%slip(c) - (1.0_wp - part)*contacts%slipping(c))
+            piece(p) = piece(p) - response%normal_force*contacts%opening(c) + response%shear_force*contacts%slipping(c)
+         end do
       end do
+      slope = sum(piece)
    end function contact_slope
 
 end module dda_line_search

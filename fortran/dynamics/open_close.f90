@@ -6,12 +6,13 @@
 module dda_open_close
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_convergence, fail
-   use dda_anderson, only: anderson_type, forget, accelerate
    use dda_assembly, only: system_type, assemble_contacts
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_cycles, only: cycle_type, forget_states, note_states, may_change
    use dda_friction, only: laws_type, response_type, law_of, respond
    use dda_line_search, only: descend
+   use dda_ordered_sums, only: parallel_from
+   use dda_slide_forces, only: slides_type, list_slides, ask_slides, difference_of, farthest_off, follow
    use dda_solver, only: solver_type, renew, solve
    use dda_stopwatch, only: lap, phase_assemble, phase_factorise, phase_iterate, phase_solve
    implicit none
@@ -43,7 +44,7 @@ module dda_open_close
       real(wp) :: penetration_tolerance = 0.0_wp   !< m; > 0: augmented Lagrangian, else penalty alone
       real(wp) :: kept = 0.0_wp                    !< share of the shear springs under sliding contacts
       real(wp) :: reduction = 0.0_wp               !< `loose` where the next solve is not likely to be the last
-      type(anderson_type) :: slide_memory          !< of the fixed point of the slide forces
+      type(slides_type) :: slides                  !< contacts that slide, whose forces follow
       type(cycle_type) :: past                     !< states that have been assumed in this step
    end type iteration_type
 
@@ -162,9 +163,6 @@ contains
    end subroutine solve_assumed
 
    !> While the states are held, let the slide forces follow the normal forces of the same solution.
-   !>
-   !> A fixed point that costs no new matrix; Anderson's method solves it like a linear system, also where
-   !> friction is so high that plain repetition would run away.
    subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
       type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
@@ -174,34 +172,31 @@ contains
       logical, intent(in) :: exactly  !< to the tolerance, else to a share of the first difference
       integer, intent(out) :: runaway !< contact whose slide force finds no rest, else 0
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: difference, wanted
-      integer :: i, n
+      real(wp) :: difference, wanted, enough
+      integer :: i
 
-      n = contacts%n
       runaway = 0
-      if (.not. any(contacts%state(:n) == contact_slide)) return
-      call forget(iteration%slide_memory)
+      call list_slides(iteration%slides, contacts)
+      if (iteration%slides%n == 0) return
       wanted = iteration%tolerance
       do i = 1, most_follow
-         call measure_contacts(contacts, system%d)
-         call bound_slide_forces(contacts, laws)
-         difference = maxval(abs(contacts%slide_answer(:n) - contacts%slide_force(:n)))
+         call ask_slides(iteration%slides, contacts, laws, system%d)
+         difference = difference_of(iteration%slides)
          if (i == 1 .and. .not. exactly) wanted = max(wanted, follow_share*difference)
-         if (difference <= wanted .and. (solver%exact .or. .not. exactly)) return
-         if (difference <= wanted) then
-            call solve(solver, system%matrix, system%rhs, system%d, error)
-            if (allocated(error)) return
-            cycle
+         enough = loose
+         if (difference > wanted) then
+            call follow(iteration%slides, contacts, system)
+         else if (exactly .and. .not. solver%exact) then
+            enough = 0.0_wp
+         else
+            return
          end if
-         call accelerate(iteration%slide_memory, contacts%slide_force(:n), contacts%slide_answer(:n))
          call lap(system%watch, phase_iterate)
-         call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept, .false.)
-         call lap(system%watch, phase_assemble)
-         call solve(solver, system%matrix, system%rhs, system%d, error, loose)
+         call solve(solver, system%matrix, system%rhs, system%d, error, enough)
          if (allocated(error)) return
          call lap(system%watch, phase_solve)
       end do
-      runaway = maxloc(abs(contacts%slide_answer(:n) - contacts%slide_force(:n)), 1)
+      runaway = farthest_off(iteration%slides)
    end subroutine follow_normal_forces
 
    !> Stick the contact whose slide force runs away from its normal force: sliding as assumed has no solution,
@@ -216,23 +211,6 @@ contains
       system%d = system%previous_d
    end subroutine hold
 
-   !> The slide forces that the present normal forces call for, in the assumed directions.
-   pure subroutine bound_slide_forces(contacts, laws)
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      integer :: c
-
-      do c = 1, contacts%n
-         if (contacts%state(c) == contact_slide) then
-            contacts%slide_answer(c) = contacts%direction(c)*laws%friction(contacts%joint(c)) &
-               *max(0.0_wp, assumed_normal(contacts, laws, c))
-         else
-            contacts%slide_force(c) = 0.0_wp
-            contacts%slide_answer(c) = 0.0_wp
-         end if
-      end do
-   end subroutine bound_slide_forces
-
    !> What each contact answers to d, and how far that is from what was assumed.
    subroutine ask_contacts(iteration, d, contacts, laws)
       type(iteration_type), intent(inout) :: iteration
@@ -240,28 +218,28 @@ contains
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
       type(response_type) :: response
-      real(wp) :: difference, largest
+      real(wp) :: largest, residual
       integer :: c
 
       call measure_contacts(contacts, d)
-      iteration%residual = 0.0_wp
-      iteration%worst = 0
+      residual = 0.0_wp
       largest = iteration%weight
+      !$omp parallel do private(response) reduction(max:largest, residual) schedule(static) if (contacts%n >= parallel_from)
       do c = 1, contacts%n
          response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), contacts%pressure(c)), &
             contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c))
-         difference = max(abs(response%normal_force - assumed_normal(contacts, laws, c)), &
+         contacts%unrest(c) = max(abs(response%normal_force - assumed_normal(contacts, laws, c)), &
             abs(response%shear_force - assumed_shear(iteration, contacts, laws, c)))
-         if (difference > iteration%residual) then
-            iteration%residual = difference
-            iteration%worst = c
-         end if
+         residual = max(residual, contacts%unrest(c))
          contacts%answer(c) = next_state(contacts, response, c)
          contacts%normal_force(c) = response%normal_force
          contacts%shear_force(c) = response%shear_force
          contacts%overload(c) = response%overload
          largest = max(largest, abs(response%normal_force), abs(response%shear_force))
       end do
+      iteration%residual = residual
+      iteration%worst = 0
+      if (residual > 0.0_wp) iteration%worst = maxloc(contacts%unrest(:contacts%n), 1)
       iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
    end subroutine ask_contacts
 
@@ -281,11 +259,12 @@ contains
    end function next_state
 
    !> Gap and slip of all contacts at d.
-   pure subroutine measure_contacts(contacts, d)
+   subroutine measure_contacts(contacts, d)
       type(contacts_type), intent(inout) :: contacts
-      real(wp), intent(in) :: d(:,:)
+      real(wp), intent(in), contiguous :: d(:,:)
       integer :: c
 
+      !$omp parallel do schedule(static) if (contacts%n >= parallel_from)
       do c = 1, contacts%n
          associate (d_v => d(:, contacts%block_v(c)), d_e => d(:, contacts%block_e(c)))
             contacts%new_gap(c) = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d_v) &

@@ -11,7 +11,7 @@ module dda_simulation
    use dda_model, only: model_type
    use dda_neighbours, only: neighbours_type
    use dda_open_close, only: iteration_type
-   use dda_solver, only: solver_type
+   use dda_solver, only: solver_type, work_done
    use dda_text, only: to_text
    implicit none
    private
@@ -75,6 +75,7 @@ contains
             to_text(counters%repeated)//' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
             ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
       end associate
+      if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
 
    pure function block_name(simulation, b) result(name)

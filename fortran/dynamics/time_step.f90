@@ -78,8 +78,7 @@ contains
       simulation%speed = min(move, half_size(simulation%model%blocks))/simulation%time_step
       too_far = simulation%model%control%adaptive .and. move > allowed
       if (move > allowed) simulation%counters%too_far = simulation%counters%too_far + 1
-      if (2*move > max(simulation%detection%distance, simulation%neighbours%reach - 2*simulation%neighbours%travel)) &
-         too_far = .true.
+      if (2*move > simulation%detection%distance) too_far = .true.
    end function too_far
 
    !> Prepare another attempt at the step: a smaller Δt if it is allowed to shrink, else a wider search.

@@ -41,7 +41,7 @@ contains
 
       call find_neighbours(near, blocks, 2.0_wp*within)
       call prepare_detection(detection, blocks, within)
-      call detect_contacts(contacts, blocks, near, detection, within)
+      call detect_contacts(contacts, blocks, near, detection)
    end subroutine list
 
    !> A strained, turned star with a triangle's corner at a random place of one of its edges.

@@ -1,0 +1,101 @@
+!> Slide forces that follow the normal forces of the same solution, while the states of the contacts are held.
+!>
+!> A fixed point that costs no new matrix; Anderson's method solves it like a linear system, also where
+!> friction is so high that plain repetition would run away.
+module dda_slide_forces
+   use dda_kinds, only: wp
+   use dda_anderson, only: anderson_type, forget, accelerate
+   use dda_assembly, only: system_type, add_shear_force
+   use dda_contact, only: contacts_type, contact_slide
+   use dda_friction, only: laws_type
+   implicit none
+   private
+   public :: slides_type, list_slides, ask_slides, difference_of, farthest_off, follow
+
+   !> The sliding contacts, and the fixed point of their forces.
+   type :: slides_type
+      integer :: n = 0
+      integer, allocatable :: contact(:)   !< [n] which contacts slide
+      real(wp), allocatable :: force(:)    !< [n] assumed, N/m
+      real(wp), allocatable :: answer(:)   !< [n] what the law answers, N/m
+      type(anderson_type) :: memory
+   end type slides_type
+
+contains
+
+   !> Begin with the contacts that are assumed to slide.
+   subroutine list_slides(slides, contacts)
+      type(slides_type), intent(inout) :: slides
+      type(contacts_type), intent(in) :: contacts
+      integer :: c
+
+      call make_room(slides, contacts%n)
+      call forget(slides%memory)
+      slides%n = 0
+      do c = 1, contacts%n
+         if (contacts%state(c) /= contact_slide) cycle
+         slides%n = slides%n + 1
+         slides%contact(slides%n) = c
+         slides%force(slides%n) = contacts%slide_force(c)
+      end do
+   end subroutine list_slides
+
+   subroutine make_room(slides, wanted)
+      type(slides_type), intent(inout) :: slides
+      integer, intent(in) :: wanted
+
+      if (allocated(slides%contact)) then
+         if (size(slides%contact) >= wanted) return
+         deallocate (slides%contact, slides%force, slides%answer)
+      end if
+      allocate (slides%contact(2*wanted), slides%force(2*wanted), slides%answer(2*wanted))
+   end subroutine make_room
+
+   !> The slide forces that the normal forces at d call for, in the assumed directions.
+   pure subroutine ask_slides(slides, contacts, laws, d)
+      type(slides_type), intent(inout) :: slides
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in) :: d(:,:)
+      real(wp) :: gap
+      integer :: i, c
+
+      do i = 1, slides%n
+         c = slides%contact(i)
+         gap = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d(:, contacts%block_v(c))) &
+            - dot_product(contacts%normal_e(:, c), d(:, contacts%block_e(c)))
+         slides%answer(i) = contacts%direction(c)*laws%friction(contacts%joint(c)) &
+            *max(0.0_wp, contacts%pressure(c) - laws%normal_stiffness*gap)
+      end do
+   end subroutine ask_slides
+
+   !> Largest difference between assumed and answered, N/m.
+   pure real(wp) function difference_of(slides)
+      type(slides_type), intent(in) :: slides
+
+      difference_of = maxval(abs(slides%answer(:slides%n) - slides%force(:slides%n)))
+   end function difference_of
+
+   !> The contact with that difference.
+   pure integer function farthest_off(slides)
+      type(slides_type), intent(in) :: slides
+
+      farthest_off = slides%contact(maxloc(abs(slides%answer(:slides%n) - slides%force(:slides%n)), 1))
+   end function farthest_off
+
+   !> Assume the next forces, in the contacts and in the right-hand side.
+   subroutine follow(slides, contacts, system)
+      type(slides_type), intent(inout) :: slides
+      type(contacts_type), intent(inout) :: contacts
+      type(system_type), intent(inout) :: system
+      integer :: i, c
+
+      call accelerate(slides%memory, slides%force(:slides%n), slides%answer(:slides%n))
+      do i = 1, slides%n
+         c = slides%contact(i)
+         call add_shear_force(system, contacts, c, slides%force(i) - contacts%slide_force(c))
+         contacts%slide_force(c) = slides%force(i)
+      end do
+   end subroutine follow
+
+end module dda_slide_forces
