@@ -3,23 +3,44 @@ module dda_ordered_sums
    use dda_kinds, only: wp
    implicit none
    private
-   public :: inner_product
+   public :: inner_product, pieces, first_of, last_of, parallel_from
 
-   integer, parameter :: piece = 512          !< columns summed by one thread at a time
-   integer, parameter :: parallel_from = 2000 !< columns from which threads repay their start
+   integer, parameter :: piece = 512          !< terms summed by one thread at a time
+   integer, parameter :: parallel_from = 2000 !< terms from which threads repay their start
 
 contains
+
+   !> Number of pieces of n terms.
+   pure integer function pieces(n)
+      integer, intent(in) :: n
+
+      pieces = (n + piece - 1)/piece
+   end function pieces
+
+   !> First term of piece p.
+   pure integer function first_of(p)
+      integer, intent(in) :: p
+
+      first_of = (p - 1)*piece + 1
+   end function first_of
+
+   !> Last term of piece p of n terms.
+   pure integer function last_of(p, n)
+      integer, intent(in) :: p, n
+
+      last_of = min(n, p*piece)
+   end function last_of
 
    !> Σ x·y over [6,n]: pieces of fixed size, then the pieces one after the other.
    real(wp) function inner_product(n, x, y) result(total)
       integer, intent(in) :: n
       real(wp), intent(in) :: x(6, n), y(6, n)
-      real(wp) :: part((n + piece - 1)/piece)
+      real(wp) :: part(pieces(n))
       integer :: p
 
       !$omp parallel do schedule(static) if (n >= parallel_from)
       do p = 1, size(part)
-         part(p) = sum_of_piece(x(:, (p - 1)*piece + 1:min(n, p*piece)), y(:, (p - 1)*piece + 1:min(n, p*piece)))
+         part(p) = sum_of_piece(x(:, first_of(p):last_of(p, n)), y(:, first_of(p):last_of(p, n)))
       end do
       total = 0.0_wp
       do p = 1, size(part)

@@ -24,7 +24,7 @@ module dda_solver
    use dda_stale_factor, only: stale_factor_type, analyse_stale, refresh
    implicit none
    private
-   public :: solver_type, choose_solver, analyse, plan_method, renew, solve, solver_names
+   public :: solver_type, choose_solver, analyse, plan_method, renew, solve, work_done, solver_names
 
    character(len=*), parameter :: solver_names(6) = [character(len=6) :: 'auto', 'direct', 'stale', 'jacobi', &
       'banded', 'sor']
@@ -281,5 +281,15 @@ contains
          if (allocated(error)) return
       end do
    end subroutine solve_stale
+
+   !> What the solver did so far, in words.
+   pure function work_done(solver) result(text)
+      type(solver_type), intent(in) :: solver
+      character(len=:), allocatable :: text
+
+      text = trim(solver%method)//', '//to_text(solver%solves)//' systems solved, '//to_text(solver%factors)// &
+         ' factors, '//to_text(solver%iterations)//' iterations, '//to_text(solver%handed_over)// &
+         ' solves handed over to the direct solver'
+   end function work_done
 
 end module dda_solver

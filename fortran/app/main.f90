@@ -16,6 +16,7 @@ program sitedda_native
    use dda_site_response, only: amplification_peak, peak_text
    use dda_spectrum, only: peak_type
    use dda_text, only: to_text
+   use dda_trouble, only: audit_warning
    use dda_version, only: version
    implicit none
 
@@ -81,6 +82,7 @@ contains
       call close_run(run, error)
       if (allocated(error)) return
       print '(a)', summary(run%simulation)
+      if (audit_warning(run%simulation) /= '') write (error_unit, '(a)') 'warning: '//audit_warning(run%simulation)
       print '(a)', 'output: '//model%output%file
       call print_amplifications(model, error)
    end subroutine run_input

@@ -5,7 +5,7 @@ module dda_pace
    private
    public :: pace_type, is_due, begin_chore, end_chore
 
-   integer, parameter :: patience = 200  !< times its own cost between the end of a chore and the next one
+   integer, parameter :: patience = 100  !< times its own cost between the end of a chore and the next one
 
    !> Clock counts.
    type :: pace_type

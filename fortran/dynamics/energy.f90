@@ -7,7 +7,7 @@ module dda_energy
    use dda_kinds, only: wp
    implicit none
    private
-   public :: energy_type, total_energy, balance, energy_names, energy_values, energy_terms
+   public :: energy_type, total_energy, balance, turnover, energy_names, energy_values, energy_terms
 
    integer, parameter :: energy_terms = 13
 
@@ -45,6 +45,15 @@ contains
       balance = total_energy(energy) - energy%initial - energy%input - energy%geometric &
          + energy%friction + energy%fracture + energy%algorithmic + energy%kinetic_damping
    end function balance
+
+   !> What has changed hands: the scale that `balance` and `geometric` are measured by.
+   pure real(wp) function turnover(energy)
+      type(energy_type), intent(in) :: energy
+
+      turnover = energy%kinetic + abs(energy%strain) + energy%contact + energy%support + abs(energy%gravity) &
+         + abs(energy%input) + abs(energy%initial) + energy%friction + energy%fracture + energy%algorithmic &
+         + energy%kinetic_damping
+   end function turnover
 
    !> Names of the terms, as in the output file.
    pure function energy_names() result(names)

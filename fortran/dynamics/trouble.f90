@@ -1,16 +1,18 @@
-!> What to say of a step that fails: what, where, when, and what to try.
+!> What to say of a step that fails, and of a run that should not be trusted: what, where, when, what to try.
 module dda_trouble
    use dda_kinds, only: wp
-   use dda_energy, only: balance
+   use dda_energy, only: balance, turnover
    use dda_errors, only: error_type, error_convergence, fail
    use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
    use dda_text, only: to_text
    implicit none
    private
-   public :: explain, check_state
+   public :: explain, check_state, audit_warning
 
    real(wp), parameter :: most_away = 1.0e4_wp     !< of half the model size, from its middle: beyond, a block is lost
+   real(wp), parameter :: most_unexplained = 1.0e-6_wp  !< of the energy that changed hands: tolerance of the audit
+   real(wp), parameter :: most_geometric = 1.0e-2_wp    !< of the same, given to the springs between steps
 
 contains
 
@@ -62,5 +64,22 @@ contains
       call fail(error, error_convergence, 'step '//to_text(simulation%step)//' at t = '//to_text(simulation%time)// &
          ' s: '//what//'; look at loads, supports and initial values, or try a smaller time_step')
    end subroutine check_state
+
+   !> What the energy audit has against a run; '' if it balances.
+   pure function audit_warning(simulation) result(text)
+      type(simulation_type), intent(in) :: simulation
+      character(len=:), allocatable :: text
+      real(wp) :: scale
+
+      text = ''
+      scale = turnover(simulation%energy)
+      if (abs(balance(simulation%energy)) > most_unexplained*scale) then
+         text = 'the energy audit does not balance: '//to_text(balance(simulation%energy))//' of '//to_text(scale)// &
+            ' J/m are unexplained, allowed '//to_text(most_unexplained*scale)//'; try a lower force_tolerance'
+      else if (abs(simulation%energy%geometric) > most_geometric*scale) then
+         text = 'the geometry of contacts changed by so much in a step that their springs got '// &
+            to_text(simulation%energy%geometric)//' of '//to_text(scale)//' J/m between steps; try a smaller time_step'
+      end if
+   end function audit_warning
 
 end module dda_trouble

@@ -60,6 +60,11 @@ module dda_byte_file
          type(c_ptr), value :: stream
       end function c_fflush
 
+      integer(c_int) function c_ferror(stream) bind(c, name='ferror')
+         import :: c_int, c_ptr
+         type(c_ptr), value :: stream
+      end function c_ferror
+
       integer(c_int) function c_fileno(stream) bind(c, name='fileno')
          import :: c_int, c_ptr
          type(c_ptr), value :: stream
@@ -191,13 +196,17 @@ contains
       if (c_ftruncate(c_fileno(file%stream), int(bytes, c_long)) /= 0) call complain(file, 'cannot be cut', error)
    end subroutine cut_file
 
-   !> Hand what is buffered to the system: it then outlives this process.
+   !> Hand what is buffered to the system: it then outlives this process.  An error also if an earlier write failed.
    subroutine flush_to_system(file, error)
       type(byte_file_type), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
 
       if (allocated(error)) return
-      if (c_fflush(file%stream) /= 0) call complain(file, 'cannot be written', error)
+      if (c_fflush(file%stream) /= 0) then
+         call complain(file, 'cannot be written', error)
+      else if (c_ferror(file%stream) /= 0) then
+         call fail(error, error_file, file%name//' lacks what could not be written')
+      end if
    end subroutine flush_to_system
 
    !> Wait until the disk has it: it then outlives the machine's power.

@@ -77,7 +77,8 @@ contains
    logical function has_checkpoint(checkpoints)
       type(checkpoints_type), intent(in) :: checkpoints
 
-      has_checkpoint = is_file(checkpoints%newest) .or. is_file(checkpoints%previous)
+      has_checkpoint = is_file(checkpoints%newest)
+      if (.not. has_checkpoint) has_checkpoint = is_file(checkpoints%previous)
    end function has_checkpoint
 
    subroutine remove_checkpoints(checkpoints)

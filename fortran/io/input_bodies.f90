@@ -75,30 +75,54 @@ contains
       type(outlines_type), intent(in) :: outlines
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: trouble
-      real(wp) :: extent, block_extent
+      real(wp) :: extent
       integer :: b
 
-      extent = maxval(maxval(outlines%vertices(:, :outlines%n_vertices), 2) &
-         - minval(outlines%vertices(:, :outlines%n_vertices), 2))
-      do b = 1, outlines%n
-         associate (vertices => outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1))
-            block_extent = maxval(maxval(vertices, 2) - minval(vertices, 2))
-            trouble = ''
-            if (.not. all(abs(vertices) <= farthest)) then
-               trouble = ' reaches farther than '//to_text(farthest)//' m from the origin'
-            else if (block_extent < least_extent) then
-               trouble = ' measures '//to_text(block_extent)//' m, less than '//to_text(least_extent)//' m'
-            else if (block_extent < least_share*extent) then
-               trouble = ' measures '//to_text(block_extent)//' m, too little beside the '//to_text(extent)//' m of the model'
-            else if (.not. area_of(vertices) > least_area*block_extent**2) then
-               trouble = ' has no area'
-            end if
-         end associate
-         if (trouble == '') cycle
-         call complain(error, place_of_group(file, groups(outlines%source(b))), block_title(b, outlines%name(b))//trouble)
-         return
+      extent = extent_of(outlines%vertices(:, :outlines%n_vertices))
+      b = first_beyond(outlines)
+      trouble = ''
+      if (b > 0) trouble = ' reaches farther than '//to_text(farthest)//' m from the origin'
+      do while (trouble == '' .and. b < outlines%n)
+         b = b + 1
+         trouble = size_trouble(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1), extent)
       end do
+      if (trouble /= '') call complain(error, place_of_group(file, groups(outlines%source(b))), &
+         block_title(b, outlines%name(b))//trouble)
    end subroutine check_sizes
+
+   !> The larger side of the box around places, m.
+   pure real(wp) function extent_of(places) result(extent)
+      real(wp), intent(in) :: places(:,:)
+
+      extent = maxval(maxval(places, 2) - minval(places, 2))
+   end function extent_of
+
+   !> The first block with a vertex too far away; 0 if there is none.
+   pure integer function first_beyond(outlines) result(b)
+      type(outlines_type), intent(in) :: outlines
+
+      do b = 1, outlines%n
+         if (.not. all(abs(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1)) <= farthest)) return
+      end do
+      b = 0
+   end function first_beyond
+
+   !> What is wrong with the size of a block in a model of some extent (m), or nothing.
+   pure function size_trouble(vertices, extent) result(trouble)
+      real(wp), intent(in) :: vertices(:,:), extent
+      character(len=:), allocatable :: trouble
+      real(wp) :: own
+
+      own = extent_of(vertices)
+      trouble = ''
+      if (own < least_extent) then
+         trouble = ' measures '//to_text(own)//' m, less than '//to_text(least_extent)//' m'
+      else if (own < least_share*extent) then
+         trouble = ' measures '//to_text(own)//' m, too little beside the '//to_text(extent)//' m of the model'
+      else if (.not. area_of(vertices) > least_area*own**2) then
+         trouble = ' has no area'
+      end if
+   end function size_trouble
 
    !> No two blocks may overlap.
    subroutine check_overlap(model, file, groups, source, error)

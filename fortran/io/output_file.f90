@@ -17,7 +17,9 @@ module dda_output_file
    use dda_netcdf_calls, only: dataset_type, checked, define, define_dimension, describe, put
    use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
    use dda_simulation, only: simulation_type, summary
+   use dda_solver, only: work_done
    use dda_text, only: quoted
+   use dda_trouble, only: audit_warning
    use dda_version, only: version
    use netcdf, only: nf90_create, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, nf90_set_fill, nf90_nofill, &
       nf90_double, nf90_int, nf90_char, nf90_put_att, nf90_put_var
@@ -165,7 +167,7 @@ contains
       type(simulation_type), intent(in) :: simulation
       character(len=*), intent(in) :: complete
       integer :: i
-      character(len=:), allocatable :: motions
+      character(len=:), allocatable :: motions, audit
 
       motions = ''
       do i = 1, size(simulation%model%motions)
@@ -179,6 +181,10 @@ contains
       call describe(dataset, 'input_text', simulation%model%text)
       call describe(dataset, 'motions', motions)
       call describe(dataset, 'step_control', summary(simulation))
+      audit = audit_warning(simulation)
+      if (audit == '') audit = 'balances'
+      call describe(dataset, 'energy_audit', audit)
+      call describe(dataset, 'solver', work_done(simulation%solver))
       call describe(dataset, 'complete', trim(complete))
    end subroutine describe_run
 

@@ -8,7 +8,8 @@ module dda_run
       remove_checkpoints
    use dda_errors, only: error_type, error_convergence, fail
    use dda_file_system, only: remove_file
-   use dda_journal, only: journal_type, open_journal, empty_journal, append_sample, append_frame, close_journal, journal_name
+   use dda_journal, only: journal_type, open_journal, empty_journal, append_sample, append_frame, settle_journal, close_journal, &
+      journal_name
    use dda_model, only: model_type
    use dda_output_file, only: check_target, write_output, partial_name
    use dda_pace, only: pace_type, is_due, begin_chore, end_chore
@@ -19,7 +20,7 @@ module dda_run
    use dda_text, only: to_text
    implicit none
    private
-   public :: run_type, begin_run, resume_run, continue_run, save_run, end_run, is_done
+   public :: run_type, begin_run, resume_run, continue_run, settle_run, save_run, end_run, is_done
 
    !> A simulation and the files it writes.
    type :: run_type
@@ -188,6 +189,14 @@ contains
       call write_output(run%simulation%model%output%file, run%journal, run%simulation, .false., error)
       call end_chore(run%publishing)
    end subroutine publish
+
+   !> Leave nothing in the buffers of this process, which a fork would copy.
+   subroutine settle_run(run, error)
+      type(run_type), intent(in) :: run
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (run%writes) call settle_journal(run%journal, .false., error)
+   end subroutine settle_run
 
    !> Write a checkpoint now.
    subroutine save_run(run, error)

@@ -12,6 +12,7 @@
 module dda_blocks
    use dda_kinds, only: wp
    use dda_material, only: material_type, elasticity
+   use dda_ordered_sums, only: parallel_from
    use dda_polygon, only: area_of, centroid_of, second_moments
    implicit none
    private
@@ -46,7 +47,7 @@ module dda_blocks
 contains
 
    !> Make the blocks from polygons at rest in their reference shape.
-   pure subroutine set_blocks(blocks, first, vertices, material, joint, materials, plane_strain)
+   subroutine set_blocks(blocks, first, vertices, material, joint, materials, plane_strain)
       type(blocks_type), intent(out) :: blocks
       integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
       real(wp), intent(in) :: vertices(:,:)   !< [2, any] counter-clockwise, m
@@ -120,26 +121,36 @@ contains
       m(3:6, 6) = [0.5_wp*(xx - yy), 0.5_wp*xy, 0.5_wp*xy, 0.25_wp*(xx + yy)]
    end function mass_matrix
 
-   !> Axes, deformation gradient and vertices from the coordinates q.
-   pure subroutine update_geometry(blocks)
+   !> Axes, deformation gradients and vertices from the coordinates q.
+   subroutine update_geometry(blocks)
       type(blocks_type), intent(inout) :: blocks
-      integer :: b, v
-      real(wp) :: q(6), r(2, 2), c, s
+      integer :: b
 
+      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
       do b = 1, blocks%n
-         q = blocks%position(:, b)
-         c = cos(q(3))
-         s = sin(q(3))
-         r = reshape([c, s, -s, c], [2, 2])
-         blocks%axes(:, :, b) = r
-         blocks%gradient(:, 1, b) = r(:, 1)*(1.0_wp + q(4)) + r(:, 2)*0.5_wp*q(6)
-         blocks%gradient(:, 2, b) = r(:, 1)*0.5_wp*q(6) + r(:, 2)*(1.0_wp + q(5))
-         do v = blocks%first(b), blocks%first(b + 1) - 1
-            blocks%vertex(:, v) = q(1:2) + blocks%gradient(:, 1, b)*blocks%reference(1, v) &
-               + blocks%gradient(:, 2, b)*blocks%reference(2, v)
-         end do
+         call update_block(blocks, b)
       end do
    end subroutine update_geometry
+
+   !> Axes, deformation gradient and vertices of block b from its coordinates q.
+   pure subroutine update_block(blocks, b)
+      type(blocks_type), intent(inout) :: blocks
+      integer, intent(in) :: b
+      integer :: v
+      real(wp) :: q(6), f(2, 2), c, s
+
+      q = blocks%position(:, b)
+      c = cos(q(3))
+      s = sin(q(3))
+      blocks%axes(:, 1, b) = [c, s]
+      blocks%axes(:, 2, b) = [-s, c]
+      f(:, 1) = blocks%axes(:, 1, b)*(1.0_wp + q(4)) + blocks%axes(:, 2, b)*0.5_wp*q(6)
+      f(:, 2) = blocks%axes(:, 1, b)*0.5_wp*q(6) + blocks%axes(:, 2, b)*(1.0_wp + q(5))
+      blocks%gradient(:, :, b) = f
+      do v = blocks%first(b), blocks%first(b + 1) - 1
+         blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) + f(:, 2)*blocks%reference(2, v)
+      end do
+   end subroutine update_block
 
    !> Vertex after v, counter-clockwise round its block; edge v runs from v to it.
    pure integer function next_vertex(blocks, v)

@@ -72,7 +72,7 @@ contains
       call carry(archive, contacts%slide_force(:n))
       call carry(archive, contacts%direction(:n))
       call carry(archive, contacts%slide_slip(:n))
-      call carry(archive, contacts%slide_answer(:n))
+      call carry(archive, contacts%unrest(:n))
       call carry(archive, contacts%closings(:n))
       call carry(archive, contacts%answer(:n))
       call carry(archive, contacts%new_gap(:n))

@@ -18,6 +18,7 @@ from .check import (  # noqa: E402
 )
 from .column import Column, HalfSpace, Layer, scheme_damping, time_step_for_damping  # noqa: E402
 from .errors import (  # noqa: E402
+    AuditWarning,
     CheckError,
     ConvergenceError,
     InputError,
@@ -27,12 +28,13 @@ from .errors import (  # noqa: E402
     SolverError,
 )
 from .records import read_record  # noqa: E402
-from .simulation import Run, Simulation, run  # noqa: E402
+from .simulation import Run, Simulation, resume, run  # noqa: E402
 from .spectra import Peak, amplification, find_peak, fourier_spectrum  # noqa: E402
 
 __version__ = _api.engine_version().decode().strip()
 
 __all__ = [
+    "AuditWarning",
     "CheckError",
     "Column",
     "ConvergenceError",
@@ -57,6 +59,7 @@ __all__ = [
     "penalty_for_frequency",
     "penalty_for_shift",
     "read_record",
+    "resume",
     "run",
     "scheme_damping",
     "time_step_for_damping",

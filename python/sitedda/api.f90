@@ -18,11 +18,12 @@ module api
    use dda_model, only: model_type
    use dda_modes, only: modes_type, find_modes
    use dda_record, only: record_type, read_record
-   use dda_run, only: run_type, begin_run, resume_run, continue_run, save_run, end_run, is_done
+   use dda_run, only: run_type, begin_run, resume_run, continue_run, settle_run, save_run, end_run, is_done
    use dda_simulation, only: summary
    use dda_start, only: set_rates
    use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
    use dda_stopwatch, only: phase_names, seconds_of
+   use dda_trouble, only: audit_warning
    use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
    use dda_version, only: version
    implicit none
@@ -35,9 +36,16 @@ module api
 
    integer, parameter :: most_runs = 65536
 
+   interface
+      integer(c_int) function c_getpid() bind(c, name='getpid')
+         import :: c_int
+      end function c_getpid
+   end interface
+
    !> One slot of the table of open runs.
    type :: slot_type
       type(run_type), pointer :: run => null()
+      integer(c_int) :: process = 0   !< that opened it
    end type slot_type
 
    type(slot_type), save :: slots(most_runs)
@@ -52,7 +60,12 @@ contains
 
       run => null()
       if (handle >= 1 .and. handle <= most_runs) run => slots(handle)%run
-      if (.not. associated(run)) call fail(error, error_input, 'the simulation is closed')
+      if (.not. associated(run)) then
+         call fail(error, error_input, 'the simulation is closed')
+      else if (run%writes .and. slots(handle)%process /= c_getpid()) then
+         ! The files are those of the process that this one was forked from.
+         call fail(error, error_input, 'the simulation writes an output for another process')
+      end if
    end subroutine find_run
 
    !> An error as status and message.
@@ -88,6 +101,7 @@ contains
       end if
       if (.not. allocated(error)) then
          allocate (slots(handle)%run)
+         slots(handle)%process = c_getpid()
          if (writes == 2) then
             call resume_run(slots(handle)%run, model, error)
          else
@@ -119,6 +133,7 @@ contains
       call find_run(handle, run, error)
       if (.not. allocated(error)) then
          call continue_run(run, int(steps, long), error)
+         call settle_run(run, error)
          done = merge(1, 0, is_done(run))
       end if
       call report(error, status, message)
@@ -198,7 +213,7 @@ contains
       call report(error, status, message)
    end subroutine run_clock
 
-   !> A text of the run: 'output', 'title', 'summary', 'notice', 'solver', 'point i' or 'block i' (from 1).
+   !> A text of the run: 'output', 'title', 'summary', 'warning', 'notice', 'solver', 'point i' or 'block i' (from 1).
    subroutine run_text(handle, what, which, text, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
@@ -224,6 +239,8 @@ contains
                if (allocated(run%notice)) text = run%notice
             case ('summary')
                text = summary(run%simulation)
+            case ('warning')
+               text = audit_warning(run%simulation)
             case ('point')
                if (which >= 1 .and. which <= size(model%points)) text = model%points(which)%name
             case ('block')

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import ast
+import shlex
+import signal
 import sys
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,7 +16,9 @@ from . import __version__
 from .check import check, transfer
 from .errors import CheckError, SiteddaError
 from .records import read_record
-from .simulation import Run, Simulation, run
+from .simulation import Run, Simulation, _run
+
+_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -45,20 +49,22 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"sitedda {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     running = commands.add_parser("run", help="run an input, print and draw what it asks for")
-    running.add_argument("file", type=Path, metavar="FILE.nml")
-    running.add_argument("-o", "--output", type=_file_name, help="in place of the input's")
-    running.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
-    running.add_argument("--no-plot", action="store_true", help="draw no pictures")
-    running.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        type=_assignment,
-        help="change a variable of the input, such as time_step=5e-4",
-    )
     running.add_argument("--check", action="store_true", help="refuse a run that fails the check")
-    running.set_defaults(act=_run)
+    resuming = commands.add_parser("resume", help="go on with a run that ended early")
+    for command, act in ((running, _start), (resuming, _resume)):
+        command.add_argument("file", type=Path, metavar="FILE.nml")
+        command.add_argument("-o", "--output", type=_file_name, help="in place of the input's")
+        command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+        command.add_argument("--no-plot", action="store_true", help="draw no pictures")
+        command.add_argument(
+            "--set",
+            action="append",
+            default=[],
+            metavar="NAME=VALUE",
+            type=_assignment,
+            help="change a variable of the input, such as time_step=5e-4",
+        )
+        command.set_defaults(act=act)
     reading = commands.add_parser("record", help="read a record and draw its motion")
     reading.add_argument("file", type=Path, metavar="RECORD")
     reading.add_argument("--format", default="auto")
@@ -113,28 +119,50 @@ def _check(options: argparse.Namespace) -> int:
     return 0
 
 
-def _run(options: argparse.Namespace) -> int:
+def _start(options: argparse.Namespace) -> int:
     if options.check:
         _check(options)
+    return _to_end(options, resume=False)
+
+
+def _resume(options: argparse.Namespace) -> int:
+    return _to_end(options, resume=True)
+
+
+def _to_end(options: argparse.Namespace, resume: bool) -> int:
     look = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}]"
+    changes = dict(options.set)
     with ExitStack() as stack:
         bars = []
 
         def show(simulation: Simulation) -> None:
             if not bars:
+                if resume:
+                    print(simulation.notice, flush=True)
                 total = simulation.duration
                 bar = tqdm(total=total, disable=options.quiet, bar_format=look)
                 bars.append(stack.enter_context(bar))
             bars[0].update(simulation.time - bars[0].n)
 
-        result = run(options.file, options.output or True, show, **dict(options.set))
+        result = _run(options.file, options.output or True, show, changes, resume, _STOPS)
     print(result.summary)
     print(f"output: {result.output}")
     if not result.complete:
-        print("sitedda: interrupted; the results so far are kept", file=sys.stderr)
+        words = f"interrupted at t = {result.history.time[-1].item():g} s"
+        print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
         return 6
-    _report(result, options.file, dict(options.set), draw=not options.no_plot)
+    _report(result, options.file, changes, draw=not options.no_plot)
     return 0
+
+
+def _resume_command(options: argparse.Namespace) -> str:
+    """What to type to go on with an interrupted run."""
+    words = ["sitedda", "resume", str(options.file)]
+    if options.output:
+        words += ["--output", str(options.output)]
+    for name, value in options.set:
+        words += ["--set", f"{name}={value}"]
+    return shlex.join(words)
 
 
 def _discrete_transfer(source: Path, changes: dict, found):

@@ -1,4 +1,8 @@
-"""Errors of the engine as exceptions."""
+"""Errors of the engine as exceptions, and its warning."""
+
+
+class AuditWarning(UserWarning):
+    """A run ended whose energy audit does not balance: do not trust it."""
 
 
 class SiteddaError(Exception):

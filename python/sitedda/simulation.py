@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import io
 import os
+import signal
 import tempfile
 import threading
+import time
+import warnings
 import weakref
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -16,7 +19,8 @@ import numpy as np
 import xarray as xr
 
 from ._core import api
-from .errors import InputError, OutputError, SiteddaError
+from .errors import AuditWarning, InputError, OutputError, SiteddaError
+from .stop import Stop
 
 _ENERGY_NAMES = (
     "kinetic",
@@ -33,7 +37,18 @@ _ENERGY_NAMES = (
     "initial",
     "balance",
 )
-_CHUNK = 200  # steps between looks at the keyboard
+_PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "update")
+_COUNTS = (
+    "steps",
+    "iterations",
+    "searches",
+    "solves",
+    "factors",
+    "solver_iterations",
+    "handed_over",
+    "broken",
+)
+_CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
 _FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
 
@@ -55,6 +70,9 @@ class Simulation:
         Namelist input.
     output : path, True or None
         Output file; True: where the input says; None: no file is written.
+    resume : bool
+        Go on from the last checkpoint of the output, which must be of the same input with the same
+        changes; from the start if there is none.  `notice` tells which.
     **changes
         Variables to change in the input, as ``time_step=5e-4`` or, where more than one group has
         a variable of that name, ``contact={"normal_stiffness": 1e12}``.
@@ -63,13 +81,17 @@ class Simulation:
     ------
     InputError
         If the input cannot be run; the message names file, group and value.
+    OutputError
+        If the output cannot be written, or no checkpoint of it is good.
 
     Notes
     -----
     The object can be used in a ``with`` statement.  It is freed when it is closed or collected.
     """
 
-    def __init__(self, file, output=None, **changes):
+    def __init__(self, file, output=None, *, resume=False, **changes):
+        if resume and output is None:
+            raise ValueError("only a run with an output can be resumed")
         file = Path(file)
         text = _checked_input(file)
         if changes:
@@ -82,7 +104,7 @@ class Simulation:
                     os.fsencode(file),
                     text.encode("utf-8", "surrogateescape"),
                     target,
-                    int(self._writes),
+                    self._writes + bool(resume),
                 )
             )
         self._free = weakref.finalize(self, api.close_run, self._handle)
@@ -98,7 +120,7 @@ class Simulation:
         self.close()
 
     def close(self) -> None:
-        """Free the simulation; an unfinished output stays as FILE.partial."""
+        """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
         self._free()
         self._handle = 0
 
@@ -115,8 +137,23 @@ class Simulation:
         self.done = bool(done)
         return self.done
 
+    def checkpoint(self) -> None:
+        """Write a checkpoint now, beside those that the input asks for.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written; the last one stays.
+        """
+        with _FILES:
+            _checked(*api.save_state(self._handle))
+
     def finish(self) -> Path | None:
-        """Close the output file, if one is written, and return where it is."""
+        """Close the output file, if one is written, and return where it is.
+
+        If the duration is not reached, the results so far are in FILE.partial and a checkpoint is
+        left that the run can be resumed from.
+        """
         with _FILES:
             _checked(*api.finish_run(self._handle))
         return self.output
@@ -144,6 +181,16 @@ class Simulation:
     def summary(self) -> str:
         """What step control did so far, in words."""
         return self._text("summary").decode()
+
+    @property
+    def warning(self) -> str:
+        """What the energy audit has against the run so far; empty if it balances."""
+        return self._text("warning").decode()
+
+    @property
+    def notice(self) -> str:
+        """Where a resumed simulation went on from, in words; else blank."""
+        return self._text("notice").decode("utf-8", "replace")
 
     @property
     def time(self) -> float:
@@ -228,6 +275,30 @@ class Simulation:
         return dict(zip(_ENERGY_NAMES, map(float, values), strict=True))
 
     @property
+    def counts(self) -> dict[str, int]:
+        """What has been counted since the start.
+
+        ``steps``; open-close ``iterations``; neighbour ``searches``; linear systems (``solves``),
+        ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
+        solver; bonds ``broken``.
+        """
+        return dict(zip(_COUNTS, map(int, _checked(*api.run_counts(self._handle))), strict=True))
+
+    @property
+    def solver(self) -> str:
+        """The solver at work, which ``'auto'`` may change."""
+        return self._text("solver").decode()
+
+    def phase_times(self) -> dict[str, float]:
+        """Seconds spent in the phases of the steps since the first call, which starts the watch.
+
+        ``search`` (neighbours, plan of the factor), ``detect`` (contacts and their history),
+        ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
+        ``update`` (new state, energy audit).
+        """
+        return dict(zip(_PHASES, map(float, _checked(*api.run_phases(self._handle))), strict=True))
+
+    @property
     def point_motions(self) -> np.ndarray:
         """Measured points, shape (3, points, 2): displacement, velocity, acceleration (SI)."""
         return np.transpose(_checked(*api.point_motions(self._handle, self._sizes()[2])), (2, 1, 0))
@@ -291,6 +362,8 @@ def changed_input(text: str, changes: dict) -> str:
         "file": "output",
         "history_interval": "output",
         "block_interval": "output",
+        "checkpoint_interval": "output",
+        "checkpoint_minutes": "output",
     }
     for name, value in changes.items():
         if isinstance(value, dict):
@@ -332,14 +405,51 @@ def run(
     Returns
     -------
     Run
-        Incomplete if it was stopped with Ctrl-C; a file then stays as FILE.partial.
+        Incomplete if it was stopped with Ctrl-C; a file then stays as FILE.partial, and `resume`
+        goes on.
     """
-    with tempfile.TemporaryDirectory() as folder:
+    return _run(file, output, progress, changes)
+
+
+def resume(
+    file,
+    output=True,
+    progress: Callable[[Simulation], None] | None = None,
+    **changes,
+) -> Run:
+    """Go on with a run that ended early, from the last checkpoint of its output.
+
+    The result has the same bits as that of a run that was never interrupted.  Without a
+    checkpoint it begins at the start.
+
+    Parameters
+    ----------
+    file : path
+        Namelist input, as it was.
+    output : path or True
+        Output file, as it was; True: where the input says.
+    progress : callable, optional
+        Called now and then with the `Simulation`.
+    **changes
+        Variables to change in the input, as they were.
+
+    Raises
+    ------
+    OutputError
+        If no checkpoint is good: damaged, or of another input, version or build.
+    """
+    return _run(file, output, progress, changes, resume=True)
+
+
+def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)) -> Run:
+    with tempfile.TemporaryDirectory() as folder, Stop(signals) as stop:
         target = Path(folder) / "history.nc" if output is None else output
-        with Simulation(file, output=target, **changes) as simulation:
-            complete = _to_end(simulation, progress)
+        with Simulation(file, output=target, resume=resume, **changes) as simulation:
+            complete = _to_end(simulation, progress, stop)
             where = simulation.finish()
             summary = simulation.summary
+            if simulation.warning:
+                warnings.warn(simulation.warning, AuditWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
         with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
@@ -347,17 +457,24 @@ def run(
     return Run(history, complete, None if output is None else where, summary)
 
 
-def _to_end(simulation: Simulation, progress) -> bool:
-    """Advance in chunks, so that Ctrl-C works between them."""
+def _to_end(simulation: Simulation, progress, stop: Stop) -> bool:
+    """Advance in chunks, so that it can be stopped between them."""
+    chunk = 1
     try:
-        while not simulation.advance(_CHUNK):
+        while not stop.asked:
+            begun = time.perf_counter()
+            done = simulation.advance(chunk)
             if progress:
                 progress(simulation)
+            if done:
+                return True
+            if time.perf_counter() - begun < _CHUNK_TIME:
+                chunk *= 2
+            elif chunk > 1:
+                chunk //= 2
     except KeyboardInterrupt:
-        return False
+        pass
     except BaseException:
         simulation.finish()
         raise
-    if progress:
-        progress(simulation)
-    return True
+    return False

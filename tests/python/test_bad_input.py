@@ -1,8 +1,20 @@
 """Bad input: one message that names file, group and value, from both programs, and no harm done."""
 
+import time
+
 import numpy as np
 import pytest
-from model_text import DRY, changed, flying_block, namelist, rectangle, tower, without
+from model_text import (
+    BONDED,
+    DRY,
+    ROCK,
+    changed,
+    flying_block,
+    namelist,
+    rectangle,
+    tower,
+    without,
+)
 
 import sitedda
 
@@ -349,6 +361,181 @@ def test_paths_of_any_letters(folder, write_input, native, main, tmp_path, same_
         assert outputs[-1].exists()
     same_bits(*outputs)
     same_bits(sitedda.run(file).history, outputs[0])
+
+
+# --- Every variable ------------------------------------------------------------------------------
+
+# All variables of all groups, with values that are right.
+EVERYTHING = [
+    ("run", {"title": "Everything"}),
+    (
+        "control",
+        {
+            "time_step": 1e-3,
+            "steps": 2,
+            "time_step_control": "adaptive",
+            "least_time_step": 1e-8,
+            "max_displacement_ratio": 0.01,
+            "dynamic_factor": 0.99,
+            "gravity": [0.0, -9.81],
+            "analysis": "plane_strain",
+            "base_motion_x": "shake",
+            "solver": "direct",
+        },
+    ),
+    (
+        "contact",
+        {
+            "normal_stiffness": 1e10,
+            "shear_ratio": 2.5,
+            "fixed_point_ratio": 100.0,
+            "penetration_tolerance": 0.0,
+            "contact_rules": "consistent",
+            "force_tolerance": 1e-9,
+            "max_iterations": 400,
+        },
+    ),
+    ("material", ROCK | {"initial_stress": [0.0, 0.0, 0.0], "initial_velocity": [0.0, 0.0, 0.0]}),
+    ("joint", dict(BONDED)),
+    ("block", {"name": "floor", "material": "rock", "joint": "bedding", "vertices": SQUARE}),
+    ("layers", {"name": "layer", "left": 9.0, "bottom": 0.0, "width": 1.0, "thickness": 1.0, "count": 2}),
+    (
+        "drums",
+        {
+            "name": "drum",
+            "centre": 20.0,
+            "bottom": 0.0,
+            "width": 1.0,
+            "top_width": 0.9,
+            "height": 1.0,
+            "count": 2,
+        },
+    ),
+    (
+        "wall",
+        {
+            "name": "brick",
+            "left": 30.0,
+            "bottom": 0.0,
+            "brick_length": 1.0,
+            "brick_height": 0.5,
+            "bricks": 2,
+            "courses": 2,
+        },
+    ),
+    (
+        "motion",
+        {
+            "name": "shake",
+            "quantity": "acceleration",
+            "unit": "m/s2",
+            "time_step": 0.01,
+            "values": [0.0, 0.1, 0.0],
+            "scale": 1.0,
+            "taper": 0.1,
+            "drift_order": 1,
+            "channel": 1,
+        },
+    ),
+    ("fixed_point", {"x": 0.5, "y": 0.5, "block": "floor", "direction": "xy", "motion_x": "shake"}),
+    (
+        "load",
+        {
+            "x": 0.5,
+            "y": 1.0,
+            "block": "floor",
+            "time": [0.0, 1.0],
+            "force_x": [0.0, 1.0],
+            "force_y": [0.0, 1.0],
+        },
+    ),
+    ("measured_point", {"name": "base", "x": 0.5, "y": 0.5, "block": "floor"}),
+    ("measured_point", {"name": "surface", "x": 0.5, "y": 1.0, "block": "1"}),
+    (
+        "amplification",
+        {
+            "surface": "surface",
+            "base": "base",
+            "direction": "x",
+            "lowest": 1.0,
+            "highest": 9.0,
+            "padding": 2,
+        },
+    ),
+    ("output", {"file": "everything.nc", "history_interval": 1, "block_interval": 0}),
+]
+
+NO_NUMBERS = ["NaN", "Inf", "-Infinity", "1e400", "-1e400", "''", "word", ".true.", "(1.0,2.0)"]
+EXTREMES = ["0", "-1", "1e30", "-1e30", "1e300", "1e-300", "5e-324", "2147483648", "-0.0"]
+STRANGE = ["", "1 2 3 4 5 6 7 8 9", "5*1.0", "1000000000*1", "'" + "x" * 1_000_000 + "'", "9" * 100_000]
+
+
+def test_all_values_that_are_right_make_a_run(write_input):
+    assert sitedda.run(write_input(EVERYTHING)).complete
+
+
+@pytest.mark.parametrize(
+    ("which", "variable"),
+    [(i, variable) for i, (_, values) in enumerate(EVERYTHING) for variable in values],
+    ids=[f"{name}-{variable}" for name, values in EVERYTHING for variable in values],
+)
+def test_every_variable_with_values_that_make_no_sense(which, variable, write_input):
+    """Refused with file and group, or computed without a value that is not finite."""
+    group, values = EVERYTHING[which]
+    text = namelist(EVERYTHING)
+    line = namelist([(group, {variable: values[variable]})]).splitlines()[1]
+    number = not isinstance(values[variable], str)
+    for value in [*NO_NUMBERS, *EXTREMES, *STRANGE]:
+        at = text.index(line, text.index(namelist([EVERYTHING[which]])))
+        file = write_input(text[:at] + f"   {variable} = {value}" + text[at + len(line) :])
+        begin = time.process_time()
+        try:
+            with sitedda.Simulation(file) as run:
+                assert not (number and value in NO_NUMBERS), f"{variable} = {value} is accepted"
+                run.advance(2)
+                assert np.all(np.isfinite(run.coordinates)), value[:20]
+                assert np.all(np.isfinite(list(run.energies.values()))), value[:20]
+        except sitedda.InputError as error:
+            assert str(file) in str(error), (value[:20], str(error))
+            assert f"&{group}" in str(error) or variable in ("name", "time_step"), str(error)
+            assert len(str(error)) < 1000, value[:20]
+        except (sitedda.ConvergenceError, sitedda.SolverError) as error:
+            assert str(error).startswith("step "), (value[:20], str(error))
+        assert time.process_time() - begin < 1.0, f"{variable} = {value[:20]}"
+
+
+def test_a_group_of_twenty_megabytes(write_input):
+    vertices = "1.0 " * 5_000_000
+    with pytest.raises(sitedda.InputError, match="&block"):
+        sitedda.run(write_input(TOWER + f"&block vertices = {vertices} /\n"))
+
+
+def test_thousands_of_equal_blocks_are_refused_in_a_second(write_input):
+    file = write_input(blocks(*30_000 * [SQUARE]))
+    begin = time.process_time()
+    with pytest.raises(sitedda.InputError, match="overlaps"):
+        sitedda.run(file)
+    assert time.process_time() - begin < 3.0  # of which reading the text is most
+
+
+def test_a_folder_is_no_record(write_input, tmp_path):
+    (tmp_path / "folder.at2").mkdir()
+    file = write_input(moved(values=None, quantity=None, time_step=None, file="folder.at2"))
+    with pytest.raises(sitedda.InputError, match="folder.at2"):
+        sitedda.run(file)
+
+
+@pytest.mark.parametrize("name", ["$(touch harm)", "`touch harm`", "; touch harm", "|touch harm", "%s%n"])
+def test_nothing_in_an_input_is_executed(name, write_input, native, tmp_path):
+    title = changed(tower(steps=2), "run", title=name)
+    done = native("run", write_input(title), "--quiet", "--output", tmp_path / "o.nc", folder=tmp_path)
+    assert done.returncode == 0
+    groups = moved(values=None, quantity=None, time_step=None, file=name)
+    done = native("run", write_input(groups), folder=tmp_path)
+    assert done.returncode == 1
+    assert name in done.stderr
+    assert sitedda.run(write_input(title)).history.attrs["title"] == name
+    assert not list(tmp_path.rglob("harm"))
 
 
 def test_touching_blocks_do_not_overlap(write_input):

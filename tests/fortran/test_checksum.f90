@@ -1,0 +1,95 @@
+!> CRC-64 against its published check value, a bit-by-bit computation, and the errors that it must find.
+module test_checksum
+   use, intrinsic :: iso_fortran_env, only: int8
+   use dda_checksum, only: checksum_type, begin_checksum, add_bytes, checksum_of
+   use dda_kinds, only: long
+   use testing, only: case, check
+   implicit none
+   private
+   public :: checksum_suite
+
+contains
+
+   subroutine checksum_suite()
+      call published_value()
+      call every_length()
+      call in_pieces()
+      call single_bits()
+   end subroutine checksum_suite
+
+   !> CRC-64/XZ of "123456789", from the catalogue of parametrised CRC algorithms.
+   subroutine published_value()
+      integer(int8), parameter :: digits(9) = [49_int8, 50_int8, 51_int8, 52_int8, 53_int8, 54_int8, 55_int8, 56_int8, 57_int8]
+      integer(int8) :: nothing(0)
+
+      call case('check value of CRC-64/XZ')
+      call check(checksum_of(digits) == -7395533204333446662_long, '995DC9BBDF1939FA')
+      call check(checksum_of(nothing) == 0_long, 'nothing has the sum 0')
+   end subroutine published_value
+
+   !> The remainder of the division itself, one bit at a time.
+   pure integer(long) function by_bits(bytes) result(rest)
+      integer(int8), intent(in) :: bytes(:)
+      integer(long), parameter :: polynomial = -3932672073523589310_long
+      integer :: i, bit
+
+      rest = -1
+      do i = 1, size(bytes)
+         rest = ieor(rest, iand(int(bytes(i), long), 255_long))
+         do bit = 1, 8
+            rest = merge(ieor(shiftr(rest, 1), polynomial), shiftr(rest, 1), btest(rest, 0))
+         end do
+      end do
+      rest = not(rest)
+   end function by_bits
+
+   pure function sown(n) result(bytes)
+      integer, intent(in) :: n
+      integer(int8) :: bytes(n)
+      integer :: i
+
+      bytes = [(int(modulo(i*i*37 + 11*i, 256) - 128, int8), i=1, n)]
+   end function sown
+
+   subroutine every_length()
+      integer :: n
+
+      call case('eight bytes at a time and one by one')
+      do n = 0, 40
+         call check(checksum_of(sown(n)) == by_bits(sown(n)), 'the same as bit by bit')
+      end do
+   end subroutine every_length
+
+   subroutine in_pieces()
+      type(checksum_type) :: checksum
+      integer(int8) :: bytes(100)
+      integer :: cut
+
+      call case('in pieces')
+      bytes = sown(100)
+      do cut = 0, 100, 7
+         call begin_checksum(checksum)
+         call add_bytes(checksum, bytes(:cut))
+         call add_bytes(checksum, bytes(cut + 1:))
+         call check(checksum%value == checksum_of(bytes), 'the same as at once')
+      end do
+   end subroutine in_pieces
+
+   subroutine single_bits()
+      integer(int8) :: bytes(50)
+      integer(long) :: whole
+      integer :: i, bit
+
+      call case('single bits')
+      bytes = sown(50)
+      whole = checksum_of(bytes)
+      do i = 1, 50
+         do bit = 0, 7
+            bytes(i) = ieor(bytes(i), ibset(0_int8, bit))
+            call check(checksum_of(bytes) /= whole, 'a changed bit is found')
+            bytes(i) = ieor(bytes(i), ibset(0_int8, bit))
+         end do
+      end do
+   end subroutine single_bits
+
+end module test_checksum

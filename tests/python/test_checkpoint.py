@@ -1,0 +1,477 @@
+"""Runs that end early go on from a checkpoint, to the same bits; files that do not fit are refused."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import xarray as xr
+from model_text import changed, tower
+
+import sitedda
+
+STEPS = 400
+LONG = 200_000  # steps that take longer than a test waits
+
+
+def shaken_tower(steps: int = STEPS, interval: int = 0, **control) -> list:
+    """Loose layers that slide, with frames and checkpoints now and then."""
+    loose = {"name": "bedding", "friction_angle": 5.0}
+    groups = tower(4, steps, loose, gravity=[0.0, -9.81], **control)
+    return changed(groups, "output", checkpoint_interval=interval, block_interval=30)
+
+
+def stopped(file, output, after: int, **changes):
+    """A run that is left after some steps, with a checkpoint."""
+    with sitedda.Simulation(file, output, **changes) as simulation:
+        simulation.advance(after)
+
+
+def interrupted(program, file, folder, number=signal.SIGTERM, command="run"):
+    """A run that gets a signal once it has written a checkpoint."""
+    newest = folder / "tower.nc.checkpoint"
+    before = newest.stat().st_mtime_ns if newest.exists() else 0
+    running = subprocess.Popen(
+        [program.path, command, file],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    deadline = time.monotonic() + 60
+    while not newest.exists() or newest.stat().st_mtime_ns == before:
+        assert running.poll() is None, running.communicate()
+        assert time.monotonic() < deadline, "no checkpoint was written"
+        time.sleep(0.01)
+    running.send_signal(number)
+    out, err = running.communicate(timeout=60)
+    return subprocess.CompletedProcess(command, running.returncode, out, err)
+
+
+def files_beside(output) -> set[str]:
+    return {file.name.removeprefix(output.name) for file in output.parent.glob(f"{output.name}*")}
+
+
+# --- The same bits -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("solver", ["auto", "direct", "stale", "jacobi", "banded", "sor"])
+def test_a_resumed_run_has_the_bits_of_one_left_alone(write_input, tmp_path, same_bits, solver):
+    file = write_input(shaken_tower(solver=solver))
+    whole = sitedda.run(file)
+    stopped(file, tmp_path / "out.nc", 137)
+    resumed = sitedda.resume(file, tmp_path / "out.nc")
+    assert resumed.complete
+    same_bits(whole.history, resumed.history)
+    assert files_beside(tmp_path / "out.nc") == {""}
+
+
+@pytest.mark.parametrize(
+    "control",
+    [
+        {"time_step_control": "adaptive", "max_displacement_ratio": 2e-5},
+        {"dynamic_factor": 0.95},
+        {"contact": {"contact_rules": "original"}},
+        {"contact": {"penetration_tolerance": 1e-7}},
+    ],
+    ids=["adaptive", "damped", "original", "augmented"],
+)
+def test_the_same_for_other_ways_of_stepping(write_input, tmp_path, same_bits, control):
+    file = write_input(shaken_tower())
+    whole = sitedda.run(file, **control)
+    stopped(file, tmp_path / "out.nc", 211, **control)
+    same_bits(whole.history, sitedda.resume(file, tmp_path / "out.nc", **control).history)
+
+
+def test_stopping_at_every_turn_changes_nothing(write_input, tmp_path, same_bits):
+    file = write_input(shaken_tower(60))
+    whole = sitedda.run(file)
+    stopped(file, tmp_path / "out.nc", 0)
+    done = False
+    while not done:
+        with sitedda.Simulation(file, tmp_path / "out.nc", resume=True) as simulation:
+            done = simulation.advance(7)
+            simulation.finish()
+    with xr.open_dataset(tmp_path / "out.nc") as history:
+        same_bits(whole.history, history.load())
+
+
+def test_many_checkpoints_change_nothing(program, write_input, tmp_path, same_bits):
+    for interval, name in ((0, "none.nc"), (1, "each.nc")):
+        file = write_input(shaken_tower(interval=interval), f"{name}.nml")
+        assert program("run", file, "-q", "-o", tmp_path / name).returncode == 0
+        assert files_beside(tmp_path / name) - {".nml"} == {""}
+    same_bits(tmp_path / "none.nc", tmp_path / "each.nc", attributes=("step_control",))
+
+
+def test_the_number_of_threads_may_change(native, write_input, tmp_path, same_bits):
+    wall = [pair for pair in shaken_tower(10) if pair[0] not in ("layers", "measured_point")]
+    wall += [
+        ("layers", {"bottom": -1.0, "width": 60.0, "thickness": 1.0}),
+        ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": 55, "courses": 10}),
+    ]
+    file = write_input(wall)
+    whole = sitedda.run(file)
+    for threads in ("1", "2"):
+        output = tmp_path / f"out{threads}.nc"
+        stopped(file, output, 4)
+        environment = os.environ | {"OMP_NUM_THREADS": threads}
+        arguments = [native.path, "resume", file, "-q", "-o", output]
+        subprocess.run(arguments, env=environment, check=True, capture_output=True)
+        same_bits(whole.history, output)
+
+
+def test_rates_set_on_the_way_are_part_of_the_state(write_input, tmp_path, same_bits):
+    file = write_input(shaken_tower(50))
+
+    def push(output):
+        simulation = sitedda.Simulation(file, output)
+        simulation.advance(10)
+        rates = simulation.rates.copy()
+        rates[2, 0] += 0.1
+        simulation.rates = rates
+        return simulation
+
+    with push(tmp_path / "whole.nc") as simulation:
+        simulation.advance(50)
+        simulation.finish()
+    push(tmp_path / "out.nc").close()
+    sitedda.resume(file, tmp_path / "out.nc")
+    same_bits(tmp_path / "whole.nc", tmp_path / "out.nc")
+
+
+# --- Signals -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1, signal.SIGINT])
+def test_a_signal_ends_a_run_that_can_be_resumed(
+    program, native, write_input, tmp_path, same_bits, number
+):
+    file = write_input(shaken_tower(LONG, 50))
+    done = interrupted(program, file, tmp_path, number)
+    assert done.returncode == 6, done.stderr
+    assert f"to go on: {program.name} resume {file}" in done.stderr
+    assert len(done.stderr.strip().splitlines()[-1:]) == 1 and "Traceback" not in done.stderr
+    with xr.open_dataset(tmp_path / "tower.nc.partial", engine="netcdf4") as kept:
+        assert kept.attrs["complete"] == "no"
+        steps = kept.sizes["time"] - 1
+    assert steps >= 50
+    with sitedda.Simulation(file, tmp_path / "tower.nc", resume=True) as simulation:
+        assert simulation.steps == steps
+        assert f"resumed at step {steps}" in simulation.notice
+
+
+def test_each_program_resumes_what_the_other_began(
+    native, python_program, write_input, tmp_path, same_bits
+):
+    file = write_input(shaken_tower(20_000, 50))
+    interrupted(native, file, tmp_path)
+    assert interrupted(python_program, file, tmp_path, command="resume").returncode in (0, 6)
+    done = native("resume", file, "-q", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
+
+
+def test_a_killed_run_goes_on_from_its_last_checkpoint(program, write_input, tmp_path, same_bits):
+    file = write_input(shaken_tower(20_000, 50))
+    interrupted(program, file, tmp_path, signal.SIGKILL)
+    done = program("resume", file, "-q", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "resumed at step" in done.stdout
+    same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
+
+
+def test_a_growing_output_can_be_read_at_every_moment(native, write_input, tmp_path):
+    seldom = changed(shaken_tower(10 * LONG, 500), "output", history_interval=50, block_interval=0)
+    file = write_input(seldom)
+    running = subprocess.Popen([native.path, "run", file, "-q"], cwd=tmp_path)
+    partial = tmp_path / "tower.nc.partial"
+    sizes, deadline = [0], time.monotonic() + 60
+    while len(set(sizes)) < 4 and time.monotonic() < deadline:
+        if partial.exists():
+            with xr.open_dataset(partial, engine="netcdf4") as dataset:
+                sizes.append(dataset.sizes["time"])
+                assert bool(dataset.displacement[-1].notnull().all())
+        time.sleep(0.01)
+    running.terminate()
+    assert running.wait(60) == 6
+    assert sizes == sorted(sizes) and len(set(sizes)) == 4
+
+
+# --- What does not fit ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def two_checkpoints(write_input, tmp_path):
+    """An input and an output that was left with two checkpoints."""
+    file = write_input(shaken_tower())
+    output = tmp_path / "out.nc"
+    with sitedda.Simulation(file, output) as simulation:
+        simulation.advance(100)
+        simulation.checkpoint()
+        simulation.advance(100)
+        simulation.checkpoint()
+        simulation.advance(1)
+        shutil.copytree(tmp_path, tmp_path / "kept")
+    for kept in (tmp_path / "kept").glob("out.nc*"):
+        shutil.copy(kept, tmp_path)
+    return file, output
+
+
+def beside(output, suffix):
+    return output.with_name(output.name + suffix)
+
+
+def spoil(path, where=-100):
+    data = bytearray(path.read_bytes())
+    data[where] ^= 1
+    path.write_bytes(data)
+
+
+def test_the_newest_checkpoint_is_taken(program, two_checkpoints):
+    file, output = two_checkpoints
+    done = program("resume", file, "-q", "-o", output)
+    assert "resumed at step 200, t = 0.2 s, from" in done.stdout
+
+
+def test_the_one_before_is_taken_if_the_newest_is_damaged(program, two_checkpoints, same_bits):
+    file, output = two_checkpoints
+    spoil(beside(output, ".checkpoint"))
+    done = program("resume", file, "-q", "-o", output)
+    assert done.returncode == 0, done.stderr
+    assert "resumed at step 100" in done.stdout
+    assert "checkpoint.previous, because" in done.stdout and "damaged" in done.stdout
+    same_bits(sitedda.run(file).history, output)
+
+
+def test_the_one_before_is_taken_if_the_newest_is_missing(two_checkpoints):
+    file, output = two_checkpoints
+    beside(output, ".checkpoint").unlink()
+    with sitedda.Simulation(file, output, resume=True) as simulation:
+        assert simulation.steps == 100
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (lambda data: data[:-100], "cut short"),
+        (lambda data: data[:10], "cut short"),
+        (lambda data: b"", "cut short"),
+        (lambda data: b"CDF\x01" + data[4:], "not a checkpoint"),
+        (lambda data: data[:8] + b"\x63" + data[9:], "format 99"),
+        (lambda data: data[:-1] + bytes([data[-1] ^ 255]), "checksum"),
+        (lambda data: data[:5000] + b"x" + data[5001:], "checksum"),
+    ],
+    ids=["cut", "head cut", "empty", "another file", "format", "sum", "state"],
+)
+def test_a_damaged_checkpoint_is_refused_in_words(two_checkpoints, data, reason):
+    file, output = two_checkpoints
+    beside(output, ".checkpoint.previous").unlink()
+    newest = beside(output, ".checkpoint")
+    newest.write_bytes(data(newest.read_bytes()))
+    with pytest.raises(sitedda.OutputError, match=f"out.nc.checkpoint.*{reason}"):
+        sitedda.resume(file, output)
+    assert newest.exists() and not output.exists()
+
+
+def test_both_damaged_checkpoints_are_named(program, two_checkpoints):
+    file, output = two_checkpoints
+    spoil(beside(output, ".checkpoint"))
+    spoil(beside(output, ".checkpoint.previous"))
+    done = program("resume", file, "-q", "-o", output)
+    assert done.returncode == 5
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "out.nc.checkpoint is damaged" in done.stderr
+    assert "out.nc.checkpoint.previous is damaged" in done.stderr
+
+
+@pytest.mark.parametrize("group", ["control", "material", "output"])
+def test_a_checkpoint_of_another_input_is_refused(two_checkpoints, group):
+    file, output = two_checkpoints
+    text = file.read_text().replace(f"&{group}", f"&{group} ! changed\n", 1)
+    file.write_text(text)
+    with pytest.raises(sitedda.OutputError, match="another input"):
+        sitedda.resume(file, output)
+
+
+def test_a_checkpoint_with_other_records_is_refused(write_input, tmp_path):
+    record = tmp_path / "record.txt"
+    lines = [f"{0.01 * i} {(-1) ** i}\n" for i in range(20)]
+    record.write_text("".join(lines))
+    shaken = changed(
+        shaken_tower(50),
+        "motion",
+        values=None,
+        time_step=None,
+        file="record.txt",
+        format="text",
+        unit="m/s2",
+    )
+    file = write_input(shaken)
+    stopped(file, tmp_path / "out.nc", 10)
+    record.write_text("".join([*lines[:7], "0.07 2\n", *lines[8:]]))
+    with pytest.raises(sitedda.OutputError, match="other records"):
+        sitedda.resume(file, tmp_path / "out.nc")
+    record.write_text("".join(lines))
+    assert sitedda.resume(file, tmp_path / "out.nc").complete
+
+
+def test_a_checkpoint_of_another_version_is_refused(two_checkpoints):
+    file, output = two_checkpoints
+    version = sitedda.__version__.encode()
+    for suffix in (".checkpoint", ".checkpoint.previous"):
+        path = beside(output, suffix)
+        data = path.read_bytes()[:-8].replace(version, b"9" * len(version), 1)
+        path.write_bytes(data + crc64(data))
+    with pytest.raises(sitedda.OutputError, match="was made by sitedda 9"):
+        sitedda.resume(file, output)
+
+
+def crc64(data: bytes) -> bytes:
+    """CRC-64/XZ, bit by bit."""
+    rest = 2**64 - 1
+    for byte in data:
+        rest ^= byte
+        for _ in range(8):
+            rest = (rest >> 1) ^ (0xC96C5795D7870F42 if rest & 1 else 0)
+    return (rest ^ (2**64 - 1)).to_bytes(8, "little")
+
+
+def test_a_journal_that_has_lost_something_is_refused(two_checkpoints):
+    file, output = two_checkpoints
+    journal = beside(output, ".journal")
+    data = journal.read_bytes()
+    journal.write_bytes(data[:1000])
+    with pytest.raises(sitedda.OutputError, match="out.nc.journal does not hold"):
+        sitedda.resume(file, output)
+    spoil(journal, 500)
+    with pytest.raises(sitedda.OutputError, match="out.nc.journal does not hold"):
+        sitedda.resume(file, output)
+    journal.write_bytes(data + b"what the killed run had not finished")
+    assert sitedda.resume(file, output).complete
+
+
+def test_without_a_checkpoint_a_run_begins_at_the_start(program, write_input, tmp_path):
+    done = program("resume", write_input(tower(steps=20)), "-q", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "no checkpoint of tower.nc: begun at the start" in done.stdout
+    assert (tmp_path / "tower.nc").exists()
+
+
+def test_a_new_run_begins_at_the_start(two_checkpoints):
+    file, output = two_checkpoints
+    with sitedda.Simulation(file, output) as simulation:
+        assert simulation.steps == 0
+        assert not beside(output, ".checkpoint").exists()
+
+
+def test_a_run_that_is_at_work_cannot_be_resumed_beside_it(write_input, tmp_path):
+    file = write_input(shaken_tower())
+    with sitedda.Simulation(file, tmp_path / "out.nc") as first:
+        first.advance(10)
+        first.checkpoint()
+        with pytest.raises(sitedda.OutputError, match="being written by another run"):
+            sitedda.resume(file, tmp_path / "out.nc")
+        first.advance(10)
+
+
+# --- Disks that are full -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [0, 3000, 20_000, 200_000, 500_000, 1_000_000])
+def test_a_full_disk_ends_in_one_message_and_the_run_can_be_resumed(
+    native, write_input, tmp_path, same_bits, size
+):
+    import resource
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    file = write_input(shaken_tower(4000, 100))
+    arguments = [native.path, "run", file, "-q", "-o", tmp_path / "out.nc"]
+    done = subprocess.run(arguments, preexec_fn=limit, capture_output=True, text=True, check=False)
+    assert done.returncode == 5
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert "out.nc" in done.stderr and "File too large" in done.stderr
+    again = native("resume", file, "-q", "-o", tmp_path / "out.nc")
+    assert again.returncode == 0, again.stderr
+    assert ("resumed at step" in again.stdout) == (size > 300_000)
+    same_bits(sitedda.run(file).history, tmp_path / "out.nc")
+
+
+# --- From Python ---------------------------------------------------------------------------------
+
+
+def test_only_an_output_can_be_resumed(write_input):
+    with pytest.raises(ValueError, match="output"):
+        sitedda.Simulation(write_input(tower()), resume=True)
+
+
+def test_a_run_that_is_asked_to_stop_can_be_resumed(write_input, tmp_path, same_bits):
+    def interrupt(simulation):
+        raise KeyboardInterrupt
+
+    file = write_input(shaken_tower())
+    first = sitedda.run(file, tmp_path / "out.nc", progress=interrupt)
+    assert not first.complete
+    second = sitedda.resume(file, tmp_path / "out.nc")
+    assert second.complete and second.output == tmp_path / "out.nc"
+    same_bits(sitedda.run(file).history, second.history)
+
+
+def test_a_run_goes_on_after_an_error_of_the_callers_own(write_input, tmp_path, same_bits):
+    def fail(simulation):
+        raise RuntimeError("mine")
+
+    file = write_input(shaken_tower())
+    with pytest.raises(RuntimeError, match="mine"):
+        sitedda.run(file, tmp_path / "out.nc", progress=fail)
+    same_bits(sitedda.run(file).history, sitedda.resume(file, tmp_path / "out.nc").history)
+
+
+def test_a_fork_leaves_the_files_of_its_parent_alone(write_input, tmp_path, same_bits):
+    file = write_input(shaken_tower())
+    script = f"""
+import os, sys, sitedda
+simulation = sitedda.Simulation({str(file)!r}, {str(tmp_path / "out.nc")!r})
+simulation.advance(101)
+child = os.fork()
+if child == 0:
+    try:
+        simulation.advance(10)
+    except sitedda.InputError as error:
+        assert "another process" in str(error)
+        simulation.close()
+        sys.exit(0)
+    sys.exit(1)
+assert os.waitpid(child, 0)[1] == 0
+simulation.advance({STEPS})
+simulation.finish()
+"""
+    subprocess.run([sys.executable, "-c", script], check=True, capture_output=True)
+    same_bits(sitedda.run(file).history, tmp_path / "out.nc")
+
+
+# --- The commands that try it at random ----------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("kill.py", "--quick", "--kills", "9", "--signals", "KILL,KILL,TERM"),
+        ("full_disk.py", "--quick", "--cases", "5"),
+        ("damage.py", "--cases", "40"),
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_short_campaign(root, native, arguments):
+    script = root / "tests" / "robustness" / arguments[0]
+    command = [sys.executable, script, *arguments[1:], "--program", native.path]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr

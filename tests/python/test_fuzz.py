@@ -1,0 +1,38 @@
+"""Hostile files at random, with fixed seeds, and every one that ever did harm.
+
+The long mode is a command: tests/robustness/fuzz.py.
+"""
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+ROBUSTNESS = Path(__file__).parents[1] / "robustness"
+sys.path.insert(0, str(ROBUSTNESS))
+
+from fuzz import PYTHON_PROBE, Probe, Tally, ask_about, fuzz, fuzz_checkpoints  # noqa: E402
+
+CASES = sorted((ROBUSTNESS / "cases").iterdir())
+
+
+@pytest.mark.parametrize(("kind", "count"), [("input", 400), ("record", 300)])
+def test_hostile_files_are_refused_in_words_or_computed(kind, count):
+    tally = fuzz(PYTHON_PROBE, kind, range(count))
+    assert not tally.failures
+    assert tally.answers["ok"] > count / 20
+    assert tally.answers["refused"] > count / 4
+
+
+def test_damaged_checkpoints_are_not_taken():
+    tally = fuzz_checkpoints(range(60))
+    assert not tally.failures
+    assert tally.answers["refused"] >= 50
+
+
+@pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
+def test_what_once_did_harm(case, tmp_path):
+    file = Path(shutil.copy(case, tmp_path))
+    with Probe(PYTHON_PROBE) as probe:
+        assert not ask_about(probe, "input" if case.suffix == ".nml" else "record", file, Tally())

@@ -1,0 +1,329 @@
+"""What Python code may do to the package without harm: odd arrays, closed handles, threads, processes."""
+
+import gc
+import multiprocessing
+import os
+import pickle
+import subprocess
+import sys
+import textwrap
+import threading
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from model_text import flying_block, namelist, tower
+
+import sitedda
+from sitedda._core import api
+
+ERRORS = [
+    sitedda.SiteddaError,
+    sitedda.InputError,
+    sitedda.CheckError,
+    sitedda.ConvergenceError,
+    sitedda.SolverError,
+    sitedda.OutputError,
+    sitedda.InterruptedRun,
+]
+
+
+@pytest.fixture
+def small(write_input):
+    """A tower that is ready to run."""
+    with sitedda.Simulation(write_input(tower(steps=20))) as run:
+        yield run
+
+
+# --- Arrays --------------------------------------------------------------------------------------
+
+RIGHT = np.arange(24, dtype=float).reshape(4, 6) / 100
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.asfortranarray(RIGHT),
+        np.repeat(np.repeat(RIGHT, 2, axis=0), 3, axis=1)[::2, ::3],
+        RIGHT[::-1][::-1],
+        RIGHT.tolist(),
+        RIGHT.astype(">f8"),
+        RIGHT.astype(np.longdouble),
+        np.frombuffer(RIGHT.tobytes()).reshape(4, 6),  # not writable
+        np.ma.array(RIGHT),
+    ],
+    ids=["fortran", "strided", "reversed", "list", "big endian", "long", "read-only", "masked"],
+)
+def test_arrays_of_any_layout_are_taken_as_they_read(values, small):
+    small.rates = values
+    assert np.array_equal(small.rates, RIGHT)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        RIGHT[:3],
+        RIGHT.T,
+        RIGHT.ravel(),
+        RIGHT[None],
+        np.zeros((4, 0)),
+        3.0,
+        None,
+        "fast",
+        [["x"] * 6] * 4,
+        [[1.0] * 6, [1.0] * 5],
+        RIGHT * 1j,
+        np.where(RIGHT == 0, np.nan, RIGHT),
+        np.where(RIGHT == 0, np.inf, RIGHT),
+        np.full((4, 6), object()),
+    ],
+    ids=lambda values: str(np.shape(values) if isinstance(values, np.ndarray) else type(values)),
+)
+@pytest.mark.filterwarnings("ignore::numpy.exceptions.ComplexWarning")
+def test_arrays_that_are_no_rates_are_refused(values, small):
+    before = small.rates
+    with pytest.raises((TypeError, ValueError)):
+        small.rates = values
+    assert np.array_equal(small.rates, before)
+
+
+def test_what_is_handed_out_is_a_copy(small):
+    for name in ("coordinates", "rates", "stresses", "point_motions"):
+        before = getattr(small, name)
+        getattr(small, name)[:] = np.nan
+        assert np.array_equal(getattr(small, name), before), name
+    small.polygons[0][:] = np.nan
+    small.contacts["gap"][:] = np.nan
+    small.advance(3)
+    assert np.all(np.isfinite(small.coordinates))
+
+
+@pytest.mark.parametrize("steps", ["3", None, 2**31, 2**63, -(2**40), [1, 2]])
+def test_steps_that_are_no_number(steps, small):
+    with pytest.raises((TypeError, ValueError, OverflowError, sitedda.InputError)):
+        small.advance(steps)
+    assert small.steps == 0
+
+
+def test_no_step_and_fewer_than_none(small):
+    assert not small.advance(0)
+    assert not small.advance(-5)
+    assert small.steps == 0
+
+
+@pytest.mark.parametrize(
+    "series", [[], [1.0], np.zeros((3, 3)), [1.0, np.nan, 2.0], ["a", "b"], None, [1j, 2j]]
+)
+@pytest.mark.filterwarnings("ignore::numpy.exceptions.ComplexWarning")
+def test_series_that_are_none(series):
+    with pytest.raises((TypeError, ValueError)):
+        sitedda.fourier_spectrum(series, 0.01)
+    with pytest.raises((TypeError, ValueError)):
+        sitedda.amplification(series, series, 0.01)
+
+
+@pytest.mark.parametrize("word", ["x" * 10_000_000, "a\0b", "地" * 100, "", " "])
+def test_words_of_any_length(word, tmp_path):
+    file = tmp_path / "record.txt"
+    file.write_text("0 1\n1 2\n2 1\n")
+    with pytest.raises((sitedda.SiteddaError, ValueError)):
+        sitedda.read_record(file, word, "acceleration" if not word.strip() else word, "hands")
+    if word.strip():
+        with pytest.raises((sitedda.SiteddaError, ValueError, OSError)):
+            sitedda.Simulation(word)
+
+
+# --- Handles -------------------------------------------------------------------------------------
+
+
+def test_a_closed_simulation_says_so(write_input):
+    run = sitedda.Simulation(write_input(tower(steps=5)))
+    run.close()
+    run.close()
+    looks = [name for name, kind in vars(sitedda.Simulation).items() if isinstance(kind, property)]
+    assert len(looks) > 10
+    for name in looks:
+        with pytest.raises(sitedda.InputError, match="closed"):
+            getattr(run, name)
+    for call in (run.advance, run.finish, lambda: setattr(run, "rates", RIGHT)):
+        with pytest.raises(sitedda.InputError, match="closed"):
+            call()
+
+
+@pytest.mark.parametrize("handle", [-1, 0, 65536, 65537, 2**31 - 1, -(2**31)])
+def test_handles_that_were_never_given(handle):
+    for name, more in [
+        ("advance_run", (1,)),
+        ("finish_run", ()),
+        ("run_sizes", ()),
+        ("run_clock", ()),
+        ("run_text", ("title", 0)),
+        ("block_states", (4,)),
+        ("vertex_places", (4,)),
+        ("contact_states", (4,)),
+        ("energies", ()),
+        ("point_motions", (1,)),
+        ("check_run", ()),
+    ]:
+        *_, status, message = getattr(api, name)(handle, *more)
+        assert status == 1, name
+        assert b"closed" in message, name
+    api.close_run(handle)
+
+
+@pytest.mark.parametrize("n", [0, 1, 3, 5, 1000])
+def test_sizes_that_are_not_the_models(n, small):
+    for name in ("block_states", "vertex_places", "contact_states", "point_motions"):
+        *_, status, _ = getattr(api, name)(small._handle, n)
+        assert status == 1, name
+
+
+# --- Threads and processes -----------------------------------------------------------------------
+
+
+def final_state(file) -> bytes:
+    """Bits of a run at its end."""
+    with sitedda.Simulation(file) as run:
+        while not run.advance(7):
+            pass
+        return run.coordinates.tobytes() + run.rates.tobytes() + run.contacts["stretch"].tobytes()
+
+
+def output_bits(job) -> bytes:
+    """Bits of the history of a run that writes a file."""
+    file, output = job
+    history = sitedda.run(file, output=output).history
+    return b"".join(history[name].values.tobytes() for name in ("displacement", "energy_balance"))
+
+
+def test_runs_in_threads_give_the_same_bits(write_input, tmp_path):
+    files = [write_input(tower(layers=n, steps=300), f"tower_{n}.nml") for n in (2, 3, 4, 5)]
+    expected = [final_state(file) for file in files]
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(final_state, 3 * files)) == 3 * expected
+        jobs = [(file, tmp_path / f"{i}.nc") for i, file in enumerate(2 * files)]
+        written = list(pool.map(output_bits, jobs))
+    assert written[:4] == written[4:]
+
+
+@pytest.mark.parametrize("way", ["fork", "spawn", "forkserver"])
+def test_runs_in_other_processes_give_the_same_bits(way, write_input):
+    file = write_input(tower(steps=60))
+    expected = final_state(file)
+    context = multiprocessing.get_context(way)
+    with sitedda.Simulation(file) as here, ProcessPoolExecutor(2, mp_context=context) as pool:
+        here.advance(30)
+        assert list(pool.map(final_state, 3 * [file], timeout=100)) == 3 * [expected]
+        here.advance(30)
+        state = here.coordinates.tobytes() + here.rates.tobytes() + here.contacts["stretch"].tobytes()
+    assert state == expected
+
+
+def test_threads_of_the_engine_survive_a_fork(write_input, tmp_path):
+    """A wall large enough for the engine's own threads, run before the fork and after it."""
+    wall = ("wall", {"brick_length": 0.5, "brick_height": 0.2, "bricks": 20, "courses": 12})
+    groups = [group for group in flying_block(steps=4) if group[0] not in ("block", "measured_point")]
+    file = write_input([*groups, wall])
+    script = tmp_path / "forks.py"
+    script.write_text(
+        textwrap.dedent(f"""
+        import os, sys, time
+        sys.path.insert(0, {os.path.dirname(__file__)!r})
+        from test_safety import final_state
+        expected = final_state({str(file)!r})
+        child = os.fork()
+        if child == 0:
+            os._exit(0 if final_state({str(file)!r}) == expected else 3)
+        for _ in range(600):
+            done, status = os.waitpid(child, os.WNOHANG)
+            if done:
+                sys.exit(os.waitstatus_to_exitcode(status))
+            time.sleep(0.1)
+        os.kill(child, 9)
+        sys.exit("the child hangs")
+        """)
+    )
+    environment = os.environ | {"OMP_NUM_THREADS": "2"}
+    done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_one_simulation_in_many_threads(write_input):
+    """Steps, looks and the close of one object at the same time are done one after the other."""
+    run = sitedda.Simulation(write_input(tower(layers=6, steps=1_000_000)))
+    trouble = []
+
+    def use(call):
+        try:
+            for _ in range(200):
+                call()
+        except sitedda.InputError as error:
+            assert "closed" in str(error)
+        except Exception as error:
+            trouble.append(error)
+
+    calls = [lambda: run.advance(20), lambda: run.advance(3), lambda: run.contacts, lambda: run.energies]
+    threads = [threading.Thread(target=use, args=(call,)) for call in calls]
+    for thread in threads:
+        thread.start()
+    threads[-1].join(0.2)
+    run.close()
+    for thread in threads:
+        thread.join(60)
+        assert not thread.is_alive()
+    assert not trouble
+
+
+# --- Life ----------------------------------------------------------------------------------------
+
+
+def resident() -> int:
+    """Memory of this process, bytes."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="needs Linux")
+def test_ten_thousand_models_leave_no_memory_behind(write_input):
+    good = write_input(flying_block(steps=3))
+    bad = write_input(namelist(flying_block()).replace("2643.0", "-1"), "bad.nml")
+    sizes = []
+    for i in range(10_000):
+        if i % 4 == 3:
+            with pytest.raises(sitedda.InputError):
+                sitedda.Simulation(bad)
+        else:
+            run = sitedda.Simulation(good)
+            if i % 4 == 0:
+                run.advance(1)
+            if i % 4 == 1:
+                run.close()
+            del run
+        if i % 1000 == 999:
+            gc.collect()
+            sizes.append(resident())
+    assert sizes[-1] - sizes[1] < 4e6, sizes
+
+
+def test_a_dropped_simulation_is_freed(write_input):
+    file = write_input(flying_block())
+    first = sitedda.Simulation(file)
+    handle = first._handle
+    del first
+    gc.collect()
+    assert sitedda.Simulation(file)._handle == handle
+
+
+@pytest.mark.parametrize("kind", ERRORS)
+def test_exceptions_pickle(kind):
+    error = pickle.loads(pickle.dumps(kind("model.nml, group &block: größer")))
+    assert type(error) is kind
+    assert str(error) == "model.nml, group &block: größer"
+    assert error.kind == kind.kind
+
+
+def test_exceptions_come_back_from_other_processes(write_input):
+    file = write_input(namelist(flying_block()).replace("2643.0", "-1"))
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        with pytest.raises(sitedda.InputError, match="density = -1"):
+            pool.submit(final_state, file).result(timeout=100)

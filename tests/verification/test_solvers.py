@@ -1,0 +1,97 @@
+"""Every solver gives what the direct one gives, and threads change no bit."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sitedda
+
+INPUTS = Path(__file__).parents[2] / "inputs"
+STEPS = 20
+
+WALL = """
+&control time_step = {step}, steps = 40, gravity = 3.0, -9.81, solver = '{solver}' /
+&contact normal_stiffness = {penalty} /
+&material density = 2500.0, young_modulus = 1e10, poisson_ratio = 0.25 /
+&joint friction_angle = 30.0 /
+&layers name = 'base', left = -0.5, bottom = -0.5, width = {width}, thickness = 0.5 /
+&wall brick_length = 1.0, brick_height = 0.5, bricks = {bricks}, courses = {courses} /
+&fixed_point x = 0.0, y = -0.25, block = 'base_1' /
+&fixed_point x = {bricks}, y = -0.25, block = 'base_1' /
+"""
+
+
+def wall(folder, bricks, courses, solver="auto", penalty=1e12, step=1e-3) -> Path:
+    """A wall that is pulled sideways: contacts open and slide from the first steps on."""
+    file = folder / f"wall_{solver}.nml"
+    file.write_text(
+        WALL.format(
+            bricks=bricks, courses=courses, width=bricks + 1, solver=solver, penalty=penalty,
+            step=step,
+        )  # fmt: skip
+    )
+    return file
+
+
+@pytest.mark.parametrize("solver", ["stale", "jacobi", "banded", "sor"])
+@pytest.mark.parametrize(
+    "file", sorted(INPUTS.rglob("*.nml")), ids=lambda file: str(file.relative_to(INPUTS))
+)
+def test_solvers_agree_on_every_input(file, solver):
+    start, direct = moved(file, "direct")
+    _, other = moved(file, solver)
+    assert np.abs(other - direct).max() <= 1e-8 * np.abs(direct - start).max()
+
+
+@pytest.mark.parametrize("solver", ["stale", "jacobi", "banded", "sor"])
+def test_solvers_agree_on_a_wall_that_slides(tmp_path, solver):
+    file = wall(tmp_path, 6, 6, penalty=1e10)
+    start, direct = moved(file, "direct")
+    _, other = moved(file, solver)
+    assert np.abs(other - direct).max() <= 1e-6 * np.abs(direct - start).max()
+
+
+def moved(file, solver):
+    """Coordinates at the start and after a few steps."""
+    with sitedda.Simulation(file, solver=solver) as run:
+        start = run.coordinates
+        run.advance(STEPS)
+        return start, run.coordinates
+
+
+def test_what_a_solver_cannot_do_is_handed_over_and_said(tmp_path):
+    file = wall(tmp_path, 10, 10, "jacobi", penalty=1e14, step=1e-2)
+    run = sitedda.run(file, steps=1)
+    assert "handed over to the direct solver" in run.summary
+    assert run.history.attrs["solver"].startswith("direct")
+
+
+THREADED = """
+import sys, sitedda
+with sitedda.Simulation(sys.argv[1]) as run:
+    run.advance(int(sys.argv[2]))
+    contacts = run.contacts
+    assert len(set(contacts["state"])) == 3, "the wall is not active"
+    sys.stdout.buffer.write(
+        run.coordinates.tobytes() + run.rates.tobytes() + contacts["shear_force"].tobytes()
+        + repr(run.energies).encode() + repr(run.counts).encode()
+    )
+"""
+
+
+def test_threads_change_no_bit(tmp_path):
+    """About 1,000 blocks, with contacts that open and slide: above every limit for threads."""
+    file = wall(tmp_path, 32, 31)
+    results = {count: threaded(file, count) for count in (1, 2, 4)}
+    assert results[1] == results[2] == results[4]
+
+
+def threaded(file, count: int) -> bytes:
+    environment = os.environ | {"OMP_NUM_THREADS": str(count), "OMP_WAIT_POLICY": "passive"}
+    command = [sys.executable, "-c", THREADED, str(file), "3"]
+    done = subprocess.run(command, env=environment, capture_output=True, check=True)
+    return done.stdout
