@@ -67,6 +67,7 @@ contains
       call check_highest(linear, report)
       call check_modes(linear, report)
       call check_penalty(simulation, linear, report)
+      call check_penalty_bounds(simulation, linear, report)
       call check_resolution(linear%time_step, report)
       call check_damping(linear%time_step, report)
       call check_cost(simulation, linear, report)
@@ -219,6 +220,25 @@ contains
          '; joints lower the first frequency by '//to_text(100*report%shift)//' %, limit 5 %', 'stiff limit', &
          advice_if(report%shift >= 0.05_wp, 'a higher normal_stiffness, unless the joints are meant to be that soft'))
    end subroutine check_penalty
+
+   !> Not so soft that blocks sink into each other, not so stiff that the rounding of places is a force.
+   subroutine check_penalty_bounds(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation
+      type(linear_model_type), intent(in) :: linear
+      type(report_type), intent(inout) :: report
+      real(wp), parameter :: deepest = 0.01_wp, noisiest = 1.0e-3_wp
+      real(wp) :: depth, noise, weight
+
+      weight = norm2(simulation%model%control%gravity)*minval(simulation%blocks%mass)
+      if (weight == 0.0_wp .or. linear%closed == 0) return
+      depth = linear%penetration/report%block_size(1)
+      noise = simulation%iteration%noise/weight
+      call add(report, merge(verdict_ok, verdict_warn, depth <= deepest .and. noise <= noisiest), 'penalty bounds', &
+         'settled contacts penetrate by '//to_text(100*depth)//' % of the smallest block, limit '//to_text(100*deepest)// &
+         ' %; rounding is worth '//to_text(100*noise)//' % of its weight, limit '//to_text(100*noisiest)//' %', 'statics', &
+         advice_if(depth > deepest, 'a higher normal_stiffness, or penetration_tolerance')// &
+         advice_if(noise > noisiest, 'a lower normal_stiffness'))
+   end subroutine check_penalty_bounds
 
    !> About the same from one mode: where joints hold a share s of its energy, ω² is 1 − s of the stiff limit's.
    pure real(wp) function shift_by_energy(linear, modes) result(shift)

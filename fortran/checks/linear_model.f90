@@ -41,6 +41,7 @@ module dda_linear_model
       real(wp) :: dynamic_factor = 1.0_wp           !< of the run
       integer :: closed = 0                         !< contacts that are not open
       integer :: sliding = 0                        !< contacts among them that slide
+      real(wp) :: penetration = 0.0_wp              !< deepest of them, m
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
       real(wp), allocatable :: position(:,:)        !< [2,n] centroids, m, in the user's coordinates
       character(len=64), allocatable :: name(:)     !< [n] of the blocks
@@ -113,6 +114,7 @@ contains
          end do
       end associate
       associate (contacts => simulation%contacts(simulation%now))
+         linear%penetration = max(0.0_wp, -minval([0.0_wp, contacts%gap(:contacts%n)]))
          call reserve_springs(linear%springs, 2*contacts%n + 2*size(linear%fixed_points))
          call add_contacts(linear, simulation, contacts, all_closed)
       end associate

@@ -53,3 +53,17 @@ def test_a_good_run_is_silent(file):
         warnings.simplefilter("error", sitedda.AuditWarning)
         done = sitedda.run(file)
     assert done.history.attrs["energy_audit"] == "balances"
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "verdict", "advice"),
+    [(1e6, "warn", "a higher normal_stiffness"), (1e10, "ok", ""), (1e17, "warn", "a lower")],
+)
+def test_penalty_bounds(file, stiffness, verdict, advice):
+    """The check tells a penalty that blocks sink into, and one that is all rounding."""
+    text = sitedda.check(file, contact={"normal_stiffness": stiffness}).text
+    lines = text.splitlines()
+    at = next(i for i, line in enumerate(lines) if "penalty bounds" in line)
+    assert lines[at].startswith(verdict)
+    assert advice in " ".join(lines[at : at + 4])
+    assert ("->" in " ".join(lines[at + 1 : at + 3])) == bool(advice)
