@@ -1,0 +1,144 @@
+"""Faults at run time: one message that says what, where, when and what to try, and a status that is not 0."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from model_text import DRY, changed, flying_block, rectangle, tower
+
+import sitedda
+
+ROLLING = {"steps": 40_000, "solver": "direct"}
+SOLVERS = ("direct", "stale", "jacobi", "banded", "sor")
+
+
+def flying(velocity: float, **control) -> list:
+    """A block that leaves with this velocity (m/s)."""
+    return changed(flying_block(**control), "material", initial_velocity=[velocity, 0.0, 0.0])
+
+
+def hopeless(solver: str) -> list:
+    """A tower whose matrix rounding makes singular: penalties beside blocks of nearly nothing."""
+    stiff = changed(tower(steps=5, solver=solver), "contact", normal_stiffness=1e18, fixed_point_ratio=1e6)
+    return changed(stiff, "material", young_modulus=1e-6, density=1e-15)
+
+
+def jammed(**control) -> list:
+    """Slippery blocks that fall on each other, with too few iterations for a step."""
+    groups = flying_block(steps=500, gravity=[0.0, -9.81], **control)
+    groups = changed(groups, "contact", max_iterations=2, force_tolerance=1e-15)
+    more = [
+        ("block", {"name": "left", "vertices": rectangle(-0.6, -1.01, 1.0, 1.0)}),
+        ("block", {"name": "right", "vertices": rectangle(1.6, -1.02, 1.0, 1.0)}),
+        *(("fixed_point", {"x": x, "y": -0.5}) for x in (-0.2, 0.2, 1.8, 2.2)),
+    ]
+    return [*changed(groups, "joint", friction_angle=5.0), *more]
+
+
+# Name, input, exception, exit status, words that the message must hold.
+FAULTS = [
+    ("leaves slowly", flying(500.0, **ROLLING), "ConvergenceError", 3, ["'brick' has left the model"]),
+    ("leaves at once", flying(1e29), "ConvergenceError", 3, ["'brick' has left the model", "step 1 "]),
+    ("leaves in leaps", flying(1e5), "ConvergenceError", 3, ["moves too far in one step"]),
+    (
+        "leaves in leaps, adaptive",
+        flying(1e12, time_step_control="adaptive", least_time_step=1e-5),
+        "ConvergenceError",
+        3,
+        ["least_time_step"],
+    ),
+    (
+        "never closes",
+        jammed(),
+        "ConvergenceError",
+        3,
+        ["does not converge", "worst contact", "block 1 'brick'", "time_step_control = 'adaptive'"],
+    ),
+    (
+        "never closes, adaptive",
+        jammed(time_step_control="adaptive", least_time_step=9e-4),
+        "ConvergenceError",
+        3,
+        ["does not converge", "worst contact", "least_time_step"],
+    ),
+    *(
+        (f"no pivot, {name}", hopeless(name), "SolverError", 4, ["not positive definite"])
+        for name in SOLVERS
+    ),
+    (
+        "load beyond measure",
+        [*flying_block(), ("load", {"x": 1.0, "y": 0.5, "time": [0.0, 1.0], "force_x": [1e30, 1e30]})],
+        "ConvergenceError",
+        3,
+        ["moves too far"],
+    ),
+    (
+        "stress beyond measure",
+        changed(flying_block(), "material", initial_stress=[1e25, 0.0, 0.0]),
+        "ConvergenceError",
+        3,
+        ["moves too far"],
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("groups", "exception", "status", "words"), [row[1:] for row in FAULTS], ids=[row[0] for row in FAULTS]
+)
+def test_a_fault_is_one_message_and_a_status(
+    groups, exception, status, words, write_input, native, main, tmp_path
+):
+    file = write_input(groups)
+    said = []
+    for program in (native, main):
+        output = tmp_path / f"{program.name}.nc"
+        done = program("run", file, "--quiet", "--output", output)
+        assert done.returncode == status, done.stderr
+        lines = done.stderr.strip().splitlines()
+        said.append(lines[-1].removeprefix(f"{program.name}: "))
+        for word in ["step ", "t = ", "; ", *words]:
+            assert word in said[-1], said[-1]
+        assert "nan" not in said[-1].lower()
+        assert not output.exists()
+        finite_and_unfinished(output.with_name(output.name + ".partial"))
+    assert said[0] == said[1]
+    with pytest.raises(getattr(sitedda, exception)) as caught:
+        sitedda.run(file)
+    assert said[0] in str(caught.value)
+
+
+def finite_and_unfinished(file) -> None:
+    """The results so far can be read, say that they are not all, and hold numbers only."""
+    with xr.open_dataset(file) as found:
+        assert found.attrs["complete"] == "no"
+        assert found.sizes["time"] >= 1
+        for name in found.data_vars:
+            if np.issubdtype(found[name].dtype, np.floating):
+                assert np.all(np.isfinite(found[name].values)), name
+
+
+@pytest.mark.parametrize("speed", [1e160, 1e300])
+def test_energies_beyond_all_numbers_are_no_result(speed, write_input):
+    with sitedda.Simulation(write_input(flying_block())) as run:
+        with pytest.raises((sitedda.SiteddaError, ValueError)):
+            run.rates = np.full((1, 6), speed)
+            run.advance(1)
+
+
+def test_a_run_that_failed_keeps_failing(write_input):
+    """After a fault more steps do not go on as if nothing had happened."""
+    with sitedda.Simulation(write_input(flying(1e29))) as run:
+        for _ in range(3):
+            with pytest.raises(sitedda.ConvergenceError):
+                run.advance(5)
+        assert not run.done
+
+
+def test_a_slow_fall_is_no_fault(write_input):
+    """A block that falls off and away stays a result as long as its places have digits."""
+    free = changed(flying_block(steps=3000), "control", gravity=[0.0, -9.81])
+    end = sitedda.run(write_input(free)).history.displacement.sel(point="corner").isel(time=-1)
+    assert end.values[1] == pytest.approx(-0.5 * 9.81 * 3.0**2, rel=1e-3)
+
+
+def test_open_contacts_and_dry_joints_are_no_fault(write_input):
+    assert sitedda.run(write_input(tower(joint=DRY, steps=20))).complete

@@ -1,0 +1,114 @@
+"""The augmented Lagrangian and the original's contact rules, on what is known exactly."""
+
+import numpy as np
+import pytest
+
+from sitedda.validation.model import (
+    GRAVITY,
+    contact,
+    control,
+    group,
+    material,
+    rectangle,
+    simulation,
+    turned,
+)
+
+DENSITY, YOUNG = 2500.0, 1e10
+TOLERANCE = 1e-10  # m
+
+
+def block(name: str, outline) -> str:
+    """A block of the only material and joint."""
+    return group("block", name=name, vertices=np.asarray(outline), material="stone", joint="dry")
+
+
+def pile(blocks: int, friction: float = 30.0) -> str:
+    """Unit squares on a fixed base."""
+    text = material("stone", DENSITY, YOUNG, 0.2) + group(
+        "joint", name="dry", friction_angle=friction
+    )
+    text += block("base", rectangle(-1, -1, 3, 1))
+    text += "".join(group("fixed_point", x=x, y=-0.5) for x in (-0.5, 1.5))
+    return text + "".join(block(f"b{i}", rectangle(0.1 * i, i, 1, 1)) for i in range(blocks))
+
+
+@pytest.mark.parametrize("penalty", [YOUNG / 25, YOUNG, 300 * YOUNG])
+def test_penetration_tolerance(penalty):
+    """Whatever the penalty, contacts penetrate by no more than asked; forces are those of statics."""
+    text = control(5e-3, 400, dynamic_factor=0.0) + pile(3)
+    text += contact(penalty, penetration_tolerance=TOLERANCE)
+    with simulation(text) as run:
+        run.advance(400)
+        contacts = run.contacts
+        supports = run.energies["support"]
+    closed = contacts["state"] > 0
+    assert np.abs(contacts["gap"][closed]).max() <= TOLERANCE
+    assert supports > 0
+    weight = DENSITY * GRAVITY
+    assert contacts["normal_force"][closed].sum() == pytest.approx(6 * weight, rel=1e-6)
+
+
+def test_same_as_stiff_penalty():
+    """The motion of a block that slides off with the multiplier is that of a stiff spring."""
+    travelled = []
+    for penalty, more in ((1e14, {}), (1e10, {"penetration_tolerance": 1e-9})):
+        text = control(1e-3, 500) + contact(penalty, **more)
+        text += material("stone", DENSITY, 1e13, 0.0) + group(
+            "joint", name="dry", friction_angle=20.0
+        )
+        slope = np.radians(30.0)
+        text += block("base", turned(rectangle(-2, -1, 10, 1), -slope))
+        for x, y in ((-1.5, -0.5), (7.5, -0.5)):
+            place = turned([[x, y]], -slope)[0]
+            text += group("fixed_point", x=place[0], y=place[1])
+        text += block("slider", turned(rectangle(0, 0, 1, 0.5), -slope))
+        with simulation(text) as run:
+            start = run.coordinates[1, :2].copy()
+            run.advance(500)
+            travelled.append(np.hypot(*(run.coordinates[1, :2] - start)))
+    exact = 0.5 * GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(20.0))) * 0.25
+    assert travelled[0] == pytest.approx(exact, rel=1e-4)
+    assert travelled[1] == pytest.approx(exact, rel=1e-4)
+
+
+@pytest.mark.parametrize(("friction", "slides"), [(40.0, False), (20.0, True)])
+def test_original_rules(friction, slides):
+    """By the original's rules a block on a slope of 30° holds at 40° and slides at 20° as it should."""
+    slope = np.radians(30.0)
+    text = control(1e-3, 500) + contact(1e9, contact_rules="original")
+    text += material("stone", DENSITY, YOUNG, 0.0) + group(
+        "joint", name="dry", friction_angle=friction
+    )
+    text += block("base", turned(rectangle(-2, -1, 10, 1), -slope))
+    for x, y in ((-1.5, -0.5), (7.5, -0.5)):
+        place = turned([[x, y]], -slope)[0]
+        text += group("fixed_point", x=place[0], y=place[1])
+    text += block("slider", turned(rectangle(0, 0, 1, 0.5), -slope))
+    with simulation(text) as run:
+        start = run.coordinates[1, :2].copy()
+        run.advance(500)
+        moved = np.hypot(*(run.coordinates[1, :2] - start))
+    exact = 0.5 * GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(friction))) * 0.25
+    if slides:
+        assert moved == pytest.approx(exact, rel=5e-2)
+    else:
+        assert moved < 1e-3
+
+
+def test_rates_set_from_outside():
+    """Energy that new rates bring is input; before the first step it is part of the first state."""
+    text = control(1e-3, 100, gravity=(0.0, 0.0)) + contact(1e9) + pile(1)
+    with simulation(text) as run:
+        rates = np.zeros_like(run.rates)
+        rates[1, 1] = 2.0
+        run.rates = rates
+        assert run.energies["initial"] == pytest.approx(0.5 * DENSITY * 4.0)
+        run.advance(50)
+        rates[1, 1] = 3.0
+        run.rates = rates
+        run.advance(50)
+        assert run.energies["input"] == pytest.approx(0.5 * DENSITY * (9.0 - 4.0), rel=1e-9)
+        assert abs(run.energies["balance"]) < 1e-9 * DENSITY
+        with pytest.raises(ValueError, match="finite"):
+            run.rates = np.full_like(rates, np.nan)
