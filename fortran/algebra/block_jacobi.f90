@@ -1,7 +1,7 @@
 !> The inverse diagonal blocks: the preconditioner for small p Δt²/m, and what SOR divides by.
 module dda_block_jacobi
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type
+   use dda_block_matrix, only: block_matrix_type, multiply_block
    use dda_conjugate_gradients, only: preconditioner_type
    use dda_small_matrix, only: invert
    implicit none
@@ -29,7 +29,13 @@ contains
          if (size(jacobi%inverse, 3) /= matrix%n) deallocate (jacobi%inverse)
       end if
       if (.not. allocated(jacobi%inverse)) allocate (jacobi%inverse(6, 6, matrix%n))
-      !$omp parallel do schedule(static) if (matrix%n >= parallel_from)
+      if (matrix%n < parallel_from) then
+         do i = 1, matrix%n
+            call invert(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
+         end do
+         return
+      end if
+      !$omp parallel do schedule(static)
       do i = 1, matrix%n
          call invert(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
       end do
@@ -41,16 +47,17 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in) :: r(6, n)
       real(wp), intent(out) :: z(6, n)
-      integer :: i, j
-      real(wp) :: row(6)
+      integer :: i
 
-      !$omp parallel do private(row, j) schedule(static) if (n >= parallel_from)
-      do i = 1, n
-         row = 0.0_wp
-         do j = 1, 6
-            row = row + self%inverse(:, j, i)*r(j, i)
+      if (n < parallel_from) then
+         do i = 1, n
+            call multiply_block(self%inverse(:, :, i), r(:, i), z(:, i))
          end do
-         z(:, i) = row
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do i = 1, n
+         call multiply_block(self%inverse(:, :, i), r(:, i), z(:, i))
       end do
    end subroutine apply
 

@@ -6,7 +6,7 @@ module dda_block_matrix
    use dda_kinds, only: wp
    implicit none
    private
-   public :: block_matrix_type, set_pattern, clear, entry_of, multiply
+   public :: block_matrix_type, set_pattern, clear, entry_of, multiply, multiply_block
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type
@@ -173,21 +173,38 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: x(6, matrix%n)
       real(wp), intent(out) :: y(6, matrix%n)
-      integer :: i, k
-      real(wp) :: row(6)
+      integer :: i
 
-      !$omp parallel do private(row, k) schedule(static) if (matrix%n >= parallel_from)
+      if (matrix%n < parallel_from) then
+         do i = 1, matrix%n
+            call multiply_row(matrix, i, x, y(:, i))
+         end do
+         return
+      end if
+      !$omp parallel do schedule(static)
       do i = 1, matrix%n
-         call multiply_block(matrix%diagonal(:, :, i), x(:, i), row)
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            call add_product(matrix%lower(:, :, k), x(:, matrix%column(k)), row)
-         end do
-         do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
-            call add_transposed_product(matrix%lower(:, :, matrix%below_entry(k)), x(:, matrix%below_row(k)), row)
-         end do
-         y(:, i) = row
+         call multiply_row(matrix, i, x, y(:, i))
       end do
    end subroutine multiply
+
+   !> Block row i of K x.
+   pure subroutine multiply_row(matrix, i, x, y)
+      type(block_matrix_type), intent(in) :: matrix
+      integer, intent(in) :: i
+      real(wp), intent(in) :: x(6, matrix%n)
+      real(wp), intent(out) :: y(6)
+      real(wp) :: row(6)
+      integer :: k
+
+      call multiply_block(matrix%diagonal(:, :, i), x(:, i), row)
+      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+         call add_product(matrix%lower(:, :, k), x(:, matrix%column(k)), row)
+      end do
+      do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
+         call add_transposed_product(matrix%lower(:, :, matrix%below_entry(k)), x(:, matrix%below_row(k)), row)
+      end do
+      y = row
+   end subroutine multiply_row
 
    !> row = B x
    pure subroutine multiply_block(b, x, row)

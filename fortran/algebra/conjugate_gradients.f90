@@ -61,7 +61,7 @@ contains
       residual = 0.0_wp
       enough = .true.
       size_of_b = sqrt(inner_product(n, b, b))
-      if (.not. size_of_b > 0.0_wp) then
+      if (size_of_b <= 0.0_wp) then
          x = 0.0_wp
          return
       end if
@@ -82,7 +82,7 @@ contains
          call advance(n, length, work%p, work%q, x, work%r)
          iterations = iterations + 1
       end do
-      enough = residual <= wanted
+      enough = residual <= wanted .and. residual <= huge(1.0_wp)
       residual = residual/size_of_b
    end subroutine iterate_to_solution
 

@@ -269,7 +269,7 @@ contains
    !> Keep only some of the pairs.
    subroutine keep_range(pairs, first, last)
       type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: first, last
+      integer, value :: first, last  !< copies: pairs%n itself may be given
 
       pairs%n = last - first + 1
       pairs%value = pairs%value(first:last)

@@ -1,11 +1,15 @@
 !> Sums in a fixed order: the same bits whatever the number of threads.
+!>
+!> Long loops are cut into pieces of fixed size, which threads take.  Short ones must not even open a parallel
+!> region: with one thread that still costs a microsecond, and a step of a small model has ten.
 module dda_ordered_sums
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, long
    implicit none
    private
-   public :: inner_product, pieces, first_of, last_of, parallel_from
+   public :: inner_product, pieces, first_of, last_of, most_pieces, parallel_from
 
-   integer, parameter :: piece = 512          !< terms summed by one thread at a time
+   integer, parameter :: piece = 128          !< least number of terms that a thread takes at a time
+   integer, parameter :: most_pieces = 256    !< so that sums of pieces need no allocation
    integer, parameter :: parallel_from = 2000 !< terms from which threads repay their start
 
 contains
@@ -14,38 +18,39 @@ contains
    pure integer function pieces(n)
       integer, intent(in) :: n
 
-      pieces = (n + piece - 1)/piece
+      pieces = min(most_pieces, (n + piece - 1)/piece)
    end function pieces
 
-   !> First term of piece p.
-   pure integer function first_of(p)
-      integer, intent(in) :: p
+   !> First term of piece p of n terms.
+   pure integer function first_of(p, n)
+      integer, intent(in) :: p, n
 
-      first_of = (p - 1)*piece + 1
+      first_of = 1 + int((p - 1)*int(n, long)/pieces(n))
    end function first_of
 
    !> Last term of piece p of n terms.
    pure integer function last_of(p, n)
       integer, intent(in) :: p, n
 
-      last_of = min(n, p*piece)
+      last_of = int(p*int(n, long)/pieces(n))
    end function last_of
 
    !> Σ x·y over [6,n]: pieces of fixed size, then the pieces one after the other.
    real(wp) function inner_product(n, x, y) result(total)
       integer, intent(in) :: n
       real(wp), intent(in) :: x(6, n), y(6, n)
-      real(wp) :: part(pieces(n))
+      real(wp) :: part(most_pieces)
       integer :: p
 
-      !$omp parallel do schedule(static) if (n >= parallel_from)
-      do p = 1, size(part)
-         part(p) = sum_of_piece(x(:, first_of(p):last_of(p, n)), y(:, first_of(p):last_of(p, n)))
+      if (n < parallel_from) then
+         total = sum_of_piece(x, y)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(n)
+         part(p) = sum_of_piece(x(:, first_of(p, n):last_of(p, n)), y(:, first_of(p, n):last_of(p, n)))
       end do
-      total = 0.0_wp
-      do p = 1, size(part)
-         total = total + part(p)
-      end do
+      total = sum(part(:pieces(n)))
    end function inner_product
 
    !> Six running sums, which vector registers hold.

@@ -5,13 +5,11 @@ module dda_pace
    private
    public :: pace_type, is_due, begin_chore, end_chore
 
-   integer, parameter :: patience = 100  !< times its own cost between the end of a chore and the next one
-
-   !> Clock counts.
+   !> Clock counts, but for the patience.
    type :: pace_type
+      integer :: patience = 100    !< times its own cost between the end of a chore and the next one
       integer(long) :: begun = 0, ended = 0
       integer(long) :: cost = 0    !< of the last time
-      integer(long) :: least = 0   !< between two times
    end type pace_type
 
 contains
@@ -22,7 +20,7 @@ contains
       integer(long) :: now
 
       call system_clock(now)
-      is_due = now - pace%ended >= max(pace%least, patience*pace%cost)
+      is_due = now - pace%ended >= pace%patience*pace%cost
    end function is_due
 
    subroutine begin_chore(pace)

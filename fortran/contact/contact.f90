@@ -6,7 +6,7 @@ module dda_contact
    use dda_kinds, only: wp
    implicit none
    private
-   public :: contacts_type, reserve, contact_open, contact_slide, contact_stick
+   public :: contacts_type, reserve, keep_contacts, contact_open, contact_slide, contact_stick
 
    integer, parameter :: contact_open = 0   !< no force
    integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
@@ -102,6 +102,48 @@ contains
       call grow_rows(contacts%shear_v, 6, room)
       call grow_rows(contacts%shear_e, 6, room)
    end subroutine reserve
+
+   !> Drop contacts from a list that has identities, geometry and history, and no answers yet.
+   subroutine keep_contacts(contacts, kept)
+      type(contacts_type), intent(inout) :: contacts
+      logical, intent(in) :: kept(:)  !< [n]
+      integer :: c, to
+
+      to = 0
+      do c = 1, contacts%n
+         if (.not. kept(c)) cycle
+         to = to + 1
+         if (to < c) call move_contact(contacts, c, to)
+      end do
+      contacts%n = to
+   end subroutine keep_contacts
+
+   pure subroutine move_contact(contacts, from, to)
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: from, to
+
+      contacts%vertex(to) = contacts%vertex(from)
+      contacts%edge(to) = contacts%edge(from)
+      contacts%corner(to) = contacts%corner(from)
+      contacts%block_v(to) = contacts%block_v(from)
+      contacts%block_e(to) = contacts%block_e(from)
+      contacts%pair(to) = contacts%pair(from)
+      contacts%joint(to) = contacts%joint(from)
+      contacts%gap(to) = contacts%gap(from)
+      contacts%normal(:, to) = contacts%normal(:, from)
+      contacts%normal_v(:, to) = contacts%normal_v(:, from)
+      contacts%normal_e(:, to) = contacts%normal_e(:, from)
+      contacts%shear_v(:, to) = contacts%shear_v(:, from)
+      contacts%shear_e(:, to) = contacts%shear_e(:, from)
+      contacts%state(to) = contacts%state(from)
+      contacts%bonded(to) = contacts%bonded(from)
+      contacts%offset(to) = contacts%offset(from)
+      contacts%bond_length(to) = contacts%bond_length(from)
+      contacts%pressure(to) = contacts%pressure(from)
+      contacts%stretch(to) = contacts%stretch(from)
+      contacts%slide_force(to) = contacts%slide_force(from)
+      contacts%direction(to) = contacts%direction(from)
+   end subroutine move_contact
 
    subroutine grow_list(list, room)
       integer, allocatable, intent(inout) :: list(:)

@@ -11,9 +11,10 @@
 !> have now is passed over.
 module dda_detection
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type, next_vertex, previous_vertex, direction_row
+   use dda_blocks, only: blocks_type
    use dda_neighbours, only: neighbours_type
    use dda_contact, only: contacts_type, reserve
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: detection_type, prepare_detection, detect_contacts
@@ -24,13 +25,22 @@ module dda_detection
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
    real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
 
-   !> Distances that steer the detection.
+   !> A contact that was found.
+   type :: find_type
+      integer :: vertex, edge
+      integer :: corner        !< vertex met corner to corner, else 0
+      integer :: pair          !< which near pair the two blocks are
+   end type find_type
+
+   !> Distances that steer the detection, and room for what it finds.
    type :: detection_type
       real(wp) :: least = 0.0_wp         !< least distance at which a contact is listed, m
       real(wp) :: distance = 0.0_wp      !< distance in this step, m
       real(wp) :: travel = 0.0_wp        !< farthest that two vertices may approach each other in this step, m
       real(wp) :: skin = 0.0_wp          !< depth of what is passed over, m
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
+      type(find_type), allocatable :: find(:) !< [edges of the probes] a probe finds no more than it has edges
+      integer, allocatable :: finds(:)   !< [pieces of the probes] found in each
    end type detection_type
 
    !> One (vertex, edge) choice.
@@ -58,34 +68,101 @@ contains
       allocate (detection%corner(size(blocks%owner)))
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
-         detection%corner(v) = min(distance, corner_share*min(norm2(blocks%reference(:, next_vertex(blocks, v)) - here), &
-            norm2(blocks%reference(:, previous_vertex(blocks, v)) - here)))
+         detection%corner(v) = min(distance, corner_share*min(norm2(blocks%reference(:, blocks%next(v)) - here), &
+            norm2(blocks%reference(:, blocks%previous(v)) - here)))
       end do
    end subroutine prepare_detection
 
    !> List all contacts nearer than the distance of this step, with geometry; history is left blank.
+   !>
+   !> Pieces of the probes are looked through in any order; what they find is listed in the order of the probes.
    subroutine detect_contacts(contacts, blocks, neighbours, detection)
       type(contacts_type), intent(inout) :: contacts
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
+      type(detection_type), intent(inout) :: detection
+      integer :: i
+
+      call make_room(detection, neighbours)
+      if (neighbours%n_probes < parallel_from) then
+         do i = 1, size(detection%finds)
+            call look_through(detection, blocks, neighbours, i)
+         end do
+      else
+         !$omp parallel do schedule(dynamic, 1)
+         do i = 1, size(detection%finds)
+            call look_through(detection, blocks, neighbours, i)
+         end do
+      end if
+      contacts%n = sum(detection%finds)
+      call reserve(contacts, contacts%n)
+      if (neighbours%n_probes < parallel_from) then
+         do i = 1, size(detection%finds)
+            call take_over(contacts, blocks, neighbours, detection, i)
+         end do
+      else
+         !$omp parallel do schedule(static)
+         do i = 1, size(detection%finds)
+            call take_over(contacts, blocks, neighbours, detection, i)
+         end do
+      end if
+   end subroutine detect_contacts
+
+   !> Put what a piece of the probes has found into the list, behind what the pieces before it have found.
+   pure subroutine take_over(contacts, blocks, neighbours, detection, piece)
+      type(contacts_type), intent(inout) :: contacts
+      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(in) :: neighbours
       type(detection_type), intent(in) :: detection
-      integer :: p, v, w
+      integer, intent(in) :: piece
+      integer :: k, listed, found
+
+      listed = sum(detection%finds(:piece - 1))
+      found = neighbours%first_edge(first_of(piece, neighbours%n_probes)) - 1
+      do k = 1, detection%finds(piece)
+         call set_contact(contacts, listed + k, blocks, detection%find(found + k))
+      end do
+   end subroutine take_over
+
+   subroutine make_room(detection, neighbours)
+      type(detection_type), intent(inout) :: detection
+      type(neighbours_type), intent(in) :: neighbours
+
+      if (.not. allocated(detection%find)) allocate (detection%find(0), detection%finds(0))
+      if (size(detection%find) < neighbours%first_edge(neighbours%n_probes + 1) - 1) then
+         deallocate (detection%find)
+         allocate (detection%find(size(neighbours%edge)))
+      end if
+      if (size(detection%finds) == pieces(neighbours%n_probes)) return
+      deallocate (detection%finds)
+      allocate (detection%finds(pieces(neighbours%n_probes)))
+   end subroutine make_room
+
+   !> What a piece of the probes finds.
+   subroutine look_through(detection, blocks, neighbours, piece)
+      type(detection_type), intent(inout) :: detection
+      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(in) :: neighbours
+      integer, intent(in) :: piece
+      integer :: p, v, w, start, last
       logical :: met
 
-      contacts%n = 0
-      do p = 1, neighbours%n_probes
+      start = neighbours%first_edge(first_of(piece, neighbours%n_probes)) - 1
+      last = start
+      do p = first_of(piece, neighbours%n_probes), last_of(piece, neighbours%n_probes)
          v = neighbours%probe(1, p)
          w = nearest_corner(blocks, neighbours, p, detection%distance)
          if (w > 0) then
             if (within_corner(blocks, detection, v, w)) then
-               if (v < w) call meet_corner(contacts, blocks, neighbours, p, w, detection, .true.)
+               if (v < w) call meet_corner(last, blocks, neighbours, p, w, detection, .true.)
                cycle
             end if
          end if
-         call meet_edges(contacts, blocks, neighbours, p, detection, met)
-         if (.not. met .and. v < w) call meet_corner(contacts, blocks, neighbours, p, w, detection, .false.)
+         call meet_edges(last, blocks, neighbours, p, detection, met)
+         if (.not. met .and. v < w) call meet_corner(last, blocks, neighbours, p, w, detection, .false.)
       end do
-   end subroutine detect_contacts
+      detection%finds(piece) = last - start
+   end subroutine look_through
 
    !> The convex vertex of the other block nearest to the probe's vertex, within `distance`; else 0.
    pure integer function nearest_corner(blocks, neighbours, p, distance) result(nearest)
@@ -101,7 +178,7 @@ contains
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          w = neighbours%edge(i)
          do k = 1, 2
-            if (k == 2) w = next_vertex(blocks, w)
+            if (k == 2) w = blocks%next(w)
             apart = sum((blocks%vertex(:, neighbours%probe(1, p)) - blocks%vertex(:, w))**2)
             if (apart >= least .or. .not. neighbours%convex(w)) cycle
             least = apart
@@ -123,13 +200,11 @@ contains
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: vertex, edge
       type(choice_type) :: choice
-      real(wp) :: start(2), along(2), from(2), length, foot
+      real(wp) :: along(2), from(2), length, foot
 
-      start = blocks%vertex(:, edge)
-      along = blocks%vertex(:, next_vertex(blocks, edge)) - start
-      length = norm2(along)
-      along = along/length
-      from = blocks%vertex(:, vertex) - start
+      along = blocks%along(:, edge)
+      length = blocks%length(edge)
+      from = blocks%vertex(:, vertex) - blocks%vertex(:, edge)
       foot = dot_product(along, from)
       choice%vertex = vertex
       choice%edge = edge
@@ -142,12 +217,12 @@ contains
 
    !> Vertex to edge.  A convex block is entered through one edge, that of least penetration; a notch
    !> may hold a vertex with two.
-   subroutine meet_edges(contacts, blocks, neighbours, p, detection, met)
-      type(contacts_type), intent(inout) :: contacts
+   subroutine meet_edges(last, blocks, neighbours, p, detection, met)
+      integer, intent(inout) :: last  !< of what was found
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
       integer, intent(in) :: p
-      type(detection_type), intent(in) :: detection
+      type(detection_type), intent(inout) :: detection
       logical, intent(out) :: met
       type(choice_type) :: choice, best
       integer :: i
@@ -160,12 +235,12 @@ contains
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
             if (choice%gap > best%gap) best = choice
          else if (.not. hidden(blocks, neighbours, p, choice, detection%corner(choice%vertex))) then
-            call add_contact(contacts, blocks, choice, neighbours%probe(2, p), 0)
+            call note(detection, last, choice, neighbours%probe(2, p), 0)
             met = .true.
          end if
       end do
       if (best%gap > -huge(1.0_wp)) then
-         call add_contact(contacts, blocks, best, neighbours%probe(2, p), 0)
+         call note(detection, last, best, neighbours%probe(2, p), 0)
          met = .true.
       end if
    end subroutine meet_edges
@@ -179,13 +254,21 @@ contains
       type(detection_type), intent(in) :: detection
       integer :: end_vertex
 
-      faces = choice%overshoot <= 0.0_wp
-      if (faces .and. .not. grazes(choice, detection%skin)) return
-      if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
       end_vertex = choice%edge
-      if (choice%past_end) end_vertex = next_vertex(blocks, choice%edge)
+      if (choice%past_end) end_vertex = blocks%next(choice%edge)
+      faces = choice%overshoot <= 0.0_wp
+      if (faces .and. .not. grazes(choice, skin_of(detection, choice%vertex, end_vertex))) return
+      if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
       faces = .not. neighbours%convex(end_vertex)
    end function faces
+
+   !> Depth, m, of what is passed over where two corners meet: less than their size.
+   pure real(wp) function skin_of(detection, v, w)
+      type(detection_type), intent(in) :: detection
+      integer, intent(in) :: v, w
+
+      skin_of = min(detection%skin, detection%corner(v), detection%corner(w))
+   end function skin_of
 
    !> The vertex is still outside, within the skin, and its foot is on the edge, but hardly.
    elemental logical function grazes(choice, skin)
@@ -213,33 +296,33 @@ contains
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          other = examine(blocks, choice%vertex, neighbours%edge(i))
          if (other%overshoot > size .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) cycle
-         across = next_vertex(blocks, other%edge) == choice%edge .and. neighbours%convex(choice%edge)
-         across = across .or. (next_vertex(blocks, choice%edge) == other%edge .and. neighbours%convex(other%edge))
+         across = blocks%next(other%edge) == choice%edge .and. neighbours%convex(choice%edge)
+         across = across .or. (blocks%next(choice%edge) == other%edge .and. neighbours%convex(other%edge))
          if (across .or. dot_product(other%normal, choice%normal) < -0.5_wp) hidden = .true.
       end do
    end function hidden
 
    !> Vertex to vertex.  Far from each other (not `close`), only if neither has its foot on an edge.
-   subroutine meet_corner(contacts, blocks, neighbours, p, w, detection, close)
-      type(contacts_type), intent(inout) :: contacts
+   subroutine meet_corner(last, blocks, neighbours, p, w, detection, close)
+      integer, intent(inout) :: last  !< of what was found
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
       integer, intent(in) :: p, w
-      type(detection_type), intent(in) :: detection
+      type(detection_type), intent(inout) :: detection
       logical, intent(in) :: close
       type(choice_type) :: choice(4)
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      choice(1) = examine_corner(blocks, v, previous_vertex(blocks, w))
+      choice(1) = examine_corner(blocks, v, blocks%previous(w))
       choice(2) = examine_corner(blocks, v, w)
-      choice(3) = examine_corner(blocks, w, previous_vertex(blocks, v))
+      choice(3) = examine_corner(blocks, w, blocks%previous(v))
       choice(4) = examine_corner(blocks, w, v)
-      if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazes(choice, detection%skin))) return
-      best = entrance(blocks, choice, tie*detection%corner(v), detection%skin)
+      if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazes(choice, skin_of(detection, v, w)))) return
+      best = entrance(blocks, choice, tie*detection%corner(v), skin_of(detection, v, w))
       if (choice(best)%gap > detection%distance) return
       if (choice(best)%gap < 0.0_wp .and. choice(best)%overshoot > max(detection%travel, detection%corner(v))) return
-      call add_contact(contacts, blocks, choice(best), neighbours%probe(2, p), merge(w, v, choice(best)%vertex == v))
+      call note(detection, last, choice(best), neighbours%probe(2, p), merge(w, v, choice(best)%vertex == v))
    end subroutine meet_corner
 
    !> As `examine`, with how well the edge separates the vertex' own block from it.
@@ -247,12 +330,10 @@ contains
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: vertex, edge
       type(choice_type) :: choice
-      real(wp) :: before(2), after(2)
 
       choice = examine(blocks, vertex, edge)
-      before = blocks%vertex(:, previous_vertex(blocks, vertex)) - blocks%vertex(:, vertex)
-      after = blocks%vertex(:, next_vertex(blocks, vertex)) - blocks%vertex(:, vertex)
-      choice%separation = min(dot_product(choice%normal, before)/norm2(before), dot_product(choice%normal, after)/norm2(after))
+      choice%separation = min(-dot_product(choice%normal, blocks%along(:, blocks%previous(vertex))), &
+         dot_product(choice%normal, blocks%along(:, vertex)))
    end function examine_corner
 
    !> The entrance edge of least penetration; of parallel ones, that which holds the foot.  One that is grazed only
@@ -319,48 +400,66 @@ contains
       parallel = dot_product(choice(i)%normal, choice(j)%normal)*merge(1, -1, (i <= 2) .eqv. (j <= 2)) > same_direction
    end function parallel
 
-   !> Append a contact with its gap and the rows that move gap and slip.
-   subroutine add_contact(contacts, blocks, choice, pair, corner)
-      type(contacts_type), intent(inout) :: contacts
-      type(blocks_type), intent(in) :: blocks
+   pure subroutine note(detection, last, choice, pair, corner)
+      type(detection_type), intent(inout) :: detection
+      integer, intent(inout) :: last
       type(choice_type), intent(in) :: choice
-      integer, intent(in) :: pair    !< which near pair the two blocks are
-      integer, intent(in) :: corner  !< vertex met corner to corner, else 0
-      real(wp) :: normal(2), tangent(2), offset_v(2), foot(2), reference(2), reach_e(2)
-      integer :: c, i, j, next
+      integer, intent(in) :: pair, corner
 
-      call reserve(contacts, contacts%n + 1)
-      c = contacts%n + 1
-      contacts%n = c
-      i = blocks%owner(choice%vertex)
-      j = blocks%owner(choice%edge)
-      next = next_vertex(blocks, choice%edge)
-      normal = choice%normal
-      tangent = [-normal(2), normal(1)]
-      contacts%vertex(c) = choice%vertex
-      contacts%edge(c) = choice%edge
-      contacts%corner(c) = corner
+      last = last + 1
+      detection%find(last) = find_type(choice%vertex, choice%edge, corner, pair)
+   end subroutine note
+
+   !> A contact with its gap and the rows that move gap and slip.
+   !>
+   !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation taken at
+   !> the vertex, so that the pair of shear forces carries no moment.
+   pure subroutine set_contact(contacts, c, blocks, find)
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: c
+      type(blocks_type), intent(in) :: blocks
+      type(find_type), intent(in) :: find
+      real(wp) :: along(2), normal(2), from(2), gap, reach(2), reference(2)
+      integer :: i, j
+
+      i = blocks%owner(find%vertex)
+      j = blocks%owner(find%edge)
+      along = blocks%along(:, find%edge)
+      normal = [along(2), -along(1)]
+      from = blocks%vertex(:, find%vertex) - blocks%vertex(:, find%edge)
+      gap = dot_product(normal, from)
+      contacts%vertex(c) = find%vertex
+      contacts%edge(c) = find%edge
+      contacts%corner(c) = find%corner
       contacts%block_v(c) = i
       contacts%block_e(c) = j
-      contacts%pair(c) = pair
-      contacts%gap(c) = choice%gap
+      contacts%pair(c) = find%pair
+      contacts%gap(c) = gap
       contacts%normal(:, c) = normal
+      reach = blocks%vertex(:, find%vertex) - blocks%position(1:2, i)
+      call set_rows(blocks%axes(:, :, i), reach, reach, blocks%reference(:, find%vertex), normal, contacts%normal_v(:, c), &
+         contacts%shear_v(:, c))
+      reach = blocks%vertex(:, find%vertex) - blocks%position(1:2, j)
+      reference = blocks%reference(:, find%edge) + (blocks%reference(:, blocks%next(find%edge)) &
+         - blocks%reference(:, find%edge))*(dot_product(from, along)/blocks%length(find%edge))
+      call set_rows(blocks%axes(:, :, j), reach - gap*normal, reach, reference, normal, contacts%normal_e(:, c), &
+         contacts%shear_e(:, c))
+   end subroutine set_contact
 
-      ! ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation
-      ! taken at the vertex, so that the pair of shear forces carries no moment.
-      offset_v = blocks%vertex(:, choice%vertex) - blocks%position(1:2, i)
-      reach_e = blocks%vertex(:, choice%vertex) - blocks%position(1:2, j)
-      foot = reach_e - choice%gap*normal
-      associate (from => blocks%vertex(:, choice%edge), to => blocks%vertex(:, next))
-         reference = blocks%reference(:, choice%edge) + (blocks%reference(:, next) - blocks%reference(:, choice%edge)) &
-            *dot_product(blocks%vertex(:, choice%vertex) - from, tangent)/norm2(to - from)
-      end associate
-      associate (own => blocks%reference(:, choice%vertex), axes_v => blocks%axes(:, :, i), axes_e => blocks%axes(:, :, j))
-         contacts%normal_v(:, c) = direction_row(axes_v, offset_v, own, normal)
-         contacts%shear_v(:, c) = direction_row(axes_v, offset_v, own, tangent)
-         contacts%normal_e(:, c) = direction_row(axes_e, foot, reference, normal)
-         contacts%shear_e(:, c) = direction_row(axes_e, reach_e, reference, tangent)
-      end associate
-   end subroutine add_contact
+   !> What moves a material point along the normal, and along the edge (`direction_row`, for both).
+   pure subroutine set_rows(axes, foot, reach, reference, normal, normal_row, shear_row)
+      real(wp), intent(in) :: axes(2, 2)
+      real(wp), intent(in) :: foot(2), reach(2)  !< present offsets that turn the normal and the shear force
+      real(wp), intent(in) :: reference(2), normal(2)
+      real(wp), intent(out) :: normal_row(6), shear_row(6)
+      real(wp) :: x, y
+
+      x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
+      y = axes(1, 2)*normal(1) + axes(2, 2)*normal(2)
+      normal_row = [normal(1), normal(2), normal(2)*foot(1) - normal(1)*foot(2), &
+         x*reference(1), y*reference(2), 0.5_wp*(x*reference(2) + y*reference(1))]
+      shear_row = [-normal(2), normal(1), normal(1)*reach(1) + normal(2)*reach(2), &
+         -y*reference(1), x*reference(2), 0.5_wp*(x*reference(1) - y*reference(2))]
+   end subroutine set_rows
 
 end module dda_detection

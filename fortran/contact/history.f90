@@ -10,19 +10,22 @@
 !> across a joint, with the spring energy that it has.
 module dda_history
    use dda_kinds, only: wp
-   use dda_contact, only: contacts_type, contact_open, contact_stick
+   use dda_contact, only: contacts_type, keep_contacts, contact_open, contact_stick
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: history_type, prepare_history, inherit
 
    real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< 45°
 
-   !> Where the old contacts of each vertex are.
+   !> Where the old contacts of each vertex are that do not stand in the same place of the new list.
    type :: history_type
+      real(wp) :: deepest = huge(1.0_wp) !< penetration that a new contact may be met with, m
       real(wp) :: touching = 0.0_wp     !< gap up to which a new contact is taken to press at first, m
       integer, allocatable :: head(:)   !< [vertices] first old contact of a vertex, as 2c or 2c+1
       integer, allocatable :: next(:)   !< [2·contacts+1] the next one
       logical, allocatable :: taken(:)  !< [contacts] already handed on
+      logical, allocatable :: found(:)  !< [new contacts] the same vertex was on the same edge
    end type history_type
 
 contains
@@ -34,7 +37,7 @@ contains
 
       history%touching = touching
       allocate (history%head(vertices), source=0)
-      allocate (history%next(1), history%taken(0))
+      allocate (history%next(1), history%taken(0), history%found(0))
    end subroutine prepare_history
 
    !> Give the new list the histories of the old one; contacts without one start unbonded, and are
@@ -46,44 +49,120 @@ contains
       logical, intent(in) :: begun  !< .false. at the start, where penetration is part of the first state
       integer :: c, from
 
-      call index_by_vertex(history, old)
+      call make_room(history, new%n, old%n)
+      call hand_on_in_place(new, old, history, begun)
+      call index_by_vertex(history, new, old)
       do c = 1, new%n
-         new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= history%touching)
-         new%bonded(c) = .false.
-         new%bond_length(c) = 0.0_wp
-         new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, begun)
-         new%stretch(c) = 0.0_wp
-         new%pressure(c) = 0.0_wp
-         new%slide_force(c) = 0.0_wp
-         new%direction(c) = 1.0_wp
+         if (history%found(c)) cycle
          from = exact_predecessor(new, old, history, c)
          if (from == 0) cycle
-         call hand_on(new, old, history, c, from)
+         call hand_on(new, old, c, from)
+         history%taken(from) = .true.
+         history%found(c) = .true.
          new%offset(c) = min(0.0_wp, max(old%offset(from), new%gap(c)))
       end do
       do c = 1, new%n
+         if (history%found(c)) cycle
          from = near_predecessor(new, old, history, c)
          if (from == 0) cycle
-         call hand_on(new, old, history, c, from)
+         call hand_on(new, old, c, from)
+         history%taken(from) = .true.
+         history%found(c) = .true.
          new%offset(c) = min(0.0_wp, new%gap(c) - min(0.0_wp, old%new_gap(from)))
       end do
       new%gap(:new%n) = new%gap(:new%n) - new%offset(:new%n)
       call adopt_orphans(new, old, history)
-      call forget_index(history, old)
+      call forget_index(history, new, old)
+      if (begun) call refuse_deep(new, history)
    end subroutine inherit
 
-   !> Chain the old contacts to their vertices (the one that touches and the corner it met).
-   subroutine index_by_vertex(history, old)
+   subroutine make_room(history, new, old)
       type(history_type), intent(inout) :: history
+      integer, intent(in) :: new, old  !< numbers of contacts
+
+      if (size(history%found) < new) then
+         deallocate (history%found)
+         allocate (history%found(2*new))
+      end if
+      if (size(history%taken) < old) then
+         deallocate (history%next, history%taken)
+         allocate (history%next(4*old + 1), history%taken(2*old))
+      end if
+      history%taken(:old) = .false.
+   end subroutine make_room
+
+   !> Most contacts stand in the new list where they stood in the old one; the others begin without a history.
+   subroutine hand_on_in_place(new, old, history, begun)
+      type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old
+      type(history_type), intent(inout) :: history
+      logical, intent(in) :: begun
+      integer :: p
+
+      if (new%n < parallel_from) then
+         call hand_on_some(new, old, history, begun, 1, new%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(new%n)
+         call hand_on_some(new, old, history, begun, first_of(p, new%n), last_of(p, new%n))
+      end do
+   end subroutine hand_on_in_place
+
+   pure subroutine hand_on_some(new, old, history, begun, first, last)
+      type(contacts_type), intent(inout) :: new
+      type(contacts_type), intent(in) :: old
+      type(history_type), intent(inout) :: history
+      logical, intent(in) :: begun
+      integer, intent(in) :: first, last
       integer :: c
 
-      if (size(history%taken) < old%n) then
-         deallocate (history%next, history%taken)
-         allocate (history%next(2*size(old%vertex) + 1), history%taken(size(old%vertex)))
-      end if
+      do c = first, last
+         history%found(c) = in_place(new, old, c)
+         if (history%found(c)) then
+            call hand_on(new, old, c, c)
+            history%taken(c) = .true.
+            new%offset(c) = min(0.0_wp, max(old%offset(c), new%gap(c)))
+         else
+            call begin(new, c, history%touching, begun)
+         end if
+      end do
+   end subroutine hand_on_some
+
+   !> Contact c is the same vertex on the same edge in both lists.
+   pure logical function in_place(new, old, c)
+      type(contacts_type), intent(in) :: new, old
+      integer, intent(in) :: c
+
+      in_place = c <= new%n .and. c <= old%n
+      if (in_place) in_place = new%vertex(c) == old%vertex(c) .and. new%edge(c) == old%edge(c)
+   end function in_place
+
+   !> A contact without a history.
+   pure subroutine begin(new, c, touching, begun)
+      type(contacts_type), intent(inout) :: new
+      integer, intent(in) :: c
+      real(wp), intent(in) :: touching
+      logical, intent(in) :: begun
+
+      new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= touching)
+      new%bonded(c) = .false.
+      new%bond_length(c) = 0.0_wp
+      new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, begun)
+      new%stretch(c) = 0.0_wp
+      new%pressure(c) = 0.0_wp
+      new%slide_force(c) = 0.0_wp
+      new%direction(c) = 1.0_wp
+   end subroutine begin
+
+   !> Chain the other old contacts to their vertices (the one that touches and the corner it met).
+   subroutine index_by_vertex(history, new, old)
+      type(history_type), intent(inout) :: history
+      type(contacts_type), intent(in) :: new, old
+      integer :: c
+
       do c = old%n, 1, -1
-         history%taken(c) = .false.
+         if (in_place(new, old, c)) cycle
          history%next(2*c) = history%head(old%vertex(c))
          history%head(old%vertex(c)) = 2*c
          if (old%corner(c) == 0) cycle
@@ -92,12 +171,13 @@ contains
       end do
    end subroutine index_by_vertex
 
-   subroutine forget_index(history, old)
+   subroutine forget_index(history, new, old)
       type(history_type), intent(inout) :: history
-      type(contacts_type), intent(in) :: old
+      type(contacts_type), intent(in) :: new, old
       integer :: c
 
       do c = 1, old%n
+         if (in_place(new, old, c)) cycle
          history%head(old%vertex(c)) = 0
          if (old%corner(c) > 0) history%head(old%corner(c)) = 0
       end do
@@ -126,7 +206,6 @@ contains
       integer :: k, link
 
       found = 0
-      if (exact_predecessor(new, old, history, c) > 0) return
       do k = 1, 2
          link = 0
          if (k == 1) link = history%head(new%vertex(c))
@@ -165,6 +244,7 @@ contains
          o = orphan_of(new, old, history, c)
          if (o == 0) cycle
          history%taken(o) = .true.
+         history%found(c) = .true.
          distance = new%gap(c) + new%offset(c)
          new%gap(c) = max(distance, joined(min(0.0_wp, new%gap(c)), old%new_gap(o)))
          new%offset(c) = distance - new%gap(c)
@@ -172,6 +252,16 @@ contains
          if (new%state(c) == contact_open) new%state(c) = old%state(o)
       end do
    end subroutine adopt_orphans
+
+   !> What is first met deeper than a step can lead is no contact: a vertex that has come to stand before another edge
+   !> of the block it is in.
+   subroutine refuse_deep(new, history)
+      type(contacts_type), intent(inout) :: new
+      type(history_type), intent(in) :: history
+
+      if (any(.not. history%found(:new%n) .and. new%offset(:new%n) < -history%deepest)) call keep_contacts(new, &
+         history%found(:new%n) .or. new%offset(:new%n) >= -history%deepest)
+   end subroutine refuse_deep
 
    !> Old contact without a successor that pressed the vertex of a new one that now penetrates; 0 if there is none.
    pure integer function orphan_of(new, old, history, c) result(found)
@@ -200,13 +290,11 @@ contains
 
    !> The slip of a vertex along an edge has the same sign when the two blocks change roles, so the
    !> stretch is handed on as it is.
-   subroutine hand_on(new, old, history, c, from)
+   pure subroutine hand_on(new, old, c, from)
       type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old
-      type(history_type), intent(inout) :: history
       integer, intent(in) :: c, from
 
-      history%taken(from) = .true.
       new%state(c) = old%state(from)
       new%bonded(c) = old%bonded(from)
       new%bond_length(c) = old%bond_length(from)

@@ -10,14 +10,15 @@ module dda_assembly
    use dda_model, only: model_type
    use dda_baseline, only: displacement_at, acceleration_at
    use dda_neighbours, only: neighbours_type
-   use dda_stopwatch, only: stopwatch_type
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_stopwatch, only: stopwatch_type, lap, phase_assemble, phase_iterate
    use dda_support, only: load_at
    implicit none
    private
    public :: system_type, prepare_system, set_matrix_pattern, set_inertia, assemble_base, assemble_contacts
    public :: add_shear_force, base_force, support_target
 
-   integer, parameter :: parallel_from = 500   !< blocks from which threads repay their start
+   integer, parameter :: rows_from = 500   !< block rows from which threads repay their start
 
    !> Stiffness of all contacts.
    type :: springs_type
@@ -87,13 +88,33 @@ contains
       type(model_type), intent(in) :: model
       type(blocks_type), intent(in) :: blocks
       real(wp), intent(in) :: time, time_step
-      real(wp) :: strain_load(3), force(2)
-      integer :: b
+      real(wp) :: force(2)
+      integer :: p
 
       call set_inertia(system, blocks, time_step)
       force = base_force(model, time)
-      !$omp parallel do private(strain_load) schedule(static) if (blocks%n >= parallel_from)
-      do b = 1, blocks%n
+      if (blocks%n < parallel_from) then
+         call lay_base(system, blocks, force, time_step, 1, blocks%n)
+      else
+         !$omp parallel do schedule(static)
+         do p = 1, pieces(blocks%n)
+            call lay_base(system, blocks, force, time_step, first_of(p, blocks%n), last_of(p, blocks%n))
+         end do
+      end if
+      call add_loads(system, model, blocks, time)
+      call add_fixed_points(system, model, blocks, time)
+   end subroutine assemble_base
+
+   !> Inertia, elasticity and body force of some blocks.
+   pure subroutine lay_base(system, blocks, force, time_step, first, last)
+      type(system_type), intent(inout) :: system
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: force(2), time_step
+      integer, intent(in) :: first, last
+      real(wp) :: strain_load(3)
+      integer :: b
+
+      do b = first, last
          system%base(:, :, b) = system%inertia(:, :, b)
          system%load(:, b) = 2.0_wp/time_step*matmul(blocks%inertia(:, :, b), blocks%velocity(:, b))
          strain_load = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
@@ -101,9 +122,7 @@ contains
          system%load(4:6, b) = system%load(4:6, b) - strain_load
          system%load(1:2, b) = system%load(1:2, b) + blocks%mass(b)*force
       end do
-      call add_loads(system, model, blocks, time)
-      call add_fixed_points(system, model, blocks, time)
-   end subroutine assemble_base
+   end subroutine lay_base
 
    !> Body force per unit mass, m/s²: gravity, and base acceleration in the frame of the base.
    pure function base_force(model, time) result(force)
@@ -184,24 +203,31 @@ contains
       real(wp), intent(in) :: kept       !< share of the shear spring under sliding contacts
       logical, intent(in) :: matrix_too  !< .false. if K̂ still holds these springs
       type(springs_type) :: springs
-      integer :: b, entry
+      integer :: p, n, entries
 
+      call lap(system%watch, phase_iterate)
       springs = springs_type(normal_stiffness, shear_stiffness, kept)
+      n = system%matrix%n
+      entries = merge(size(system%pair_of_entry), 0, matrix_too)
       if (matrix_too) call index_contacts(system, contacts)
-      !$omp parallel if (system%matrix%n >= parallel_from)
-      !$omp do schedule(static)
-      do b = 1, system%matrix%n
-         call gather(system, contacts, springs, b, matrix_too)
-      end do
-      !$omp end do nowait
-      if (matrix_too) then
+      if (n < rows_from) then
+         call gather(system, contacts, springs, matrix_too, 1, n)
+         call couple(system, contacts, springs, 1, entries)
+      else
+         !$omp parallel
          !$omp do schedule(static)
-         do entry = 1, size(system%pair_of_entry)
-            call couple(system, contacts, springs, entry)
+         do p = 1, pieces(n)
+            call gather(system, contacts, springs, matrix_too, first_of(p, n), last_of(p, n))
+         end do
+         !$omp end do nowait
+         !$omp do schedule(static)
+         do p = 1, pieces(entries)
+            call couple(system, contacts, springs, first_of(p, entries), last_of(p, entries))
          end do
          !$omp end do
+         !$omp end parallel
       end if
-      !$omp end parallel
+      call lap(system%watch, phase_assemble)
    end subroutine assemble_contacts
 
    !> Where the contacts of each near pair stand in the list, which is in the order of the pairs.
@@ -219,27 +245,29 @@ contains
       system%first_contact(pair + 1:) = contacts%n + 1
    end subroutine index_contacts
 
-   !> Load and diagonal block of block b: the base, and its side of each of its contacts.
-   pure subroutine gather(system, contacts, springs, b, matrix_too)
+   !> Loads and diagonal blocks of some blocks: the base, and their sides of their contacts.
+   pure subroutine gather(system, contacts, springs, matrix_too, first, last)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
       type(springs_type), intent(in) :: springs
-      integer, intent(in) :: b
       logical, intent(in) :: matrix_too
+      integer, intent(in) :: first, last
       real(wp) :: rhs(6), diagonal(6, 6)
-      integer :: k
+      integer :: b, k
 
-      rhs = system%load(:, b)
-      if (matrix_too) diagonal = system%base(:, :, b)
-      do k = system%matrix%row_start(b), system%matrix%row_start(b + 1) - 1
-         call add_side(system, contacts, springs, b, system%pair_of_entry(k), matrix_too, rhs, diagonal)
+      do b = first, last
+         rhs = system%load(:, b)
+         if (matrix_too) diagonal = system%base(:, :, b)
+         do k = system%matrix%row_start(b), system%matrix%row_start(b + 1) - 1
+            call add_side(system, contacts, springs, b, system%pair_of_entry(k), matrix_too, rhs, diagonal)
+         end do
+         do k = system%matrix%below_start(b), system%matrix%below_start(b + 1) - 1
+            call add_side(system, contacts, springs, b, system%pair_of_entry(system%matrix%below_entry(k)), matrix_too, &
+               rhs, diagonal)
+         end do
+         system%rhs(:, b) = rhs
+         if (matrix_too) system%matrix%diagonal(:, :, b) = diagonal
       end do
-      do k = system%matrix%below_start(b), system%matrix%below_start(b + 1) - 1
-         call add_side(system, contacts, springs, b, system%pair_of_entry(system%matrix%below_entry(k)), matrix_too, &
-            rhs, diagonal)
-      end do
-      system%rhs(:, b) = rhs
-      if (matrix_too) system%matrix%diagonal(:, :, b) = diagonal
    end subroutine gather
 
    !> What the contacts of a near pair give to one of its blocks.
@@ -304,29 +332,31 @@ contains
       shear_spring = merge(springs%shear, springs%kept*springs%shear, contacts%state(c) == contact_stick)
    end function shear_spring
 
-   !> The block of K̂ that couples the two blocks of a near pair.
-   pure subroutine couple(system, contacts, springs, entry)
+   !> Blocks of K̂ that couple the two blocks of near pairs.
+   pure subroutine couple(system, contacts, springs, first, last)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
       type(springs_type), intent(in) :: springs
-      integer, intent(in) :: entry
+      integer, intent(in) :: first, last
       real(wp) :: block(6, 6)
-      integer :: c, pair
+      integer :: entry, c, pair
 
-      block = 0.0_wp
-      pair = system%pair_of_entry(entry)
-      do c = system%first_contact(pair), system%first_contact(pair + 1) - 1
-         if (contacts%state(c) == contact_open) cycle
-         associate (nv => contacts%normal_v(:, c), ne => contacts%normal_e(:, c), sv => contacts%shear_v(:, c), &
-            se => contacts%shear_e(:, c), shear => shear_spring(contacts, springs, c))
-            if (contacts%block_v(c) > contacts%block_e(c)) then
-               call add_products(block, nv, ne, -springs%normal, sv, se, -shear)
-            else
-               call add_products(block, ne, nv, -springs%normal, se, sv, -shear)
-            end if
-         end associate
+      do entry = first, last
+         block = 0.0_wp
+         pair = system%pair_of_entry(entry)
+         do c = system%first_contact(pair), system%first_contact(pair + 1) - 1
+            if (contacts%state(c) == contact_open) cycle
+            associate (nv => contacts%normal_v(:, c), ne => contacts%normal_e(:, c), sv => contacts%shear_v(:, c), &
+               se => contacts%shear_e(:, c), shear => shear_spring(contacts, springs, c))
+               if (contacts%block_v(c) > contacts%block_e(c)) then
+                  call add_products(block, nv, ne, -springs%normal, sv, se, -shear)
+               else
+                  call add_products(block, ne, nv, -springs%normal, se, sv, -shear)
+               end if
+            end associate
+         end do
+         system%matrix%lower(:, :, entry) = block
       end do
-      system%matrix%lower(:, :, entry) = block
    end subroutine couple
 
    !> block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ

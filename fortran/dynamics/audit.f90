@@ -8,7 +8,7 @@ module dda_audit
    use dda_friction, only: laws_type
    use dda_model, only: model_type
    use dda_newmark, only: kinetic_energy
-   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_support, only: load_at
    implicit none
    private
@@ -72,23 +72,38 @@ contains
       type(model_type), intent(in) :: model
       type(blocks_type), intent(in) :: blocks
       real(wp), intent(in) :: d(:,:), time
-      real(wp) :: part(3, pieces(blocks%n)), total(3), shaking(2)
-      integer :: p, b
+      real(wp) :: part(3, most_pieces), total(3), shaking(2)
+      integer :: p
 
-      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
-      do p = 1, size(part, 2)
-         part(:, p) = 0.0_wp
-         do b = first_of(p), last_of(p, blocks%n)
-            part(1, p) = part(1, p) + strain_form(blocks%stiffness(:, :, b), d(4:6, b))
-            part(2:3, p) = part(2:3, p) + blocks%mass(b)*d(1:2, b)
+      if (blocks%n < parallel_from) then
+         total = books_of_blocks(blocks, d, 1, blocks%n)
+      else
+         !$omp parallel do schedule(static)
+         do p = 1, pieces(blocks%n)
+            part(:, p) = books_of_blocks(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n))
          end do
-      end do
-      total = sum(part, 2)
+         total = sum(part(:, :pieces(blocks%n)), 2)
+      end if
       shaking = base_force(model, time) - model%control%gravity
       energy%algorithmic = energy%algorithmic + 0.5_wp*total(1)
       energy%gravity = energy%gravity - dot_product(model%control%gravity, total(2:3))
       energy%input = energy%input + dot_product(shaking, total(2:3))
    end subroutine book_blocks
+
+   !> Σ εᵀDε and Σ m d of some blocks.
+   pure function books_of_blocks(blocks, d, first, last) result(books)
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: d(:,:)
+      integer, intent(in) :: first, last
+      real(wp) :: books(3)
+      integer :: b
+
+      books = 0.0_wp
+      do b = first, last
+         books(1) = books(1) + strain_form(blocks%stiffness(:, :, b), d(4:6, b))
+         books(2:3) = books(2:3) + blocks%mass(b)*d(1:2, b)
+      end do
+   end function books_of_blocks
 
    !> εᵀDε
    pure real(wp) function strain_form(stiffness, strain)
@@ -111,24 +126,39 @@ contains
       type(energy_type), intent(inout) :: energy
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      real(wp) :: part(4, pieces(contacts%n)), total(4)
-      integer :: p, c
+      real(wp) :: part(4, most_pieces), total(4)
+      integer :: p
 
-      !$omp parallel do schedule(static) if (contacts%n >= parallel_from)
-      do p = 1, size(part, 2)
-         part(:, p) = 0.0_wp
-         do c = first_of(p), last_of(p, contacts%n)
-            call book_contact(part(:, p), contacts, laws, c)
+      if (contacts%n < parallel_from) then
+         total = books_of_contacts(contacts, laws, 1, contacts%n)
+      else
+         !$omp parallel do schedule(static)
+         do p = 1, pieces(contacts%n)
+            part(:, p) = books_of_contacts(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
          end do
-      end do
-      total = sum(part, 2)
+         total = sum(part(:, :pieces(contacts%n)), 2)
+      end if
       energy%contact = total(1)
       energy%friction = energy%friction + total(2)
       energy%fracture = energy%fracture + total(3)
       energy%algorithmic = energy%algorithmic + total(4)
    end subroutine book_contacts
 
-   !> Stored energy, and losses by slip, by fracture and by the scheme, of one contact.
+   !> Stored energy, and losses by slip, by fracture and by the scheme, of some contacts.
+   pure function books_of_contacts(contacts, laws, first, last) result(books)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: first, last
+      real(wp) :: books(4)
+      integer :: c
+
+      books = 0.0_wp
+      do c = first, last
+         call book_contact(books, contacts, laws, c)
+      end do
+   end function books_of_contacts
+
+   !> The same of one contact.
    pure subroutine book_contact(books, contacts, laws, c)
       real(wp), intent(inout) :: books(4)
       type(contacts_type), intent(in) :: contacts
@@ -166,36 +196,63 @@ contains
    real(wp) function contact_energy(contacts, laws)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      real(wp) :: part(pieces(contacts%n))
-      integer :: p, c
+      real(wp) :: part(most_pieces)
+      integer :: p
 
-      !$omp parallel do schedule(static) if (contacts%n >= parallel_from)
-      do p = 1, size(part)
-         part(p) = 0.0_wp
-         do c = first_of(p), last_of(p, contacts%n)
-            part(p) = part(p) &
-               + stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%bonded(c), contacts%stretch(c))
-         end do
+      if (contacts%n < parallel_from) then
+         contact_energy = stored_in(contacts, laws, 1, contacts%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         part(p) = stored_in(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
       end do
-      contact_energy = sum(part)
+      contact_energy = sum(part(:pieces(contacts%n)))
    end function contact_energy
+
+   !> The same of some contacts.
+   pure real(wp) function stored_in(contacts, laws, first, last)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: first, last
+      integer :: c
+
+      stored_in = 0.0_wp
+      do c = first, last
+         stored_in = stored_in &
+            + stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%bonded(c), contacts%stretch(c))
+      end do
+   end function stored_in
 
    !> ½ A εᵀDε + A σ₀ᵀε of all blocks.
    real(wp) function strain_energy(blocks)
       type(blocks_type), intent(in) :: blocks
-      real(wp) :: part(pieces(blocks%n))
-      integer :: p, b
+      real(wp) :: part(most_pieces)
+      integer :: p
 
-      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
-      do p = 1, size(part)
-         part(p) = 0.0_wp
-         do b = first_of(p), last_of(p, blocks%n)
-            part(p) = part(p) + 0.5_wp*strain_form(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
-               + blocks%area(b)*dot_product(blocks%initial_stress(:, b), blocks%position(4:6, b))
-         end do
+      if (blocks%n < parallel_from) then
+         strain_energy = strain_energy_of(blocks, 1, blocks%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(blocks%n)
+         part(p) = strain_energy_of(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
       end do
-      strain_energy = sum(part)
+      strain_energy = sum(part(:pieces(blocks%n)))
    end function strain_energy
+
+   !> The same of some blocks.
+   pure real(wp) function strain_energy_of(blocks, first, last) result(energy)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: first, last
+      integer :: b
+
+      energy = 0.0_wp
+      do b = first, last
+         energy = energy + 0.5_wp*strain_form(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
+            + blocks%area(b)*dot_product(blocks%initial_stress(:, b), blocks%position(4:6, b))
+      end do
+   end function strain_energy_of
 
    real(wp) function support_energy(model, blocks, time) result(sum)
       type(model_type), intent(in) :: model
@@ -208,14 +265,14 @@ contains
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
             away = place_of(blocks, point%block, point%reference) - support_target(model, i, time)
-            sum = sum + 0.5_wp*sum_of_squares(pack(away, point%held))
+            sum = sum + 0.5_wp*sum_of_squares(merge(away, 0.0_wp, point%held))
          end associate
       end do
       sum = sum*model%contact%fixed_point_ratio*model%contact%normal_stiffness
    end function support_energy
 
    pure real(wp) function sum_of_squares(list)
-      real(wp), intent(in) :: list(:)
+      real(wp), intent(in) :: list(2)
 
       sum_of_squares = sum(list**2)
    end function sum_of_squares
@@ -226,7 +283,7 @@ contains
       type(model_type), intent(in) :: model
       type(blocks_type), intent(in) :: blocks
       real(wp), intent(in) :: d(:,:), time, time_step
-      real(wp) :: stiffness, before(2), after(2), moved(2)
+      real(wp) :: stiffness, before(2), after(2), moved(2), t(2, 6)
       integer :: i
 
       stiffness = model%contact%fixed_point_ratio*model%contact%normal_stiffness
@@ -235,11 +292,10 @@ contains
          associate (point => model%fixed_points(i))
             before = place_of(blocks, point%block, point%reference) - support_target(model, i, time - time_step)
             moved = support_target(model, i, time) - support_target(model, i, time - time_step)
-            after = before - moved + matmul(shape_matrix(blocks, point%block, point%reference), d(:, point%block))
-            where (.not. point%held)
-               before = 0.0_wp
-               after = 0.0_wp
-            end where
+            t = shape_matrix(blocks, point%block, point%reference)
+            after = before - moved + matmul(t, d(:, point%block))
+            before = merge(before, 0.0_wp, point%held)
+            after = merge(after, 0.0_wp, point%held)
          end associate
          energy%support = energy%support + 0.5_wp*stiffness*sum(after**2)
          energy%algorithmic = energy%algorithmic + 0.5_wp*stiffness*sum((after - before)**2)

@@ -59,9 +59,12 @@ contains
    !> How deep the last step's contacts went, m: what presses must not be lost from the list.
    pure real(wp) function deepest_penetration(contacts) result(depth)
       type(contacts_type), intent(in) :: contacts
+      integer :: c
 
-      depth = max(0.0_wp, -minval(contacts%new_gap(:contacts%n) + contacts%offset(:contacts%n)))
-      if (contacts%n == 0) depth = 0.0_wp
+      depth = 0.0_wp
+      do c = 1, contacts%n
+         if (contacts%new_gap(c) < 0.0_wp) depth = max(depth, -(contacts%new_gap(c) + contacts%offset(c)))
+      end do
    end function deepest_penetration
 
    !> A new list from geometry, with the histories of the old one.
@@ -76,6 +79,7 @@ contains
          do c = 1, contacts%n
             contacts%joint(c) = weaker_joint(simulation, contacts%block_v(c), contacts%block_e(c))
          end do
+         simulation%history%deepest = simulation%detection%travel + 0.5_wp*simulation%detection%skin
          call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
          if (simulation%model%contact%original_rules) &

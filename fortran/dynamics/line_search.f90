@@ -7,9 +7,10 @@
 module dda_line_search
    use dda_kinds, only: wp
    use dda_assembly, only: system_type
+   use dda_block_matrix, only: multiply_block
    use dda_contact, only: contacts_type
    use dda_friction, only: laws_type, response_type, law_of, respond
-   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
    public :: descend
@@ -63,60 +64,106 @@ contains
    subroutine quadratic_slope(system, start, growth)
       type(system_type), intent(in) :: system
       real(wp), intent(out) :: start, growth
-      real(wp) :: way(6), part(2, pieces(size(system%d, 2))), total(2)
-      integer :: p, b
+      real(wp) :: part(2, most_pieces), total(2)
+      integer :: p, n
 
-      !$omp parallel do private(way) schedule(static) if (size(system%d, 2) >= parallel_from)
-      do p = 1, size(part, 2)
-         part(:, p) = 0.0_wp
-         do b = first_of(p), last_of(p, size(system%d, 2))
-            way = system%d(:, b) - system%previous_d(:, b)
-            part(1, p) = part(1, p) &
-               + dot_product(way, matmul(system%base(:, :, b), system%previous_d(:, b)) - system%load(:, b))
-            part(2, p) = part(2, p) + dot_product(way, matmul(system%base(:, :, b), way))
+      n = size(system%d, 2)
+      if (n < parallel_from) then
+         total = quadratic_of(system, 1, n)
+      else
+         !$omp parallel do schedule(static)
+         do p = 1, pieces(n)
+            part(:, p) = quadratic_of(system, first_of(p, n), last_of(p, n))
          end do
-      end do
-      total = sum(part, 2)
+         total = sum(part(:, :pieces(n)), 2)
+      end if
       start = total(1)
       growth = total(2)
    end subroutine quadratic_slope
+
+   !> Start and growth of some blocks.
+   pure function quadratic_of(system, first, last) result(slope)
+      type(system_type), intent(in) :: system
+      integer, intent(in) :: first, last
+      real(wp) :: slope(2), way(6), pull(6)
+      integer :: b
+
+      slope = 0.0_wp
+      do b = first, last
+         way = system%d(:, b) - system%previous_d(:, b)
+         call multiply_block(system%base(:, :, b), system%previous_d(:, b), pull)
+         slope(1) = slope(1) + dot_product(way, pull - system%load(:, b))
+         call multiply_block(system%base(:, :, b), way, pull)
+         slope(2) = slope(2) + dot_product(way, pull)
+      end do
+   end function quadratic_of
 
    !> How much each contact opens and slips on the way from the previous d to the new one.
    subroutine measure_way(system, contacts)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(inout) :: contacts
+      integer :: p
+
+      if (contacts%n < parallel_from) then
+         call measure_some_ways(system, contacts, 1, contacts%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         call measure_some_ways(system, contacts, first_of(p, contacts%n), last_of(p, contacts%n))
+      end do
+   end subroutine measure_way
+
+   pure subroutine measure_some_ways(system, contacts, first, last)
+      type(system_type), intent(in) :: system
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: first, last
       real(wp) :: way_v(6), way_e(6)
       integer :: c
 
-      !$omp parallel do private(way_v, way_e) schedule(static) if (contacts%n >= parallel_from)
-      do c = 1, contacts%n
+      do c = first, last
          way_v = system%d(:, contacts%block_v(c)) - system%previous_d(:, contacts%block_v(c))
          way_e = system%d(:, contacts%block_e(c)) - system%previous_d(:, contacts%block_e(c))
          contacts%opening(c) = dot_product(contacts%normal_v(:, c), way_v) - dot_product(contacts%normal_e(:, c), way_e)
          contacts%slipping(c) = dot_product(contacts%shear_v(:, c), way_v) - dot_product(contacts%shear_e(:, c), way_e)
       end do
-   end subroutine measure_way
+   end subroutine measure_some_ways
 
    !> Slope of all contacts a part of the way from the previous d to the new one.
    real(wp) function contact_slope(contacts, laws, part) result(slope)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       real(wp), intent(in) :: part
-      type(response_type) :: response
-      real(wp) :: piece(pieces(contacts%n))
-      integer :: p, c
+      real(wp) :: piece(most_pieces)
+      integer :: p
 
-      !$omp parallel do private(response) schedule(static) if (contacts%n >= parallel_from)
-      do p = 1, size(piece)
-         piece(p) = 0.0_wp
-         do c = first_of(p), last_of(p, contacts%n)
-            response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
-               contacts%pressure(c)), contacts%new_gap(c) - (1.0_wp - part)*contacts%opening(c), &
-               contacts%stretch(c) + contacts%slip(c) - (1.0_wp - part)*contacts%slipping(c))
-            piece(p) = piece(p) - response%normal_force*contacts%opening(c) + response%shear_force*contacts%slipping(c)
-         end do
+      if (contacts%n < parallel_from) then
+         slope = slope_of(contacts, laws, part, 1, contacts%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         piece(p) = slope_of(contacts, laws, part, first_of(p, contacts%n), last_of(p, contacts%n))
       end do
-      slope = sum(piece)
+      slope = sum(piece(:pieces(contacts%n)))
    end function contact_slope
+
+   !> The same of some contacts.
+   pure real(wp) function slope_of(contacts, laws, part, first, last) result(slope)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in) :: part
+      integer, intent(in) :: first, last
+      type(response_type) :: response
+      integer :: c
+
+      slope = 0.0_wp
+      do c = first, last
+         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
+            contacts%pressure(c)), contacts%new_gap(c) - (1.0_wp - part)*contacts%opening(c), &
+            contacts%stretch(c) + contacts%slip(c) - (1.0_wp - part)*contacts%slipping(c))
+         slope = slope - response%normal_force*contacts%opening(c) + response%shear_force*contacts%slipping(c)
+      end do
+   end function slope_of
 
 end module dda_line_search

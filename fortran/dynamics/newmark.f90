@@ -1,8 +1,9 @@
 !> Newmark β = ½, γ = 1: "constant acceleration" in DDA's usage (paper eq. 5).
 module dda_newmark
    use dda_kinds, only: wp
+   use dda_block_matrix, only: multiply_block
    use dda_blocks, only: blocks_type, update_geometry
-   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
    public :: carry_velocity, integrate, kinetic_energy, farthest_move
@@ -28,45 +29,69 @@ contains
       type(blocks_type), intent(inout) :: blocks
       real(wp), intent(in) :: d(:,:)      !< [6,n] increments of the coordinates
       real(wp), intent(in) :: time_step
+      integer :: p
+
+      if (blocks%n < parallel_from) then
+         call integrate_piece(blocks, d, time_step, 1, blocks%n)
+      else
+         !$omp parallel do schedule(static)
+         do p = 1, pieces(blocks%n)
+            call integrate_piece(blocks, d, time_step, first_of(p, blocks%n), last_of(p, blocks%n))
+         end do
+      end if
+      call update_geometry(blocks)
+   end subroutine integrate
+
+   pure subroutine integrate_piece(blocks, d, time_step, first, last)
+      type(blocks_type), intent(inout) :: blocks
+      real(wp), intent(in) :: d(:,:), time_step
+      integer, intent(in) :: first, last
       real(wp) :: new(6)
       integer :: b
 
-      !$omp parallel do private(new) schedule(static) if (blocks%n >= parallel_from)
-      do b = 1, blocks%n
+      do b = first, last
          new = 2.0_wp/time_step*d(:, b) - blocks%velocity(:, b)
          blocks%acceleration(:, b) = (new - blocks%velocity(:, b))/time_step
          blocks%velocity(:, b) = new
          blocks%position(:, b) = blocks%position(:, b) + d(:, b)
       end do
-      call update_geometry(blocks)
-   end subroutine integrate
+   end subroutine integrate_piece
 
    !> ½ vᵀMv, J/m.
    real(wp) function kinetic_energy(blocks)
       type(blocks_type), intent(in) :: blocks
-      real(wp) :: part(pieces(blocks%n))
-      integer :: p, b
+      real(wp) :: part(most_pieces)
+      integer :: p
 
-      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
-      do p = 1, size(part)
-         part(p) = 0.0_wp
-         do b = first_of(p), last_of(p, blocks%n)
-            part(p) = part(p) + form(blocks%inertia(:, :, b), blocks%velocity(:, b))
-         end do
+      if (blocks%n < parallel_from) then
+         kinetic_energy = kinetic_of(blocks, 1, blocks%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(blocks%n)
+         part(p) = kinetic_of(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
       end do
-      kinetic_energy = 0.5_wp*sum(part)
+      kinetic_energy = sum(part(:pieces(blocks%n)))
    end function kinetic_energy
+
+   !> The same of some blocks.
+   pure real(wp) function kinetic_of(blocks, first, last)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: first, last
+      integer :: b
+
+      kinetic_of = 0.0_wp
+      do b = first, last
+         kinetic_of = kinetic_of + 0.5_wp*form(blocks%inertia(:, :, b), blocks%velocity(:, b))
+      end do
+   end function kinetic_of
 
    !> vᵀMv
    pure real(wp) function form(m, v)
       real(wp), intent(in) :: m(6, 6), v(6)
       real(wp) :: mv(6)
-      integer :: j
 
-      mv = 0.0_wp
-      do j = 1, 6
-         mv = mv + m(:, j)*v(j)
-      end do
+      call multiply_block(m, v, mv)
       form = dot_product(mv, v)
    end function form
 
@@ -74,13 +99,29 @@ contains
    real(wp) function farthest_move(blocks, d) result(move)
       type(blocks_type), intent(in) :: blocks
       real(wp), intent(in) :: d(:,:)
+      integer :: p
+
+      if (blocks%n < parallel_from) then
+         move = farthest_of(blocks, d, 1, blocks%n)
+         return
+      end if
+      move = 0.0_wp
+      !$omp parallel do reduction(max:move) schedule(static)
+      do p = 1, pieces(blocks%n)
+         move = max(move, farthest_of(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n)))
+      end do
+   end function farthest_move
+
+   pure real(wp) function farthest_of(blocks, d, first, last) result(move)
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: d(:,:)
+      integer, intent(in) :: first, last
       integer :: b
 
       move = 0.0_wp
-      !$omp parallel do reduction(max:move) schedule(static) if (blocks%n >= parallel_from)
-      do b = 1, blocks%n
-         move = max(move, norm2(d(1:2, b)) + blocks%radius(b)*(abs(d(3, b)) + norm2(d(4:6, b))))
+      do b = first, last
+         move = max(move, sqrt(sum(d(1:2, b)**2)) + blocks%radius(b)*(abs(d(3, b)) + sqrt(sum(d(4:6, b)**2))))
       end do
-   end function farthest_move
+   end function farthest_of
 
 end module dda_newmark

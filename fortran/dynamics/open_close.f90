@@ -11,10 +11,10 @@ module dda_open_close
    use dda_cycles, only: cycle_type, forget_states, note_states, may_change
    use dda_friction, only: laws_type, response_type, law_of, respond
    use dda_line_search, only: descend
-   use dda_ordered_sums, only: parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_slide_forces, only: slides_type, list_slides, ask_slides, difference_of, farthest_off, follow
    use dda_solver, only: solver_type, renew, solve
-   use dda_stopwatch, only: lap, phase_assemble, phase_factorise, phase_iterate, phase_solve
+   use dda_stopwatch, only: lap, phase_factorise, phase_solve
    implicit none
    private
    public :: iteration_type, close_contacts, solve_assumed, measure_contacts, assumed_normal, assumed_shear
@@ -70,6 +70,7 @@ contains
          if (allocated(error)) return
          call follow_normal_forces(iteration, system, solver, contacts, laws, changed == 0, runaway, error)
          if (allocated(error)) return
+         call lap(system%watch, phase_solve)
          if (runaway > 0) then
             call hold(system, contacts, runaway)
             new_matrix = .true.
@@ -151,9 +152,7 @@ contains
       integer, intent(in) :: changes     !< springs changed since the last solve
       type(error_type), allocatable, intent(out) :: error
 
-      call lap(system%watch, phase_iterate)
       call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept, new_matrix)
-      call lap(system%watch, phase_assemble)
       if (new_matrix) call renew(solver, system%matrix, system%base, changes, error)
       if (allocated(error)) return
       call lap(system%watch, phase_factorise)
@@ -191,10 +190,8 @@ contains
          else
             return
          end if
-         call lap(system%watch, phase_iterate)
          call solve(solver, system%matrix, system%rhs, system%d, error, enough)
          if (allocated(error)) return
-         call lap(system%watch, phase_solve)
       end do
       runaway = farthest_off(iteration%slides)
    end subroutine follow_normal_forces
@@ -214,18 +211,40 @@ contains
    !> What each contact answers to d, and how far that is from what was assumed.
    subroutine ask_contacts(iteration, d, contacts, laws)
       type(iteration_type), intent(inout) :: iteration
-      real(wp), intent(in) :: d(:,:)
+      real(wp), intent(in), contiguous :: d(:,:)
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
-      type(response_type) :: response
       real(wp) :: largest, residual
-      integer :: c
+      integer :: p
 
       call measure_contacts(contacts, d)
       residual = 0.0_wp
       largest = iteration%weight
-      !$omp parallel do private(response) reduction(max:largest, residual) schedule(static) if (contacts%n >= parallel_from)
-      do c = 1, contacts%n
+      if (contacts%n < parallel_from) then
+         call ask_some(iteration, contacts, laws, 1, contacts%n, largest, residual)
+      else
+         !$omp parallel do reduction(max:largest, residual) schedule(static)
+         do p = 1, pieces(contacts%n)
+            call ask_some(iteration, contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n), largest, residual)
+         end do
+      end if
+      iteration%residual = residual
+      iteration%worst = 0
+      if (residual > 0.0_wp) iteration%worst = maxloc(contacts%unrest(:contacts%n), 1)
+      iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
+   end subroutine ask_contacts
+
+   !> What some contacts answer; the largest force and the largest difference grow.
+   pure subroutine ask_some(iteration, contacts, laws, first, last, largest, residual)
+      type(iteration_type), intent(in) :: iteration
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: first, last
+      real(wp), intent(inout) :: largest, residual
+      type(response_type) :: response
+      integer :: c
+
+      do c = first, last
          response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), contacts%pressure(c)), &
             contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c))
          contacts%unrest(c) = max(abs(response%normal_force - assumed_normal(contacts, laws, c)), &
@@ -237,11 +256,7 @@ contains
          contacts%overload(c) = response%overload
          largest = max(largest, abs(response%normal_force), abs(response%shear_force))
       end do
-      iteration%residual = residual
-      iteration%worst = 0
-      if (residual > 0.0_wp) iteration%worst = maxloc(contacts%unrest(:contacts%n), 1)
-      iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
-   end subroutine ask_contacts
+   end subroutine ask_some
 
    !> The state to assume next.  Slip that turns round sticks first: the trial from the other bound would
    !> otherwise jump between the two bounds for ever.  A contact that closes again and again slides first: stuck,
@@ -262,17 +277,32 @@ contains
    subroutine measure_contacts(contacts, d)
       type(contacts_type), intent(inout) :: contacts
       real(wp), intent(in), contiguous :: d(:,:)
+      integer :: p
+
+      if (contacts%n < parallel_from) then
+         call measure_some(contacts, d, 1, contacts%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         call measure_some(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
+      end do
+   end subroutine measure_contacts
+
+   pure subroutine measure_some(contacts, d, first, last)
+      type(contacts_type), intent(inout) :: contacts
+      real(wp), intent(in), contiguous :: d(:,:)
+      integer, intent(in) :: first, last
       integer :: c
 
-      !$omp parallel do schedule(static) if (contacts%n >= parallel_from)
-      do c = 1, contacts%n
+      do c = first, last
          associate (d_v => d(:, contacts%block_v(c)), d_e => d(:, contacts%block_e(c)))
             contacts%new_gap(c) = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d_v) &
                - dot_product(contacts%normal_e(:, c), d_e)
             contacts%slip(c) = dot_product(contacts%shear_v(:, c), d_v) - dot_product(contacts%shear_e(:, c), d_e)
          end associate
       end do
-   end subroutine measure_contacts
+   end subroutine measure_some
 
    !> Normal force that the solve assumed in contact c.
    pure real(wp) function assumed_normal(contacts, laws, c)

@@ -19,6 +19,7 @@ module dda_checkpoint
    use dda_simulation, only: simulation_type
    use dda_start, only: start
    use dda_simulation_state, only: carry_simulation
+   use dda_text, only: quoted
    use dda_version, only: version
    implicit none
    private
@@ -28,7 +29,7 @@ module dda_checkpoint
    type :: checkpoints_type
       character(len=:), allocatable :: newest, previous, coming  !< file names
       logical :: newest_on_disk = .true.
-      type(pace_type) :: flushing
+      type(pace_type) :: flushing = pace_type(patience=400)
       type(archive_type) :: archive
       character(len=:), allocatable :: build  !< compiler and options
       integer(long) :: input = 0    !< checksum of the input's text
@@ -192,9 +193,9 @@ contains
       call carry(checkpoints%archive, input)
       call carry(checkpoints%archive, motions)
       if (maker /= version) then
-         call fail(error, error_file, 'was made by sitedda '//maker//', this is '//version)
+         call fail(error, error_file, 'was made by version '//quoted(maker)//', this is '//quoted(version))
       else if (build /= checkpoints%build) then
-         call fail(error, error_file, 'was made by another build: '//build)
+         call fail(error, error_file, 'was made by another build: '//quoted(build))
       else if (input /= checkpoints%input) then
          call fail(error, error_file, 'was made from another input')
       else if (motions /= checkpoints%motions) then

@@ -16,7 +16,7 @@ module dda_journal
    private
    public :: journal_type, open_journal, empty_journal, carry_mark, return_to_mark, close_journal
    public :: append_sample, append_frame, settle_journal, journal_name
-   public :: reader_type, open_reader, read_row, read_numbers, close_reader, row_sample, row_frame
+   public :: reader_type, open_reader, read_row, read_numbers, close_reader, row_sample
 
    integer, parameter :: row_sample = 1, row_frame = 2
    integer, parameter :: word = storage_size(0.0_wp)/8  !< bytes of a number

@@ -44,7 +44,7 @@ module dda_output_file
       integer :: frame_time, coordinates, rates, stress, vertices, vertex, block, name, place, owner
       integer :: density, modulus
       integer :: contact_frame, contact(contact_columns)
-      real(wp), allocatable :: sample(:,:)        !< [numbers of a sample, buffered]
+      real(wp), allocatable :: sample(:,:)        !< [buffered, numbers of a sample]
    end type output_type
 
 contains
@@ -310,10 +310,11 @@ contains
       type(simulation_type), intent(in) :: simulation
       type(error_type), allocatable, intent(inout) :: error
       type(reader_type) :: reader
-      real(wp), allocatable :: frame(:)
+      real(wp), allocatable :: sample(:), frame(:)
       integer :: kind, contacts
 
-      allocate (output%sample(sample_size(simulation), buffered))
+      allocate (sample(sample_size(simulation)))
+      allocate (output%sample(buffered, size(sample)))
       call open_reader(reader, journal, error)
       do while (.not. (allocated(error) .or. allocated(output%dataset%error)))
          call read_row(reader, kind, contacts, error)
@@ -322,7 +323,8 @@ contains
             if (output%waiting == buffered) call put_samples(output)
             output%waiting = output%waiting + 1
             output%samples = output%samples + 1
-            call read_numbers(reader, output%sample(:, output%waiting), error)
+            call read_numbers(reader, sample, error)
+            output%sample(output%waiting, :) = sample
          else
             if (allocated(frame)) deallocate (frame)
             allocate (frame(frame_size(simulation, contacts)))
@@ -343,16 +345,16 @@ contains
       first = output%samples - n + 1
       output%waiting = 0
       associate (dataset => output%dataset, sample => output%sample, width => 2*output%points)
-         call put(dataset, output%time, sample(1, :n), [first], [n])
-         call put(dataset, output%time_step, sample(2, :n), [first], [n])
-         call put(dataset, output%iterations, sample(3, :n), [first], [n])
+         call put(dataset, output%time, sample(:n, 1), [first], [n])
+         call put(dataset, output%time_step, sample(:n, 2), [first], [n])
+         call put(dataset, output%iterations, sample(:n, 3), [first], [n])
          do i = 1, energy_terms
-            call put(dataset, output%energy(i), sample(3 + i, :n), [first], [n])
+            call put(dataset, output%energy(i), sample(:n, 3 + i), [first], [n])
          end do
          if (width == 0) return
          do kind = 1, 3
             at = sample_head + (kind - 1)*width
-            call put(dataset, output%motion(kind), reshape(sample(at + 1:at + width, :n), [width*n]), [1, 1, first], &
+            call put(dataset, output%motion(kind), reshape(transpose(sample(:n, at + 1:at + width)), [width*n]), [1, 1, first], &
                [2, output%points, n])
          end do
       end associate

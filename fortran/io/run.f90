@@ -6,7 +6,7 @@ module dda_run
    use dda_kinds, only: wp, long
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, has_checkpoint, &
       remove_checkpoints
-   use dda_errors, only: error_type, error_convergence, fail
+   use dda_errors, only: error_type
    use dda_file_system, only: remove_file
    use dda_journal, only: journal_type, open_journal, empty_journal, append_sample, append_frame, settle_journal, close_journal, &
       journal_name

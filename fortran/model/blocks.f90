@@ -25,6 +25,8 @@ module dda_blocks
       ! Constants of the run
       integer, allocatable :: first(:)             !< [n+1] first vertex of each block
       integer, allocatable :: owner(:)             !< [vertices] block of each vertex
+      integer, allocatable :: next(:)              !< [vertices] the one after it, counter-clockwise
+      integer, allocatable :: previous(:)          !< [vertices] the one before it
       integer, allocatable :: material(:)          !< [n]
       integer, allocatable :: joint(:)             !< [n] joint material of its faces
       real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
@@ -34,6 +36,7 @@ module dda_blocks
       real(wp), allocatable :: inertia(:,:,:)      !< [6,6,n] mass matrix M
       real(wp), allocatable :: stiffness(:,:,:)    !< [3,3,n] area × D
       real(wp), allocatable :: initial_stress(:,:) !< [3,n] Pa, in the block's axes
+      real(wp) :: half_size = 0.0_wp               !< half of the larger side of the box round all at the start, m
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
@@ -42,6 +45,8 @@ module dda_blocks
       real(wp), allocatable :: axes(:,:,:)         !< [2,2,n] R(θ)
       real(wp), allocatable :: gradient(:,:,:)     !< [2,2,n] R(θ)(I + ε)
       real(wp), allocatable :: vertex(:,:)         !< [2, vertices] present place, m
+      real(wp), allocatable :: along(:,:)          !< [2, vertices] unit vector of the edge that begins there
+      real(wp), allocatable :: length(:)           !< [vertices] length of that edge, m
    end type blocks_type
 
 contains
@@ -65,6 +70,7 @@ contains
       end do
       call update_geometry(blocks)
       blocks%vertex = vertices(:, :first(blocks%n + 1) - 1)
+      blocks%half_size = 0.5_wp*maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
    end subroutine set_blocks
 
    pure subroutine allocate_blocks(blocks, n, vertices)
@@ -72,7 +78,8 @@ contains
       integer, intent(in) :: n, vertices
 
       blocks%n = n
-      allocate (blocks%owner(vertices), blocks%reference(2, vertices), blocks%vertex(2, vertices))
+      allocate (blocks%owner(vertices), blocks%next(vertices), blocks%previous(vertices))
+      allocate (blocks%reference(2, vertices), blocks%vertex(2, vertices), blocks%along(2, vertices), blocks%length(vertices))
       allocate (blocks%radius(n), blocks%area(n), blocks%mass(n), blocks%inertia(6, 6, n), blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
       allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), source=0.0_wp)
@@ -85,12 +92,14 @@ contains
       type(material_type), intent(in) :: material
       logical, intent(in) :: plane_strain
       real(wp) :: centre(2)
-      integer :: from, to
+      integer :: from, to, v
 
       from = blocks%first(b)
       to = blocks%first(b + 1) - 1
       centre = centroid_of(polygon)
       blocks%owner(from:to) = b
+      blocks%next(from:to) = [(v + 1, v=from, to - 1), from]
+      blocks%previous(from:to) = [to, (v, v=from, to - 1)]
       blocks%reference(:, from:to) = polygon - spread(centre, 2, size(polygon, 2))
       blocks%radius(b) = maxval(norm2(blocks%reference(:, from:to), 1))
       blocks%area(b) = area_of(polygon)
@@ -121,23 +130,29 @@ contains
       m(3:6, 6) = [0.5_wp*(xx - yy), 0.5_wp*xy, 0.5_wp*xy, 0.25_wp*(xx + yy)]
    end function mass_matrix
 
-   !> Axes, deformation gradients and vertices from the coordinates q.
+   !> Axes, deformation gradients, vertices and edges from the coordinates q.
    subroutine update_geometry(blocks)
       type(blocks_type), intent(inout) :: blocks
       integer :: b
 
-      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
+      if (blocks%n < parallel_from) then
+         do b = 1, blocks%n
+            call update_block(blocks, b)
+         end do
+         return
+      end if
+      !$omp parallel do schedule(static)
       do b = 1, blocks%n
          call update_block(blocks, b)
       end do
    end subroutine update_geometry
 
-   !> Axes, deformation gradient and vertices of block b from its coordinates q.
+   !> Axes, deformation gradient, vertices and edges of block b from its coordinates q.
    pure subroutine update_block(blocks, b)
       type(blocks_type), intent(inout) :: blocks
       integer, intent(in) :: b
       integer :: v
-      real(wp) :: q(6), f(2, 2), c, s
+      real(wp) :: q(6), f(2, 2), c, s, way(2)
 
       q = blocks%position(:, b)
       c = cos(q(3))
@@ -150,6 +165,11 @@ contains
       do v = blocks%first(b), blocks%first(b + 1) - 1
          blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) + f(:, 2)*blocks%reference(2, v)
       end do
+      do v = blocks%first(b), blocks%first(b + 1) - 1
+         way = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
+         blocks%length(v) = sqrt(way(1)**2 + way(2)**2)
+         blocks%along(:, v) = way/blocks%length(v)
+      end do
    end subroutine update_block
 
    !> Vertex after v, counter-clockwise round its block; edge v runs from v to it.
@@ -157,8 +177,7 @@ contains
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: v
 
-      next_vertex = v + 1
-      if (next_vertex == blocks%first(blocks%owner(v) + 1)) next_vertex = blocks%first(blocks%owner(v))
+      next_vertex = blocks%next(v)
    end function next_vertex
 
    !> Vertex before v.
@@ -166,8 +185,7 @@ contains
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: v
 
-      previous_vertex = v - 1
-      if (v == blocks%first(blocks%owner(v))) previous_vertex = blocks%first(blocks%owner(v) + 1) - 1
+      previous_vertex = blocks%previous(v)
    end function previous_vertex
 
    !> The block's angle at vertex v is less than 180°.

@@ -32,11 +32,11 @@ module dda_model
 
 contains
 
-   !> Half of the larger side of the box round all blocks, m (w0 of the original).
+   !> Half of the larger side of the box round all blocks at the start, m (w0 of the original).
    pure real(wp) function half_size(blocks)
       type(blocks_type), intent(in) :: blocks
 
-      half_size = 0.5_wp*maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
+      half_size = blocks%half_size
    end function half_size
 
    !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement, but no more than a

@@ -10,7 +10,7 @@ module dda_archive
    use dda_kinds, only: wp, sp, long
    implicit none
    private
-   public :: archive_type, write_archive, read_archive, carry, carry_label, carry_number, carry_count, carry_list, spoil
+   public :: archive_type, write_archive, read_archive, carry, carry_label, carry_number, carry_count, carry_list, check_list, spoil
 
    integer(long), parameter :: first_room = 65536
 
@@ -202,8 +202,16 @@ contains
       integer, intent(in) :: lowest, highest
 
       call carry_integers(archive, values)
+      call check_list(archive, values, lowest, highest)
+   end subroutine carry_list
+
+   !> Whether a list that has been read points only to what exists.
+   pure subroutine check_list(archive, values, lowest, highest)
+      type(archive_type), intent(inout) :: archive
+      integer, intent(in) :: values(:), lowest, highest
+
       if (.not. archive%reading .or. allocated(archive%trouble)) return
       if (any(values < lowest .or. values > highest)) call spoil(archive, 'a number in a list is out of range')
-   end subroutine carry_list
+   end subroutine check_list
 
 end module dda_archive

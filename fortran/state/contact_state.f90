@@ -1,6 +1,6 @@
 !> The state of the contacts: the last step's list, and the neighbours that the next ones are found among.
 module dda_contact_state
-   use dda_archive, only: archive_type, carry, carry_count, carry_label, carry_list
+   use dda_archive, only: archive_type, carry, carry_count, carry_label, carry_list, check_list
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, reserve
    use dda_neighbours, only: neighbours_type
@@ -103,10 +103,12 @@ contains
          allocate (neighbours%pair(2, pairs), neighbours%probe(2, probes), neighbours%first_edge(probes + 1), source=1)
          allocate (neighbours%edge(edges), source=1)
       end if
-      call carry_list(archive, neighbours%pair(1, :pairs), 1, blocks%n)
-      call carry_list(archive, neighbours%pair(2, :pairs), 1, blocks%n)
-      call carry_list(archive, neighbours%probe(1, :probes), 1, size(blocks%owner))
-      call carry_list(archive, neighbours%probe(2, :probes), 1, pairs)
+      call carry(archive, neighbours%pair(:, :pairs))
+      call check_list(archive, neighbours%pair(1, :pairs), 1, blocks%n)
+      call check_list(archive, neighbours%pair(2, :pairs), 1, blocks%n)
+      call carry(archive, neighbours%probe(:, :probes))
+      call check_list(archive, neighbours%probe(1, :probes), 1, size(blocks%owner))
+      call check_list(archive, neighbours%probe(2, :probes), 1, pairs)
       call carry_list(archive, neighbours%first_edge(:probes + 1), 1, edges + 1)
       call carry_list(archive, neighbours%edge(:edges), 1, size(blocks%owner))
       call carry(archive, neighbours%reach)

@@ -115,6 +115,10 @@ contains
       call carry(archive, blocks%axes)
       call carry(archive, blocks%gradient)
       call carry(archive, blocks%vertex)
+      call carry(archive, blocks%along)
+      call carry(archive, blocks%length)
+      call carry(archive, blocks%along)
+      call carry(archive, blocks%length)
    end subroutine carry_blocks
 
 end module dda_simulation_state

@@ -63,9 +63,9 @@ def read_record(
         return _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel)
     request = (
         os.fsencode(file),
-        format,
-        quantity,
-        unit,
+        format.encode(),
+        quantity.encode(),
+        unit.encode(),
         np.array([time_step, drift_order, taper, scale], dtype=float),
         channel,
     )

@@ -12,6 +12,7 @@ import warnings
 import weakref
 from collections.abc import Callable
 from contextlib import nullcontext
+from operator import index
 from pathlib import Path
 
 import f90nml
@@ -98,6 +99,7 @@ class Simulation:
             text = changed_input(text, changes)
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
+        self._one = threading.RLock()  # held while the engine works on this simulation
         with _FILES:
             self._handle = _checked(
                 *api.open_run(
@@ -121,8 +123,9 @@ class Simulation:
 
     def close(self) -> None:
         """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
-        self._free()
-        self._handle = 0
+        with self._one:
+            self._free()
+            self._handle = 0
 
     def advance(self, steps: int = 1) -> bool:
         """Take up to `steps` steps; True when the duration of the input is reached.
@@ -132,8 +135,8 @@ class Simulation:
         ConvergenceError
             If a step does not close; the message names step, contact and blocks.
         """
-        with _FILES if self._writes else nullcontext():
-            done = _checked(*api.advance_run(self._handle, steps))
+        with self._one, _FILES if self._writes else nullcontext():
+            done = self._ask("advance_run", index(steps))
         self.done = bool(done)
         return self.done
 
@@ -145,8 +148,8 @@ class Simulation:
         OutputError
             If it cannot be written; the last one stays.
         """
-        with _FILES:
-            _checked(*api.save_state(self._handle))
+        with self._one, _FILES:
+            self._ask("save_state")
 
     def finish(self) -> Path | None:
         """Close the output file, if one is written, and return where it is.
@@ -154,8 +157,8 @@ class Simulation:
         If the duration is not reached, the results so far are in FILE.partial and a checkpoint is
         left that the run can be resumed from.
         """
-        with _FILES:
-            _checked(*api.finish_run(self._handle))
+        with self._one, _FILES:
+            self._ask("finish_run")
         return self.output
 
     @property
@@ -163,14 +166,24 @@ class Simulation:
         """Where the output goes, or would go."""
         return Path(os.fsdecode(self._text("output")))
 
+    def _ask(self, routine: str, *arguments):
+        """What a routine of the engine says of this simulation; threads wait for each other."""
+        with self._one:
+            return _checked(*getattr(api, routine)(self._handle, *arguments))
+
+    def _ask_all(self, routine: str, which: int):
+        """The same where the routine wants to know how many: blocks, vertices, points, contacts."""
+        with self._one:
+            return self._ask(routine, self._sizes()[which])
+
     def _text(self, what: str, which: int = 0) -> bytes:
-        return _checked(*api.run_text(self._handle, what, which)).strip()
+        return self._ask("run_text", what, which).strip()
 
     def _sizes(self) -> np.ndarray:
-        return _checked(*api.run_sizes(self._handle))
+        return self._ask("run_sizes")
 
     def _clock(self) -> np.ndarray:
-        return _checked(*api.run_clock(self._handle))
+        return self._ask("run_clock")
 
     @property
     def title(self) -> str:
@@ -230,30 +243,32 @@ class Simulation:
     @property
     def coordinates(self) -> np.ndarray:
         """Block coordinates, shape (blocks, 6): x, y (m), rotation (rad), strains ex, ey, gxy."""
-        return _checked(*api.block_states(self._handle, self._sizes()[0]))[0].T
+        return self._ask_all("block_states", 0)[0].T
 
     @property
     def rates(self) -> np.ndarray:
         """Rates of the coordinates, shape (blocks, 6), per second; may be set."""
-        return _checked(*api.block_states(self._handle, self._sizes()[0]))[1].T
+        return self._ask_all("block_states", 0)[1].T
 
     @rates.setter
     def rates(self, values) -> None:
+        if np.iscomplexobj(values):
+            raise TypeError("rates must be real numbers")
         values = np.asarray(values, dtype=float)
         n = int(self._sizes()[0])
         if values.shape != (n, 6):
             raise ValueError(f"rates must have shape ({n}, 6), not {values.shape}")
-        _checked(*api.set_block_states(self._handle, values.T))
+        self._ask("set_block_states", values.T)
 
     @property
     def stresses(self) -> np.ndarray:
         """Block stresses in the model's axes, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa."""
-        return _checked(*api.block_states(self._handle, self._sizes()[0]))[2].T
+        return self._ask_all("block_states", 0)[2].T
 
     @property
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
-        places, owner = _checked(*api.vertex_places(self._handle, self._sizes()[1]))
+        places, owner = self._ask_all("vertex_places", 1)
         return np.split(places.T, np.flatnonzero(np.diff(owner)) + 1)
 
     @property
@@ -263,7 +278,7 @@ class Simulation:
         ``vertex`` and ``edge`` (from 0), ``state`` (0 open, 1 slide, 2 stick), ``bonded``;
         ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m).
         """
-        who, values = _checked(*api.contact_states(self._handle, self._sizes()[3]))
+        who, values = self._ask_all("contact_states", 3)
         names = ("vertex", "edge", "state", "bonded")
         more = ("gap", "normal_force", "shear_force", "stretch")
         return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
@@ -271,7 +286,7 @@ class Simulation:
     @property
     def energies(self) -> dict[str, float]:
         """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
-        values = _checked(*api.energies(self._handle))
+        values = self._ask("energies")
         return dict(zip(_ENERGY_NAMES, map(float, values), strict=True))
 
     @property
@@ -282,7 +297,7 @@ class Simulation:
         ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
         solver; bonds ``broken``.
         """
-        return dict(zip(_COUNTS, map(int, _checked(*api.run_counts(self._handle))), strict=True))
+        return dict(zip(_COUNTS, map(int, self._ask("run_counts")), strict=True))
 
     @property
     def solver(self) -> str:
@@ -296,12 +311,12 @@ class Simulation:
         ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
         ``update`` (new state, energy audit).
         """
-        return dict(zip(_PHASES, map(float, _checked(*api.run_phases(self._handle))), strict=True))
+        return dict(zip(_PHASES, map(float, self._ask("run_phases")), strict=True))
 
     @property
     def point_motions(self) -> np.ndarray:
         """Measured points, shape (3, points, 2): displacement, velocity, acceleration (SI)."""
-        return np.transpose(_checked(*api.point_motions(self._handle, self._sizes()[2])), (2, 1, 0))
+        return np.transpose(self._ask_all("point_motions", 2), (2, 1, 0))
 
 
 def _checked_input(file: Path) -> str:

@@ -30,7 +30,7 @@ program probe
    do
       read (*, '(a)', iostat=status) request
       if (status /= 0) exit
-      ! Reading meets NaN and overflow on purpose; what is computed from the model must not.
+      ! Reading and the pre-check meet NaN and infinity on purpose; the steps must not.
       call ieee_set_halting_mode(ieee_all, .false.)
       if (index(request, 'record ') == 1) then
          call answer_record(trim(request(8:)))
@@ -51,10 +51,10 @@ contains
 
       what = ''
       call read_model_file(model, file, error)
-      call ieee_set_halting_mode(ieee_all, halting)
       allocate (run)
       if (.not. allocated(error)) call begin_run(run, model, .false., error)
       if (.not. allocated(error) .and. run%simulation%blocks%n <= most_checked) what = strange_line(run%simulation)
+      call ieee_set_halting_mode(ieee_all, halting)
       if (.not. allocated(error) .and. run%simulation%blocks%n <= most_stepped) call continue_run(run, steps, error)
       if (allocated(error)) then
          call refuse(error)

@@ -42,6 +42,8 @@ contains
       call bad_motions()
       call bad_blocks()
       call overlaps()
+      call bad_sizes()
+      call long_groups()
       call bad_points()
       call bad_numbers()
       call any_cut()
@@ -359,6 +361,33 @@ contains
       call accept(model, whole//'&block vertices = 1 0 2 0 2 1 1 1 / &block vertices = 0 1 2 1 2 2 0 2 /')
       call check(model%blocks%n == 3, 'touching blocks are read')
    end subroutine overlaps
+
+   !> Sizes and places at which rounding would eat the shape, in generated blocks too.
+   subroutine bad_sizes()
+      character(len=*), parameter :: before = control//rock//newline//joint//newline
+
+      call case('sizes and places')
+      call refuse(before//'&layers bottom = 1e16 width = 10.0 thickness = 1.0 count = 3 /', '&layers', 'line 5', &
+         'block 1 layer_1 reaches farther')
+      call refuse(whole//'&layers left = -2e9 width = 1.0 thickness = 1.0 /', '&layers', 'line 5', 'block 2 layer_1')
+      call refuse(before//'&layers width = 1e-100 thickness = 1e-100 /', 'less than 1.00000E-009 m')
+      call refuse(whole//'&layers left = -9e8 width = 1e7 thickness = 1e7 / &layers left = 9e8 width = 1e7 thickness = 1e7 /', &
+         '&block', 'line 4', 'block 1 measures 1 m, too little beside')
+      call refuse(before//'&drums width = 1e6 height = 1e-9 count = 2 /', '&drums', 'block 1 drum_1 has no area')
+      call refuse(before//'&wall brick_length = 1.0 brick_height = 1.0 bricks = 2 name = '''//repeat('n', 57)//''' /', &
+         '&wall', 'too long: at most 56')
+   end subroutine bad_sizes
+
+   !> Groups of many megabytes: on the stack they would end the program.
+   subroutine long_groups()
+      character(len=:), allocatable :: text
+
+      call case('long groups')
+      text = repeat('1.0 ', 5000000)
+      call refuse(control//rock//newline//joint//newline//'&block vertices = '//text//' /', '&block', 'line 5', &
+         'one more than that variable holds')
+      call refuse(whole//'&block '//repeat('x', 20000000)//' = 1 /', '&block', 'line 5')
+   end subroutine long_groups
 
    subroutine bad_points()
       call case('points')

@@ -15,6 +15,8 @@ contains
 
    subroutine record_damage_suite()
       call not_a_file()
+      call odd_requests()
+      call too_large()
       call not_text()
       call wrong_counts()
       call wrong_numbers()
@@ -42,6 +44,37 @@ contains
       call write_scratch('')
       call expect_error('auto', 'empty')
    end subroutine not_a_file
+
+   !> A time step that is none, a path without end.
+   subroutine odd_requests()
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+
+      call case('odd requests')
+      call read_record(record, scratch_name, 'text', '', 'm', error, time_step=huge(1.0_wp)*not_less_than(10.0_wp))
+      call check_fails(error, 'not a finite number')
+      call read_record(record, repeat('folder/', 100)//'record.smc', 'smc', '', '', error)
+      call check_fails(error, 'record.smc')
+      if (allocated(error)) call check(len(error%message) < 500, 'a long path is shortened')
+   contains
+      !> Keeps the compiler from computing the overflow itself.
+      real(wp) function not_less_than(least)
+         real(wp), intent(in) :: least
+
+         not_less_than = max(least, real(command_argument_count(), wp))
+      end function not_less_than
+   end subroutine odd_requests
+
+   !> A hole of 300 MB behind the first byte: refused by its size, not read.
+   subroutine too_large()
+      integer :: unit
+
+      call case('a file that is too large')
+      open (newunit=unit, file=scratch_name, access='stream', form='unformatted', action='write', status='replace')
+      write (unit, pos=300000000) '1'
+      close (unit)
+      call expect_error('text', 'bytes long')
+   end subroutine too_large
 
    subroutine not_text()
       call case('what is not text')
@@ -135,6 +168,14 @@ contains
       call damaged(esm, 'DATA_TYPE: ACC', 'DATA_TYPE: ABC', 'ABCELERATION')
       call damaged(esm, 'NDATA', 'MDATA', 'NDATA')
       call damaged(cosmos, '      20.000000', '    -999.000000', 'time step')
+      call damaged(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED SEISMOGRAM  ', 'does not say')
+      call damaged(smc, '    -32768         2', '    -32768        -2', '-2 comment lines')
+      call damaged(smc, '  0.1700000E+39  0.5000000E+02', '  0.1700000E+39'//nl//'  0.5000000E+02', 'lines instead of')
+      call damaged(knet, '50Hz', '0Hz ', 'positive numbers')
+      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: RESPONSE SPECTRUM', 'not a time series')
+      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: VELOCITY', 'not one of velocity')
+      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: DISPLACEMENT', 'not one of displacement')
+      call damaged(cosmos, ' 100 Integer-header', '-100 Integer-header', 'announced')
       call damaged(cosmos, 'units=cm/sec2', 'units=counts ', "'counts'")
       call damaged(cosmos, '       2.000000', '       9.000000', '9 s')
    end subroutine wrong_headers

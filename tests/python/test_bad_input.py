@@ -398,7 +398,10 @@ EVERYTHING = [
     ("material", ROCK | {"initial_stress": [0.0, 0.0, 0.0], "initial_velocity": [0.0, 0.0, 0.0]}),
     ("joint", dict(BONDED)),
     ("block", {"name": "floor", "material": "rock", "joint": "bedding", "vertices": SQUARE}),
-    ("layers", {"name": "layer", "left": 9.0, "bottom": 0.0, "width": 1.0, "thickness": 1.0, "count": 2}),
+    (
+        "layers",
+        {"name": "layer", "left": 9.0, "bottom": 0.0, "width": 1.0, "thickness": 1.0, "count": 2},
+    ),
     (
         "drums",
         {
@@ -467,7 +470,14 @@ EVERYTHING = [
 
 NO_NUMBERS = ["NaN", "Inf", "-Infinity", "1e400", "-1e400", "''", "word", ".true.", "(1.0,2.0)"]
 EXTREMES = ["0", "-1", "1e30", "-1e30", "1e300", "1e-300", "5e-324", "2147483648", "-0.0"]
-STRANGE = ["", "1 2 3 4 5 6 7 8 9", "5*1.0", "1000000000*1", "'" + "x" * 1_000_000 + "'", "9" * 100_000]
+STRANGE = [
+    "",
+    "1 2 3 4 5 6 7 8 9",
+    "5*1.0",
+    "1000000000*1",
+    "'" + "x" * 1_000_000 + "'",
+    "9" * 100_000,
+]
 
 
 def test_all_values_that_are_right_make_a_run(write_input):
@@ -525,10 +535,14 @@ def test_a_folder_is_no_record(write_input, tmp_path):
         sitedda.run(file)
 
 
-@pytest.mark.parametrize("name", ["$(touch harm)", "`touch harm`", "; touch harm", "|touch harm", "%s%n"])
+@pytest.mark.parametrize(
+    "name", ["$(touch harm)", "`touch harm`", "; touch harm", "|touch harm", "%s%n"]
+)
 def test_nothing_in_an_input_is_executed(name, write_input, native, tmp_path):
     title = changed(tower(steps=2), "run", title=name)
-    done = native("run", write_input(title), "--quiet", "--output", tmp_path / "o.nc", folder=tmp_path)
+    done = native(
+        "run", write_input(title), "--quiet", "--output", tmp_path / "o.nc", folder=tmp_path
+    )
     assert done.returncode == 0
     groups = moved(values=None, quantity=None, time_step=None, file=name)
     done = native("run", write_input(groups), folder=tmp_path)

@@ -1,4 +1,4 @@
-"""Faults at run time: one message that says what, where, when and what to try, and a status that is not 0."""
+"""Faults at run time: one message (what, where, when, what to try) and a status that is not 0."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,9 @@ def flying(velocity: float, **control) -> list:
 
 def hopeless(solver: str) -> list:
     """A tower whose matrix rounding makes singular: penalties beside blocks of nearly nothing."""
-    stiff = changed(tower(steps=5, solver=solver), "contact", normal_stiffness=1e18, fixed_point_ratio=1e6)
+    stiff = changed(
+        tower(steps=5, solver=solver), "contact", normal_stiffness=1e18, fixed_point_ratio=1e6
+    )
     return changed(stiff, "material", young_modulus=1e-6, density=1e-15)
 
 
@@ -36,8 +38,20 @@ def jammed(**control) -> list:
 
 # Name, input, exception, exit status, words that the message must hold.
 FAULTS = [
-    ("leaves slowly", flying(500.0, **ROLLING), "ConvergenceError", 3, ["'brick' has left the model"]),
-    ("leaves at once", flying(1e29), "ConvergenceError", 3, ["'brick' has left the model", "step 1 "]),
+    (
+        "leaves slowly",
+        flying(500.0, **ROLLING),
+        "ConvergenceError",
+        3,
+        ["'brick' has left the model"],
+    ),
+    (
+        "leaves at once",
+        flying(1e29),
+        "ConvergenceError",
+        3,
+        ["'brick' has left the model", "step 1 "],
+    ),
     ("leaves in leaps", flying(1e5), "ConvergenceError", 3, ["moves too far in one step"]),
     (
         "leaves in leaps, adaptive",
@@ -66,7 +80,10 @@ FAULTS = [
     ),
     (
         "load beyond measure",
-        [*flying_block(), ("load", {"x": 1.0, "y": 0.5, "time": [0.0, 1.0], "force_x": [1e30, 1e30]})],
+        [
+            *flying_block(),
+            ("load", {"x": 1.0, "y": 0.5, "time": [0.0, 1.0], "force_x": [1e30, 1e30]}),
+        ],
         "ConvergenceError",
         3,
         ["moves too far"],
@@ -82,7 +99,9 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(
-    ("groups", "exception", "status", "words"), [row[1:] for row in FAULTS], ids=[row[0] for row in FAULTS]
+    ("groups", "exception", "status", "words"),
+    [row[1:] for row in FAULTS],
+    ids=[row[0] for row in FAULTS],
 )
 def test_a_fault_is_one_message_and_a_status(
     groups, exception, status, words, write_input, native, main, tmp_path

@@ -1,4 +1,4 @@
-"""What Python code may do to the package without harm: odd arrays, closed handles, threads, processes."""
+"""What Python code may do without harm: odd arrays, closed handles, threads, processes."""
 
 import gc
 import multiprocessing
@@ -13,9 +13,9 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import numpy as np
 import pytest
 from model_text import flying_block, namelist, tower
+from sitedda._core import api
 
 import sitedda
-from sitedda._core import api
 
 ERRORS = [
     sitedda.SiteddaError,
@@ -215,14 +215,18 @@ def test_runs_in_other_processes_give_the_same_bits(way, write_input):
         here.advance(30)
         assert list(pool.map(final_state, 3 * [file], timeout=100)) == 3 * [expected]
         here.advance(30)
-        state = here.coordinates.tobytes() + here.rates.tobytes() + here.contacts["stretch"].tobytes()
+        state = (
+            here.coordinates.tobytes() + here.rates.tobytes() + here.contacts["stretch"].tobytes()
+        )
     assert state == expected
 
 
 def test_threads_of_the_engine_survive_a_fork(write_input, tmp_path):
     """A wall large enough for the engine's own threads, run before the fork and after it."""
     wall = ("wall", {"brick_length": 0.5, "brick_height": 0.2, "bricks": 20, "courses": 12})
-    groups = [group for group in flying_block(steps=4) if group[0] not in ("block", "measured_point")]
+    groups = [
+        group for group in flying_block(steps=4) if group[0] not in ("block", "measured_point")
+    ]
     file = write_input([*groups, wall])
     script = tmp_path / "forks.py"
     script.write_text(
@@ -262,7 +266,12 @@ def test_one_simulation_in_many_threads(write_input):
         except Exception as error:
             trouble.append(error)
 
-    calls = [lambda: run.advance(20), lambda: run.advance(3), lambda: run.contacts, lambda: run.energies]
+    calls = [
+        lambda: run.advance(20),
+        lambda: run.advance(3),
+        lambda: run.contacts,
+        lambda: run.energies,
+    ]
     threads = [threading.Thread(target=use, args=(call,)) for call in calls]
     for thread in threads:
         thread.start()

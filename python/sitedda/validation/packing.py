@@ -85,8 +85,8 @@ def packing(short: bool) -> Outcome:
     """Drop the polygons twice."""
     count, columns, duration = (60, 8, 4.0) if short else (1000, 50, 5.0)
     first = _drop(count, columns, duration)
-    second = _drop(count, columns, duration)
-    same = second["marks"] == first["marks"]
+    second = _drop(count, columns, duration if short else 1.5)
+    same = second["marks"] == first["marks"][: len(second["marks"])]
     rows = [
         at_most("kinetic energy at the end over the work of gravity", first["rest"], 1e-6),
         at_most("fastest block at the end", first["fastest"], 1e-2, "m/s"),

@@ -1,0 +1,99 @@
+"""Nothing that a run changes may be missing from its checkpoints: all types are looked through."""
+
+import re
+
+import pytest
+
+# What a resumed run has without a checkpoint: from the input, or made anew before it is used.
+REMADE = {
+    ("dynamics/simulation.f90", "simulation_type"): {
+        "model": "the input",
+        "detection": "the input",
+        "laws": "the input",
+        "history": "where old contacts are: made in each step",
+    },
+    ("model/blocks.f90", "blocks_type"): {
+        name: "the input"
+        for name in (
+            *("n", "first", "owner", "next", "previous", "material", "joint", "reference"),
+            *("radius", "area", "mass", "inertia", "stiffness", "initial_stress", "half_size"),
+        )
+    },
+    ("contact/neighbours.f90", "neighbours_type"): {
+        "crowded": "a search that found too much, which ends the run",
+        "convex": "the input",
+        "convex_block": "the input",
+    },
+    ("contact/contact.f90", "contacts_type"): {},
+    ("dynamics/assembly.f90", "system_type"): {
+        "matrix": "its pattern follows from the neighbours, its numbers are made in each step",
+        "pair_of_entry": "the pattern",
+        "first_contact": "listed in each step",
+        "inertia": "made for a new time step",
+        "inertia_step": "made for a new time step",
+        "base": "made in each step",
+        "load": "made in each step",
+        "rhs": "made in each step",
+        "previous_d": "set before it is used",
+        "watch": "a clock for those who measure",
+    },
+    ("algebra/solver.f90", "solver_type"): {
+        "name": "the input",
+        "direct": "factorised in each step",
+        "band": "factorised in each step",
+        "jacobi": "inverted in each step",
+        "work": "workspace",
+        "direct_planned": "planned when the method is",
+    },
+    ("algebra/stale_factor.f90", "stale_factor_type"): {},
+    ("algebra/cholesky_body.inc", "factor_type"): {
+        name: "follows from the pattern, or is workspace"
+        for name in ("plan", "update", "vector", "part", "bad_place")
+    },
+    ("dynamics/open_close.f90", "iteration_type"): {
+        "max_iterations": "the input",
+        "relative_tolerance": "the input",
+        "weight": "the input",
+        "noise": "the input",
+        "penetration_tolerance": "the input",
+        "slides": "listed in each iteration",
+        "past": "forgotten in each step",
+    },
+    ("dynamics/energy.f90", "energy_type"): {},
+    ("dynamics/simulation.f90", "counters_type"): {},
+    ("io/journal.f90", "journal_type"): {"file": "opened anew"},
+}
+
+
+def components(text: str, name: str) -> set[str]:
+    """Names of the components of a derived type."""
+    begin = rf"^ *type(?:, extends\(\w+\))? :: {name}\n"
+    body = re.search(rf"{begin}(.*?)^ *end type", text, re.M | re.S)
+    assert body, f"there is no type {name}"
+    found = set()
+    for line in body[1].splitlines():
+        code = line.partition("!")[0]
+        if code.strip() == "contains":
+            break
+        names = re.sub(r"\(.*?\)", "", code.partition("::")[2])
+        found |= set(re.findall(r"(?:^|,)\s*(\w+)", names))
+    return found
+
+
+@pytest.fixture(scope="module")
+def carrying(root):
+    """The code that carries the parts of the state."""
+    journal = (root / "fortran" / "io" / "journal.f90").read_text()
+    mark = re.search(r"subroutine carry_mark.*?end subroutine", journal, re.S)[0]
+    rooms = [path.read_text() for path in (root / "fortran" / "state").glob("*.f90")]
+    return re.sub(r"!.*", "", "\n".join([mark, *rooms]))
+
+
+@pytest.mark.parametrize(("file", "name"), REMADE)
+def test_every_component_is_carried_or_made_anew(root, carrying, file, name):
+    found = components((root / "fortran" / file).read_text(), name)
+    excused = set(REMADE[file, name])
+    carried = {part for part in found if re.search(rf"%{part}\b", carrying)}
+    missing = found - carried - excused
+    assert not missing, f"{name}: {missing} are neither carried nor said to be made anew"
+    assert excused <= found, "something is excused that is not there any more"
