@@ -1,0 +1,79 @@
+"""Cost of checkpoints every 1,000 steps: python3 tests/benchmarks/checkpoint.py
+
+The native executable runs the layered site (60,000 steps) and a wall of 1,000 blocks (200 steps)
+with and without checkpoints, by turns.  What one checkpoint costs is its share of a run with many
+of them, divided by their number, so that it stands out of the noise; the share of the run follows.
+Processor time (user and system) and wall time are printed: the median of the differences between
+neighbouring runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "robustness"))
+
+from interrupted import layered_site, native_program, prepare, wall  # noqa: E402
+
+TARGET = 2.0  # % of the run
+
+
+def spent(program: str, folder: Path) -> tuple[float, float]:
+    """Processor and wall seconds of a run."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begun = time.perf_counter()
+    arguments = [program, "run", "model.nml", "-q", "-o", "out.nc"]
+    subprocess.run(arguments, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    wall_time = time.perf_counter() - begun
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return processor, wall_time
+
+
+def measure(program: str, without: Path, often: Path, checkpoints: int, steps: int, rounds: int):
+    """Seconds of a run without, of one checkpoint, and its share in %, by both clocks."""
+    pairs = [(spent(program, without), spent(program, often)) for _ in range(rounds)]
+    for clock in (0, 1):
+        base = statistics.median(pair[0][clock] for pair in pairs)
+        more = statistics.median(pair[1][clock] - pair[0][clock] for pair in pairs)
+        one = more / checkpoints
+        yield base, one, 100 * one * (steps / 1000) / base
+
+
+def main() -> int:
+    """Measure both models and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--program", default=None)
+    options = parser.parse_args()
+    program = native_program(options.program)
+    os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    models = {
+        "layered site": (60_000, 100, lambda interval: layered_site(60_000, interval)),
+        "wall of 1,000": (200, 5, lambda interval: wall(200, interval, bricks=100)),
+    }
+    worst = 0.0
+    print("model           clock      run without   one checkpoint   every 1,000 steps")
+    for name, (steps, often, text) in models.items():
+        with tempfile.TemporaryDirectory() as scratch:
+            folders = [prepare(Path(scratch) / str(n), text(n)) for n in (0, often)]
+            found = measure(program, *folders, steps // often, steps, options.rounds)
+            for clock, (base, one, share) in zip(("processor", "wall"), found, strict=True):
+                print(f"{name:14s}  {clock:9s} {base:9.2f} s {1e3 * one:13.3f} ms {share:15.2f} %")
+                if clock == "processor":
+                    worst = max(worst, share)
+    print(f"target: less than {TARGET} %")
+    return int(worst >= TARGET)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

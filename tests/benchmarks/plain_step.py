@@ -1,0 +1,254 @@
+"""One step of DDA written plainly: numpy for the assembly, scipy.sparse.linalg.splu for the system.
+
+The reference of the speed benchmark: what one would write in an afternoon, vectorised, with the
+factor kept while no spring changes.  Which vertex faces which edge is taken from the engine, so the
+detection of contacts is not part of its time.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+
+import numpy as np
+import speed_models as given
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import splu
+
+OPEN, SLIDE, STICK = 0, 1, 2
+STEPS = 3  # compared
+
+
+class PlainStep:
+    """Constants of a model; `take` does one step."""
+
+    def __init__(self, model, penalty: float, step: float):
+        self.step = step
+        self.normal, self.shear = penalty, penalty / given.SHEAR_RATIO
+        self.friction = np.tan(np.radians(given.FRICTION_ANGLE))
+        sizes = np.array([len(polygon) for polygon in model.polygons])
+        self.first = np.concatenate([[0], np.cumsum(sizes)])
+        self.owner = np.repeat(np.arange(len(sizes)), sizes)
+        self.next = np.arange(len(self.owner)) + 1
+        self.next[self.first[1:] - 1] = self.first[:-1]
+        area, centre, moments = polygon_integrals(np.concatenate(model.polygons), self)
+        self.reference = np.concatenate(model.polygons) - centre[self.owner]
+        self.mass = given.DENSITY * area
+        self.inertia = mass_matrices(self.mass, given.DENSITY * moments)
+        poisson = given.POISSON_RATIO
+        elastic = np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, (1 - poisson) / 2]])
+        elastic *= given.YOUNG_MODULUS / (1 - poisson**2)
+        self.stiffness = area[:, None, None] * elastic
+        self.prestress = area[:, None] * model.stress[:, None] * [model.lateral, 1.0, 0.0]
+        self.fixed = model.fixed
+        self.fixed_at = np.array([[x, y] for x, y, _ in model.fixed])
+        self.fixed_reference = self.fixed_at - centre[[block for *_, block in model.fixed]]
+        self.weight = self.mass.max() * given.GRAVITY
+
+    def axes(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation matrices and deformation gradients of the blocks."""
+        c, s = np.cos(q[:, 2]), np.sin(q[:, 2])
+        turn = np.array([[c, -s], [s, c]]).transpose(2, 0, 1)
+        strain = np.array([[1 + q[:, 3], q[:, 5] / 2], [q[:, 5] / 2, 1 + q[:, 4]]])
+        return turn, turn @ strain.transpose(2, 0, 1)
+
+    def rows(self, turn, offset, reference, direction) -> np.ndarray:
+        """What moves material points along directions, shape (points, 6)."""
+        along = np.einsum("pij,pi->pj", turn, direction)
+        spin = direction[:, 1] * offset[:, 0] - direction[:, 0] * offset[:, 1]
+        skew = (along[:, 0] * reference[:, 1] + along[:, 1] * reference[:, 0]) / 2
+        return np.column_stack([direction, spin, along * reference, skew])
+
+    def contact_rows(self, q, vertex, edge):
+        """Gap, and the rows that change gap and slip, of (vertex, edge) pairs."""
+        turn, gradient = self.axes(q)
+        places = q[self.owner, :2] + np.einsum("vij,vj->vi", gradient[self.owner], self.reference)
+        i, j, end = self.owner[vertex], self.owner[edge], self.next[edge]
+        along = places[end] - places[edge]
+        length = np.linalg.norm(along, axis=1, keepdims=True)
+        tangent = along / length
+        normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])
+        tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+        gap = np.einsum("ci,ci->c", places[vertex] - places[edge], normal)
+        reach_v, reach_e = places[vertex] - q[i, :2], places[vertex] - q[j, :2]
+        share = np.einsum("ci,ci->c", places[vertex] - places[edge], tangent)[:, None] / length
+        foot = self.reference[edge] + share * (self.reference[end] - self.reference[edge])
+        own = self.reference[vertex]
+        gap_rows = np.stack(
+            [self.rows(turn[i], reach_v, own, normal),
+             -self.rows(turn[j], reach_e - gap[:, None] * normal, foot, normal)], axis=1
+        )  # fmt: skip
+        slip_rows = np.stack(
+            [self.rows(turn[i], reach_v, own, tangent),
+             -self.rows(turn[j], reach_e, foot, tangent)], axis=1
+        )  # fmt: skip
+        return gap, gap_rows, slip_rows, np.column_stack([i, j])
+
+    def base(self, q, v, acceleration):
+        """Diagonal blocks and right-hand side without contacts."""
+        blocks = 2 / self.step**2 * self.inertia
+        blocks[:, 3:, 3:] += self.stiffness
+        load = 2 / self.step * np.einsum("bij,bj->bi", self.inertia, v)
+        load[:, 3:] -= np.einsum("bij,bj->bi", self.stiffness, q[:, 3:]) + self.prestress
+        load[:, 0] -= self.mass * acceleration
+        load[:, 1] -= self.mass * given.GRAVITY
+        turn, gradient = self.axes(q)
+        stiff = given.FIXED_POINT_RATIO * self.normal
+        for (_, _, b), at, reference in zip(
+            self.fixed, self.fixed_at, self.fixed_reference, strict=True
+        ):
+            offset = gradient[b] @ reference
+            away = q[b, :2] + offset - at
+            for direction, distance in zip(np.eye(2), away, strict=True):
+                row = self.rows(turn[b : b + 1], offset[None], reference[None], direction[None])[0]
+                blocks[b] += stiff * np.outer(row, row)
+                load[b] -= stiff * distance * row
+        return blocks, load
+
+    def take(self, q, v, contacts, acceleration, most: int):
+        """New coordinates, and whether the open-close iteration converged within `most`.
+
+        `contacts`: vertex, edge, state, stretch, slide force.
+        """
+        vertex, edge, state, stretch, slide = contacts
+        blocks, load = self.base(q, v, acceleration)
+        gap, gap_rows, slip_rows, pair = self.contact_rows(q, vertex, edge)
+        factor = None
+        for _ in range(most):
+            if factor is None:
+                factor = self.factor(blocks, gap_rows, slip_rows, pair, state)
+            closed, stuck = state != OPEN, state == STICK
+            drag = np.where(stuck, self.shear * stretch, np.where(closed, slide, 0.0))
+            force = load.copy()
+            np.add.at(force, pair, gap_rows * (-self.normal * gap * closed)[:, None, None])
+            np.add.at(force, pair, slip_rows * -drag[:, None, None])
+            d = factor.solve(force.ravel()).reshape(-1, 6)
+            opening = np.einsum("cki,cki->c", gap_rows, d[pair])
+            slip = np.einsum("cki,cki->c", slip_rows, d[pair])
+            pressed = np.where(closed, -self.normal * (gap + opening), 0.0)
+            dragged = np.where(stuck, self.shear * (stretch + slip), drag)
+            push = -self.normal * np.minimum(gap + opening, 0.0)
+            trial = self.shear * (stretch + slip)
+            bound = self.friction * push
+            answer = np.where(push > 0, np.where(np.abs(trial) <= bound, STICK, SLIDE), OPEN)
+            slipping = np.where(answer == SLIDE, np.sign(trial) * bound, 0.0)
+            shear = np.where(answer == STICK, trial, slipping)
+            error = max(np.abs(push - pressed).max(), np.abs(shear - dragged).max())
+            tolerance = 1e-9 * max(self.weight, push.max(), np.abs(shear).max())
+            if error <= tolerance:
+                break
+            # Slip that turns round sticks first, or it would jump between its two bounds.
+            answer[(answer == SLIDE) & (state == SLIDE) & (shear * slide < 0)] = STICK
+            if (answer != state).any():
+                factor = None
+            state, slide = answer, shear
+        return q + d, error <= tolerance
+
+    def factor(self, blocks, gap_rows, slip_rows, pair, state):
+        """Assemble the matrix and factorise it."""
+        n = len(blocks)
+        closed, stuck = pair[state != OPEN], pair[state == STICK]
+        normal, shear = gap_rows[state != OPEN], slip_rows[state == STICK]
+        springs = np.einsum("cki,clj->cklij", self.normal * normal, normal)
+        more = np.einsum("cki,clj->cklij", self.shear * shear, shear)
+        own = np.arange(n)
+        row = np.concatenate([own, closed.repeat(2, 1).ravel(), stuck.repeat(2, 1).ravel()])
+        column = np.concatenate([own, np.tile(closed, 2).ravel(), np.tile(stuck, 2).ravel()])
+        values = np.concatenate([blocks, springs.reshape(-1, 6, 6), more.reshape(-1, 6, 6)])
+        rows = 6 * row[:, None, None] + np.arange(6)[:, None] + np.zeros(6, dtype=int)
+        columns = 6 * column[:, None, None] + np.arange(6) + np.zeros((6, 1), dtype=int)
+        entries = values.ravel(), (rows.ravel(), columns.ravel())
+        matrix = coo_matrix(entries, shape=(6 * n, 6 * n)).tocsc()
+        options = {"SymmetricMode": True}
+        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+
+
+def polygon_integrals(places, shape):
+    """Areas, centroids and second moments (xx, yy, xy) about them of all polygons."""
+    blocks = len(shape.first) - 1
+    at = places[shape.first[:-1]][shape.owner]
+    a, b = places - at, places[shape.next] - at
+    cross = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
+
+    def total(values):
+        return np.bincount(shape.owner, values, blocks)
+
+    area = total(cross) / 2
+    centre = np.column_stack([total(cross * (a + b)[:, k]) for k in (0, 1)]) / (6 * area[:, None])
+    xx, yy = (total(cross * (a[:, k] ** 2 + a[:, k] * b[:, k] + b[:, k] ** 2)) / 12 for k in (0, 1))
+    xy = total(cross * (a[:, 0] * (2 * a[:, 1] + b[:, 1]) + b[:, 0] * (2 * b[:, 1] + a[:, 1]))) / 24
+    x, y = centre.T
+    moments = np.column_stack([xx - area * x**2, yy - area * y**2, xy - area * x * y])
+    return area, centre + places[shape.first[:-1]], moments
+
+
+def mass_matrices(mass, moments):
+    """Mass matrices, shape (blocks, 6, 6)."""
+    xx, yy, xy = moments.T
+    zero = np.zeros_like(xx)
+    lower = [
+        [xx + yy, -xy, xy, (xx - yy) / 2],
+        [-xy, xx, zero, xy / 2],
+        [xy, zero, yy, xy / 2],
+        [(xx - yy) / 2, xy / 2, xy / 2, (xx + yy) / 4],
+    ]
+    matrices = np.zeros((len(mass), 6, 6))
+    matrices[:, 0, 0] = matrices[:, 1, 1] = mass
+    matrices[:, 2:, 2:] = np.array(lower).transpose(2, 0, 1)
+    return matrices
+
+
+def compare(run, plain: PlainStep, acceleration) -> dict:
+    """Take steps with both: median times, and the largest difference of places over the
+    largest move, or a free fall's, of the steps whose plain iteration converged.
+
+    The plain step has as many open-close iterations as the engine's; without a line search they
+    may be too few.
+
+    `acceleration` gives that of the base after so many steps.
+    """
+    own, times, differences = [], [], []
+    for _ in range(STEPS):
+        q, v, before = run.coordinates, run.rates, run.contacts
+        begun = time.perf_counter()
+        run.advance()
+        own.append(time.perf_counter() - begun)
+        contacts = start_of_step(run, before, run.contacts)
+        begun = time.perf_counter()
+        new, converged = plain.take(q, v, contacts, acceleration(run.steps), run.iterations)
+        times.append(time.perf_counter() - begun)
+        move = max(given.GRAVITY * plain.step**2, np.abs(run.coordinates - q)[:, :2].max())
+        if converged:
+            differences.append(np.abs(new - run.coordinates)[:, :2].max() / move)
+    return {
+        "own": statistics.median(own),
+        "plain": statistics.median(times),
+        "difference": max(differences, default=None),
+    }
+
+
+def start_of_step(run, before: dict, after: dict):
+    """Contacts of a step as they stood at its start: states and stretches of the step before.
+
+    A contact without predecessor of the same vertex and edge takes that of the nearest one between
+    the same two blocks.
+    """
+    owner = np.repeat(np.arange(len(run.polygons)), [len(polygon) for polygon in run.polygons])
+    places = np.concatenate(run.polygons)
+    exact, near = {}, {}
+    for i, (v, e) in enumerate(zip(before["vertex"], before["edge"], strict=True)):
+        exact[v, e] = i
+        near.setdefault(frozenset((owner[v], owner[e])), []).append((i, places[v]))
+    old = []
+    for v, e in zip(after["vertex"], after["edge"], strict=True):
+        i = exact.get((v, e), -1)
+        others = near.get(frozenset((owner[v], owner[e])), [])
+        if i < 0 and others:
+            i, _ = min(others, key=lambda other: np.hypot(*(other[1] - places[v])))
+        old.append(i)
+    old = np.array(old)
+    known = old >= 0
+    state = np.where(known, before["state"][old], OPEN).astype(int)
+    stretch = np.where(known, before["stretch"][old], 0.0)
+    slide = np.where(known, before["shear_force"][old], 0.0)
+    return after["vertex"].astype(int), after["edge"].astype(int), state, stretch, slide

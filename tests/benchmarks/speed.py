@@ -1,0 +1,223 @@
+"""How fast the engine steps: python tests/benchmarks/speed.py [--models NAME …] [--docs].
+
+Stacks, running-bond walls and a packing of random polygons, at time steps of 1e-3 and 1e-5 s and
+penalties of E and 100 E (times 1 m), in a quiet phase (settled, nothing changes) and in an active
+one (shaken, contacts change), on one thread and on two.  In the same run: the engine with the
+original DDA's SOR, and the same step written plainly with numpy and scipy (`plain_step.py`), whose
+result must agree with the engine's.
+
+Every case runs in a process of its own.  Times are medians over single steps, or over stretches of
+steps where a step takes microseconds.  With --docs the table and the picture go to docs/.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from speed_models import MODELS, PERIOD, YOUNG_MODULUS
+
+DOCS = Path(__file__).parents[2] / "docs"
+PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "update")
+SETTLING, REST = 12, 15  # looks, steps between them: after each look all rates are set to zero
+LEAD = 60  # steps of shaking before the active phase is measured
+LONGEST = 4 * PERIOD  # steps of shaking
+SHORT = 5e-4  # s: steps shorter than this are timed in stretches
+
+
+@dataclass(frozen=True)
+class Case:
+    """One model with one setting."""
+
+    model: str
+    penalty: float = 100.0  # times Young's modulus times 1 m
+    time_step: float = 1e-3
+    threads: int = 1
+    solver_asked: str = "auto"
+    compared: bool = False  # with the plain step
+
+
+SETTINGS = ((100.0, 1e-3), (100.0, 1e-5), (1.0, 1e-3), (1.0, 1e-5))
+BUDGET = {"stack 15": 1.0, "wall 100000": 30.0}  # s for a phase, else DEFAULT_BUDGET
+DEFAULT_BUDGET = 4.0
+
+
+def cases(models: list[str], threads: list[int], full: bool) -> list[Case]:
+    """All cases of a run; large models and the weak penalty only once unless `full`."""
+    chosen = []
+    for model in models:
+        settings = SETTINGS if full or model in ("wall 1000", "wall 10000") else SETTINGS[:2]
+        if model in ("wall 821", "wall 100000") and not full:
+            settings = SETTINGS[:1]
+        for penalty, step in settings:
+            for count in threads:
+                compared = count == 1 and (penalty, step) == SETTINGS[0] and model in PLAIN
+                chosen.append(Case(model, penalty, step, count, compared=compared))
+        if model in PLAIN:
+            chosen.append(Case(model, solver_asked="sor"))
+    return chosen
+
+
+PLAIN = ("stack 15", "wall 100", "wall 1000", "wall 10000")
+
+
+def main() -> None:
+    options = arguments()
+    if options.case:
+        print(json.dumps(measure(Case(**json.loads(options.case)))))
+        return
+    results = []
+    print(machine())
+    for case in cases(options.models, options.threads, options.full):
+        results.append(asdict(case) | measured_apart(case))
+        print(line(results[-1]), flush=True)
+    import speed_report  # needs matplotlib
+
+    print(speed_report.text(machine(), results))
+    if options.docs:
+        speed_report.write(DOCS, machine(), results)
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS))
+    parser.add_argument("--threads", nargs="+", type=int, default=[1, 2])
+    parser.add_argument("--full", action="store_true", help="all settings for all models")
+    parser.add_argument("--docs", action="store_true", help="write docs/benchmarks.*")
+    parser.add_argument("--case", help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def machine() -> str:
+    """Processor and versions, in one line."""
+    import sitedda
+
+    name = platform.processor() or platform.machine()
+    if Path("/proc/cpuinfo").exists():
+        for entry in Path("/proc/cpuinfo").read_text().splitlines():
+            if entry.startswith("model name"):
+                name = entry.split(":")[1].strip()
+    load = f"load {os.getloadavg()[0]:.1f}"
+    return f"{name}, {os.cpu_count()} cores, {load}, sitedda {sitedda.__version__}"
+
+
+def measured_apart(case: Case) -> dict:
+    """Measure in a process of its own, with its number of threads."""
+    environment = os.environ | {
+        "OMP_NUM_THREADS": str(case.threads),
+        "OMP_WAIT_POLICY": "active",
+        "OMP_PROC_BIND": "true",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+    command = [sys.executable, __file__, "--case", json.dumps(asdict(case))]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    if done.returncode:
+        said = done.stderr.strip() or f"ended with status {done.returncode}"
+        return {"error": said.splitlines()[-1]}
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def measure(case: Case) -> dict:
+    """Settle, then measure the quiet and the active phase."""
+    import sitedda
+
+    budget = BUDGET.get(case.model, DEFAULT_BUDGET)
+    steps = steps_within(case, budget)
+    rest = 10 * -(-(SETTLING * REST + steps + 10) // 10)
+    model = MODELS[case.model]()
+    result = {"blocks": len(model.polygons)}
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "model.nml"
+        shaken = LEAD + min(steps, LONGEST) + 10
+        penalty = case.penalty * YOUNG_MODULUS
+        file.write_text(model.text(penalty, case.time_step, rest, shaken, case.solver_asked))
+        with sitedda.Simulation(file) as run:
+            settle(run)
+            result["quiet"] = watch(run, steps, budget)
+            result["quiet"] |= beside(run, model, case, rest)
+            run.advance(rest - run.steps)
+            run.advance(LEAD if case.solver_asked == "auto" else 5)
+            result["active"] = watch(run, min(steps, LONGEST), budget)
+            result["active"] |= beside(run, model, case, rest)
+            result["solver"] = run.solver
+    result["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return result
+
+
+def beside(run, model, case: Case, rest: int) -> dict:
+    """The plain step beside the engine's, where the case asks for it."""
+    if not case.compared:
+        return {}
+    import plain_step
+
+    plain = plain_step.PlainStep(model, case.penalty * YOUNG_MODULUS, case.time_step)
+    return plain_step.compare(run, plain, lambda step: model.shaking_at(max(0, step - rest)))
+
+
+def steps_within(case: Case, budget: float) -> int:
+    """How many quiet steps to plan for: counted, not timed, so that every run is the same."""
+    blocks = int(case.model.split()[1])
+    cost = 1.5e-6 * blocks * (1000 if case.solver_asked == "sor" else 1)
+    return max(3, min(20000, int(budget / cost / (1 if blocks > 50 else 4))))
+
+
+def settle(run) -> None:
+    """Let the stress waves of the start die away."""
+    for _ in range(SETTLING):
+        run.advance(REST)
+        run.rates = 0.0 * run.rates
+
+
+def watch(run, most: int, budget: float) -> dict:
+    """Median time of a step, mean times of its phases and mean counts, within a budget of time."""
+    stretch = 1
+    begun = time.perf_counter()
+    run.advance(2)
+    if (time.perf_counter() - begun) / 2 < SHORT:
+        stretch = max(1, most // 40)
+    run.phase_times()
+    times, counts, phases = [], run.counts, run.phase_times()
+    begun = time.perf_counter()
+    while len(times) * stretch < most - 3 and time.perf_counter() - begun < budget:
+        start = time.perf_counter()
+        run.advance(stretch)
+        times.append((time.perf_counter() - start) / stretch)
+    steps = len(times) * stretch
+    later, more = run.phase_times(), run.counts
+    return {
+        "step": statistics.median(times),
+        "steps": steps,
+        "phases": {name: (later[name] - phases[name]) / steps for name in PHASES},
+        "counts": {name: (more[name] - counts[name]) / steps for name in counts},
+    }
+
+
+def line(result: dict) -> str:
+    """One case in one line."""
+    name = f"{result['model']:12s} {result['penalty']:4g} E {result['time_step']:g} s"
+    name += f" {result['threads']} thr {result['solver_asked']:4s}"
+    if "error" in result:
+        return f"{name}  {result['error']}"
+    for phase in ("quiet", "active"):
+        it = result[phase]
+        name += f" | {phase} {1e3 * it['step']:9.4f} ms {1 / it['step']:9.1f}/s"
+        name += f" oc {it['counts']['iterations']:.1f} cg {it['counts']['solver_iterations']:.0f}"
+        if "plain" in it:
+            name += f" plain {1e3 * it['plain']:.1f} ms for {1e3 * it['own']:.3f}"
+            if it["difference"] is not None:
+                name += f", differs by {it['difference']:.0e}"
+    return f"{name} | {result['memory']:.0f} MB"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""Print the line coverage of fortran/ by the Fortran suites and the Python tests together.
+
+usage: python tests/robustness/coverage.py [FOLDER]
+
+Builds with gcov into FOLDER (kept; a temporary one if none is given), runs all suites and
+tests/python, and compares the lines that were never reached with the reasons in docs/coverage.md.
+Ends with status 1 below 95 % or where a line has no reason.  Needs gcc's gcov, nothing else beyond
+the test packages.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections import defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+REASONS = ROOT / "docs" / "coverage.md"
+LEAST = 95.0  # percent
+OPTIONS = (
+    "-Dtester=true",
+    "-Db_coverage=true",
+    "-Dbuildtype=debug",
+    "-Doptimization=0",
+    "-Dwarning_level=0",
+)
+PROCEDURE = re.compile(
+    r"^\s*(?!end\b)(?:[\w()=]+\s+)*(?:subroutine|function|program)\s+(\w+)", re.I
+)
+
+
+def build(folder: Path) -> None:
+    """The package, the executable and the suites, all counting lines."""
+    if not (folder / "venv").exists():
+        subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
+    settings = [f"-Csetup-args={option}" for option in OPTIONS]
+    pip = [
+        folder / "venv" / "bin" / "pip",
+        "install",
+        "-q",
+        f"-Cbuild-dir={folder / 'build'}",
+        *settings,
+    ]
+    subprocess.run([*pip, f"{ROOT}[test]"], check=True)
+
+
+def run_tests(folder: Path) -> None:
+    """All suites, then the Python tests; a failure is told, and what ran is counted."""
+    for old in folder.rglob("*.gcda"):
+        old.unlink()
+    quiet = {"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+    path = f"{folder / 'venv' / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    environment = (
+        os.environ | quiet | {"PATH": path, "SITEDDA_TEST_DATA": str(ROOT / "tests" / "data")}
+    )
+    suites = [folder / "build" / "tests" / "fortran" / "tester"]
+    python = [folder / "venv" / "bin" / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    # Whole runs, which take long without optimisation and reach no other lines.
+    slow = ["--ignore", ROOT / "tests" / "python" / "test_every_input.py"]
+    for command in (suites, [*python, *slow, ROOT / "tests" / "python"]):
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+        print(done.stdout.strip().splitlines()[-1])
+        if done.returncode:
+            print(f"failed ({done.returncode}): {command[-1]}")
+
+
+def line_counts(folder: Path) -> dict[Path, dict[int, int]]:
+    """How often each line of fortran/ ran."""
+    counts: dict[Path, dict[int, int]] = defaultdict(dict)
+    for data in sorted((folder / "build").rglob("*.gcda")):
+        command = ["gcov", "--json-format", "--stdout", data]
+        done = subprocess.run(command, cwd=folder / "build", capture_output=True, text=True)
+        for answer in done.stdout.splitlines():
+            for found in json.loads(answer)["files"]:
+                file = (folder / "build" / found["file"]).resolve()
+                if file.is_relative_to(ROOT / "fortran"):
+                    lines = counts[file.relative_to(ROOT)]
+                    for line in found["lines"]:
+                        number = line["line_number"]
+                        lines[number] = max(lines.get(number, 0), line["count"])
+    return counts
+
+
+def reasons() -> dict[tuple[str, str], str]:
+    """(file, procedure) -> why lines of it are not reached, from the table of docs/coverage.md."""
+    rows = (
+        row.strip("|").split("|")
+        for row in REASONS.read_text().splitlines()
+        if row.startswith("| `")
+    )
+    return {
+        (row[0].strip(" `"), name.strip(" `")): row[2].strip()
+        for row in rows
+        for name in row[1].split(",")
+    }
+
+
+def procedures_of(file: Path) -> list[str]:
+    """The name of the procedure that each line belongs to."""
+    names, name = [""], ""
+    for text in (ROOT / file).read_text().splitlines():
+        found = PROCEDURE.match(text.split("!")[0])
+        name = found[1] if found else name
+        names.append(name)
+    return names
+
+
+def report(counts: dict[Path, dict[int, int]]) -> int:
+    """Print a row for each floor and each line that nothing explains; the exit status."""
+    floors: dict[str, list[int]] = defaultdict(lambda: [0, 0])
+    known, unexplained, used = reasons(), [], set()
+    for file, lines in sorted(counts.items()):
+        names, texts = procedures_of(file), (ROOT / file).read_text().splitlines()
+        floor = floors[file.parts[1]]
+        for number, count in sorted(lines.items()):
+            if texts[number - 1].strip().startswith("end module"):
+                continue  # copies of types, which the compiler writes itself
+            floor[0] += count > 0
+            floor[1] += 1
+            place = (str(Path(*file.parts[1:])), names[number])
+            if count == 0 and place in known:
+                used.add(place)
+            elif count == 0:
+                unexplained.append(
+                    f"{file}:{number} ({names[number]}): {texts[number - 1].strip()}"
+                )
+    for name, (reached, lines) in floors.items():
+        print(f"{name:10} {reached:6} of {lines:6} lines {100 * reached / lines:6.1f} %")
+    reached, lines = (sum(floor[i] for floor in floors.values()) for i in (0, 1))
+    share = 100 * reached / lines
+    print(f"{'all':10} {reached:6} of {lines:6} lines {share:6.2f} %, at least {LEAST} wanted")
+    explained = lines - reached - len(unexplained)
+    print(f"{explained} lines not reached are explained, {len(unexplained)} are not")
+    print(*unexplained, sep="\n")
+    for place in sorted(set(known) - used):
+        print(f"docs/coverage.md explains {place[0]}, {place[1]}, which is reached")
+    return int(share < LEAST or bool(unexplained))
+
+
+def main() -> int:
+    """Build, run, count, compare."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(sys.argv[1] if len(sys.argv) > 1 else temporary).resolve()
+        folder.mkdir(parents=True, exist_ok=True)
+        build(folder)
+        run_tests(folder)
+        return report(line_counts(folder))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

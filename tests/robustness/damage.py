@@ -1,0 +1,209 @@
+#!/usr/bin/env python3
+"""Damage checkpoints and journals in many ways and try to resume from them.
+
+usage: python tests/robustness/damage.py [--cases N] [--seed S] [--program PROGRAM]
+       [--folder FOLDER]
+
+A damaged checkpoint must be refused in words (status 5), or the one before it be used, with the
+same bits in the end; a checkpoint that is damaged and given a matching checksum, as only somebody
+who means it can, must at least not crash or hang the engine.  Ends with status 1 otherwise.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+from interrupted import difference, finish, native_program, prepare, start, wall
+
+REFUSED = 5
+HEAD, SUM = 24, 8  # bytes of a checkpoint before and behind its state
+LONGEST = 30.0  # s for one case
+
+
+def crc64(data: bytes) -> bytes:
+    """CRC-64/XZ, as at the end of a checkpoint."""
+    table = crc64.table
+    rest = 2**64 - 1
+    for byte in data:
+        rest = table[(rest ^ byte) & 255] ^ (rest >> 8)
+    return (rest ^ (2**64 - 1)).to_bytes(8, "little")
+
+
+def _table() -> list[int]:
+    table = []
+    for rest in range(256):
+        for _ in range(8):
+            rest = (rest >> 1) ^ (0xC96C5795D7870F42 if rest & 1 else 0)
+        table.append(rest)
+    return table
+
+
+crc64.table = _table()
+
+
+def flip_bits(data: bytearray, chance) -> bytearray:
+    """One to eight bits turned over."""
+    for _ in range(chance.randint(1, 8)):
+        data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+    return data
+
+
+def cut(data: bytearray, chance) -> bytearray:
+    """The end is missing."""
+    return data[: chance.randrange(len(data))]
+
+
+def grow(data: bytearray, chance) -> bytearray:
+    """Something stands behind the end."""
+    return data + chance.randbytes(chance.randint(1, 100))
+
+
+def blank(data: bytearray, chance) -> bytearray:
+    """A stretch of zeros, as of a block that never reached the disk."""
+    begin = chance.randrange(len(data))
+    length = min(chance.randint(1, 4096), len(data) - begin)
+    stretch = bytes(length)
+    if data[begin : begin + length] == stretch:
+        return flip_bits(data, chance)
+    data[begin : begin + length] = stretch
+    return data
+
+
+def scatter(data: bytearray, chance) -> bytearray:
+    """A stretch of random bytes."""
+    begin = chance.randrange(len(data))
+    length = min(chance.randint(1, 64), len(data) - begin)
+    data[begin : begin + length] = chance.randbytes(length)
+    data[begin] ^= 1
+    return data
+
+
+def swap(data: bytearray, chance) -> bytearray:
+    """Two stretches have changed places."""
+    length = chance.randint(8, 512)
+    one, two = sorted(chance.sample(range(0, len(data) - length), 2))
+    two = max(two, min(one + length, len(data) - length))
+    first, second = data[one : one + length], data[two : two + length]
+    if first == second:
+        return flip_bits(data, chance)
+    data[one : one + length], data[two : two + length] = second, first
+    return data
+
+
+def drop(data: bytearray, chance) -> bytearray:
+    """A stretch is missing in the middle."""
+    begin = chance.randrange(len(data) - 1)
+    del data[begin : begin + chance.randint(1, 64)]
+    return data
+
+
+def replace_number(data: bytearray, chance) -> bytearray:
+    """A word is one that programs stumble over."""
+    words = (0, 1, 2**31 - 1, 2**31, 2**63 - 1, 2**63, 2**64 - 1, 0x7FF0000000000000, 0x7FF8 << 48)
+    begin = chance.randrange(len(data) - 8)
+    word = chance.choice(words).to_bytes(8, "little")
+    if data[begin : begin + 8] == word:
+        return flip_bits(data, chance)
+    data[begin : begin + 8] = word
+    return data
+
+
+DAMAGES = (flip_bits, cut, grow, blank, scatter, swap, drop, replace_number)
+
+
+def interrupted_run(program: str, folder: Path) -> None:
+    """Leave a checkpoint, the one before it and a journal behind, all as they should be."""
+    running = start(program, "run", folder)
+    while not (folder / "out.nc.checkpoint.previous").exists():
+        if running.poll() is not None:
+            raise SystemExit(f"the run ended before it could be stopped: {running.communicate()}")
+    running.terminate()
+    running.communicate()
+
+
+def case(program, folder, kept, reference, chance) -> tuple[str, str]:
+    """Damage one file and resume: the kind of the case, and what is wrong with its outcome."""
+    for file in folder.glob("out.nc*"):
+        file.unlink()
+    for file in kept.iterdir():
+        shutil.copy(file, folder)
+    kind = chance.choices(("alone", "with previous", "journal", "forged"), (60, 15, 10, 15))[0]
+    name = "out.nc.journal" if kind == "journal" else "out.nc.checkpoint"
+    whole = (folder / name).read_bytes()
+    damage = chance.choice(DAMAGES)
+    if kind == "forged":
+        state = damage(bytearray(whole[HEAD:-SUM]), chance)
+        head = whole[:16] + len(state).to_bytes(8, "little")
+        (folder / name).write_bytes(head + state + crc64(head + state))
+    else:
+        (folder / name).write_bytes(damage(bytearray(whole), chance))
+    if kind in ("alone", "forged"):
+        (folder / "out.nc.checkpoint.previous").unlink()
+    return f"{kind}, {damage.__name__}", outcome(program, folder, kind, reference)
+
+
+def outcome(program, folder, kind, reference) -> str:
+    """What is wrong with the way a run is resumed; blank if nothing is."""
+    try:
+        status, said, err = finish(program, "resume", folder, timeout=LONGEST)
+    except subprocess.TimeoutExpired:
+        return "hangs"
+    if status < 0 or "Fortran runtime error" in err or "SIG" in err:
+        return f"crashes: {status} {err}"
+    if kind == "forged":
+        return ""
+    if status == REFUSED and kind in ("alone", "journal"):
+        return "" if len(err.strip().splitlines()) == 1 else f"says {err}"
+    if status:
+        return f"status {status}: {err}"
+    if kind == "alone":
+        return "a damaged checkpoint is accepted"
+    if kind == "with previous" and "checkpoint.previous, because" not in said:
+        return f"does not say that it used the one before: {said}"
+    wrong = difference(folder / "out.nc", reference)
+    return f"{wrong} differs" if wrong else ""
+
+
+def main() -> int:
+    """Run the cases and count what came of them."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--cases", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--program", default=None)
+    parser.add_argument("--folder", type=Path, default=None)
+    options = parser.parse_args()
+    program = native_program(options.program)
+    chance = random.Random(options.seed)
+    counts, failures = Counter(), 0
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = prepare(Path(options.folder or scratch) / "run", wall(2000, 2, bricks=1))
+        status, _, err = finish(program, "run", folder)
+        if status:
+            raise SystemExit(err)
+        reference = folder / "reference.nc"
+        (folder / "out.nc").rename(reference)
+        interrupted_run(program, folder)
+        kept = folder.with_name("kept")
+        kept.mkdir(exist_ok=True)
+        for file in folder.glob("out.nc*"):
+            file.rename(kept / file.name)
+        for i in range(options.cases):
+            kind, wrong = case(program, folder, kept, reference, chance)
+            counts[kind.partition(",")[0]] += 1
+            if wrong:
+                failures += 1
+                print(f"case {i}: {kind}: {wrong}")
+    print(", ".join(f"{count} {kind}" for kind, count in sorted(counts.items())))
+    print(f"{options.cases - failures} of {options.cases} as they should be")
+    return int(failures > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

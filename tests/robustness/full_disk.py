@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+"""Let runs meet a full disk at many moments, then resume them with room.
+
+usage: python tests/robustness/full_disk.py [--cases N] [--program PROGRAM] [--quick]
+       [--folder FOLDER]
+
+A limit on the size of files, and where the system allows it a small file system in memory, stops
+the writing of journal, checkpoint or output.  Each run must end with status 5 and one message, or
+reach its end; resumed with room it must give the bits of a run left alone.  Ends with status 1 if
+any does not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from interrupted import (
+    difference,
+    finish,
+    layered_site,
+    leftovers,
+    native_program,
+    prepare,
+    wall,
+)
+
+FILE_ERROR = 5
+
+
+def limited(size: int):
+    """What a process has to do so that no file of it grows beyond a size."""
+
+    def limit() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    return limit
+
+
+def judge(what, status, err, program, folder, reference) -> bool:
+    """The run that met the full disk ended as it should, and the resumed one is whole."""
+    if status not in (0, FILE_ERROR) or (status and len(err.strip().splitlines()) != 1):
+        print(f"{what}: status {status}: {err}")
+        return False
+    if status:
+        status, out, err = finish(program, "resume", folder)
+        if status:
+            print(f"{what}: resume ends with status {status}: {err}")
+            return False
+    wrong = difference(folder / "out.nc", reference)
+    if wrong or leftovers(folder):
+        print(f"{what}: {wrong or 'nothing'} differs, left behind: {leftovers(folder)}")
+    return not wrong and not leftovers(folder)
+
+
+def by_file_size(program, folder, reference, cases) -> list[bool]:
+    """Limits from nothing to the size of the output, closer together where files begin."""
+    largest = reference.stat().st_size
+    passed = []
+    for i in range(cases):
+        size = int(largest * 1.05 * (i / max(1, cases - 1)) ** 2)
+        for file in folder.glob("out.nc*"):
+            file.unlink()
+        status, _, err = finish(program, "run", folder, preexec_fn=limited(size))
+        passed.append(judge(f"limit {size}", status, err, program, folder, reference))
+    return passed
+
+
+def by_file_system(program, folder, reference, cases) -> list[bool]:
+    """File systems of several sizes; the resumed run gets a larger one."""
+    passed = []
+    largest = 4 * reference.stat().st_size
+    for i in range(cases):
+        size = 65536 + int(largest * i / cases)
+        disk = folder / "disk"
+        disk.mkdir(exist_ok=True)
+        mounted = ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(disk)]
+        if subprocess.run(mounted, capture_output=True, check=False).returncode:
+            return passed
+        try:
+            shutil.copy(folder / "model.nml", disk)
+            (disk / "records").symlink_to((folder / "records").resolve())
+            status, _, err = finish(program, "run", disk)
+            more = ["mount", "-o", f"remount,size={size + 2 * largest}", str(disk)]
+            subprocess.run(more, check=True)
+            passed.append(judge(f"disk of {size}", status, err, program, disk, reference))
+        finally:
+            subprocess.run(["umount", str(disk)], check=True)
+    return passed
+
+
+def main() -> int:
+    """Run the cases and say how many passed."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--cases", type=int, default=40)
+    parser.add_argument("--quick", action="store_true", help="shorter models")
+    parser.add_argument("--program", default=None)
+    parser.add_argument("--folder", type=Path, default=None)
+    options = parser.parse_args()
+    program = native_program(options.program)
+    failed = 0
+    models = {"layered site": layered_site(20000, 200), "wall": wall(100, 5, bricks=8)}
+    if options.quick:
+        models = {"layered site": layered_site(2000, 50)}
+    with tempfile.TemporaryDirectory() as scratch:
+        for name, text in models.items():
+            folder = prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
+            status, _, err = finish(program, "run", folder)
+            if status:
+                raise SystemExit(err)
+            reference = folder / "reference.nc"
+            (folder / "out.nc").rename(reference)
+            for kind, cases in (("file size", by_file_size), ("file system", by_file_system)):
+                passed = cases(program, folder, reference, options.cases)
+                failed += passed.count(False)
+                print(f"{name:14s} {kind:12s} {passed.count(True)} of {len(passed)}")
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

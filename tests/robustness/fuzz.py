@@ -1,0 +1,259 @@
+#!/usr/bin/env python3
+"""Send hostile inputs, records and checkpoints to the engine: it must refuse or compute each, soon.
+
+usage: python tests/robustness/fuzz.py [options]
+
+--probe names the executable `probe` of a native build (meson setup BUILD -Dtester=true); without it
+the installed Python package is asked, as it always is about checkpoints.  What crashes, hangs, runs
+out of memory, gives a value that is not finite without an error, or takes a damaged checkpoint for
+a good one is kept in a folder.  Ends with status 1 if there was any.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import os
+import resource
+import selectors
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
+
+from model_text import changed, namelist, tower  # noqa: E402
+from mutations import mutated_checkpoint, mutated_input, mutated_record  # noqa: E402
+
+PYTHON_PROBE = [sys.executable, str(HERE / "probe.py")]
+TIME_LIMIT = 5.0  # s of a processor for one file
+PATIENCE = 20  # of the time limit, on the wall clock of a busy machine
+MEMORY_LIMIT = 2 * 1024**3  # bytes of address space of the probe
+LONGEST_MESSAGE = 2000  # bytes; a person has to read it
+
+MAKERS = {"input": mutated_input, "record": mutated_record}
+
+
+class Probe:
+    """A process that answers requests; started anew when it dies or hangs."""
+
+    def __init__(self, command: list[str], limit_memory: bool = True):
+        self.command = command
+        self.limit_memory = limit_memory
+        self.process = None
+        self.errors = tempfile.TemporaryFile()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+        self.errors.close()
+
+    def _start(self) -> None:
+        def limit():
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            if self.limit_memory:
+                resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
+
+        quiet = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(
+            self.command, stdin=pipe, stdout=pipe, stderr=self.errors, preexec_fn=limit, env=quiet
+        )
+
+    def stop(self) -> None:
+        """End the process."""
+        if self.process:
+            self.process.kill()
+            self.process.wait()
+            self.process.stdin.close()
+            self.process.stdout.close()
+        self.process = None
+
+    def ask(self, request: str, limit: float) -> str:
+        """The answer to a request, or ``crash …`` or ``hang``."""
+        if self.process is None:
+            self._start()
+        begin = self.processor_time()
+        self.process.stdin.write(request.encode() + b"\n")
+        self.process.stdin.flush()
+        answer = self._line(begin + limit, time.monotonic() + PATIENCE * limit)
+        if answer is None:
+            self.stop()
+            return "hang"
+        if not answer.endswith(b"\n"):
+            status = self.process.wait()
+            self.stop()
+            return f"crash with status {status}: {self._last_words()}"
+        return answer.decode("utf-8", "replace").rstrip("\n")
+
+    def processor_time(self) -> float:
+        """What the process has used of processors, s; 0 when it is gone."""
+        try:
+            fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        except (OSError, AttributeError):
+            return 0.0
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def _line(self, most_used: float, deadline: float) -> bytes | None:
+        """Bytes up to a line end or the end of the process; None when time is up."""
+        answer = b""
+        with selectors.DefaultSelector() as selector:
+            selector.register(self.process.stdout, selectors.EVENT_READ)
+            while not answer.endswith(b"\n"):
+                if not selector.select(0.25):
+                    if self.processor_time() > most_used or time.monotonic() > deadline:
+                        return None
+                    continue
+                piece = os.read(self.process.stdout.fileno(), 65536)
+                if not piece:
+                    break
+                answer += piece
+        return answer
+
+    def _last_words(self) -> str:
+        self.errors.seek(0)
+        words = self.errors.read().decode("utf-8", "replace").strip()
+        self.errors.seek(0)
+        self.errors.truncate()
+        return words[:1500]
+
+
+@dataclass
+class Tally:
+    """What became of the files."""
+
+    answers: collections.Counter = field(default_factory=collections.Counter)
+    failures: list[str] = field(default_factory=list)
+    slowest: float = 0.0
+
+    def __str__(self) -> str:
+        words = ", ".join(f"{count} {what}" for what, count in sorted(self.answers.items()))
+        return f"{words}; slowest {self.slowest:.2f} s; {len(self.failures)} failed"
+
+
+def fault(answer: str, file: Path) -> str:
+    """What is wrong with an answer; nothing if it is as it must be."""
+    if answer == "ok":
+        return ""
+    if not answer.startswith("refused "):
+        return answer
+    _, kind, message = answer.split(" ", 2)
+    if len(message.encode()) > LONGEST_MESSAGE:
+        return f"a message of {len(message)} characters"
+    if kind == "1" and file.name not in message and not message.startswith("step "):
+        return f"the message does not name the file: {message}"
+    return "" if message.strip() else "an empty message"
+
+
+def ask_about(probe: Probe, kind: str, file: Path, tally: Tally, limit: float = TIME_LIMIT) -> str:
+    """Put one file to the probe; returns what is wrong, or nothing."""
+    begin = probe.processor_time()
+    answer = probe.ask(f"{kind} {file}", limit)
+    tally.slowest = max(tally.slowest, probe.processor_time() - begin)
+    wrong = fault(answer, file)
+    tally.answers["failed" if wrong else answer.split(" ")[0]] += 1
+    if wrong:
+        tally.failures.append(f"{file.name}: {wrong}")
+    return wrong
+
+
+def fuzz(
+    command,
+    kind: str,
+    seeds,
+    keep: Path | None = None,
+    limit: float = TIME_LIMIT,
+    limit_memory=True,
+) -> Tally:
+    """Files of these seeds, each made, put to the probe, and kept if the answer is wrong."""
+    tally = Tally()
+    with tempfile.TemporaryDirectory() as folder, Probe(command, limit_memory) as probe:
+        for seed in seeds:
+            file = Path(folder) / f"{kind}_{seed}.{'nml' if kind == 'input' else 'dat'}"
+            file.write_bytes(MAKERS[kind](seed))
+            wrong = ask_about(probe, kind, file, tally, limit)
+            if wrong and keep:
+                keep.mkdir(parents=True, exist_ok=True)
+                file.rename(keep / file.name)
+                print(f"{file.name}: {wrong}", flush=True)
+            else:
+                file.unlink()
+    return tally
+
+
+def interrupted_run(folder: Path) -> None:
+    """Leave the files of a run that ended early: input, journal, partial output, checkpoint."""
+    import sitedda
+
+    model = folder / "model.nml"
+    model.write_text(namelist(changed(tower(layers=2, steps=40), "output", file="out.nc")))
+    with sitedda.Simulation(model, output=folder / "out.nc") as run:
+        run.advance(7)
+    shutil.copy(folder / "out.nc.checkpoint", folder / "good")
+    (folder / "out.nc.checkpoint.previous").unlink(missing_ok=True)
+
+
+def fuzz_checkpoints(seeds, keep: Path | None = None) -> Tally:
+    """Damaged checkpoints: each must be refused, or resumed with the bits of the good one."""
+    tally = Tally()
+    with tempfile.TemporaryDirectory() as name, Probe(PYTHON_PROBE) as probe:
+        base, folder = Path(name) / "base", Path(name) / "run"
+        base.mkdir()
+        interrupted_run(base)
+        good = (base / "good").read_bytes()
+        for seed in [None, *seeds]:
+            shutil.copytree(base, folder)
+            file = folder / "out.nc.checkpoint"
+            file.write_bytes(good if seed is None else mutated_checkpoint(seed, good))
+            answer = probe.ask(f"checkpoint {folder}", TIME_LIMIT)
+            if seed is None:
+                expected = answer
+                assert answer.startswith("ok 7 "), answer
+            elif answer != expected and (
+                not answer.startswith("refused 5 ") or file.name not in answer
+            ):
+                tally.failures.append(f"seed {seed}: {answer}")
+                if keep:
+                    keep.mkdir(parents=True, exist_ok=True)
+                    (keep / f"checkpoint_{seed}").write_bytes(mutated_checkpoint(seed, good))
+            tally.answers[answer.split(" ")[0]] += 1
+            shutil.rmtree(folder)
+    return tally
+
+
+def main() -> int:
+    """The long mode."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--inputs", type=int, default=10_000)
+    parser.add_argument("--records", type=int, default=2_000)
+    parser.add_argument("--checkpoints", type=int, default=1_000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--probe")
+    parser.add_argument("--keep", type=Path, default=Path("fuzz_failures"))
+    parser.add_argument("--time-limit", type=float, default=TIME_LIMIT)
+    parser.add_argument("--any-memory", action="store_true", help="for address-sanitized probes")
+    wanted = parser.parse_args()
+    command = [wanted.probe] if wanted.probe else PYTHON_PROBE
+    failed = 0
+    for kind, count in (("input", wanted.inputs), ("record", wanted.records)):
+        seeds = range(wanted.seed, wanted.seed + count)
+        tally = fuzz(command, kind, seeds, wanted.keep, wanted.time_limit, not wanted.any_memory)
+        print(f"{count} {kind}s: {tally}", flush=True)
+        failed += len(tally.failures)
+    if wanted.checkpoints:
+        tally = fuzz_checkpoints(range(wanted.seed, wanted.seed + wanted.checkpoints), wanted.keep)
+        print(f"{wanted.checkpoints} checkpoints: {tally}", flush=True)
+        print(*tally.failures, sep="\n")
+        failed += len(tally.failures)
+    return min(failed, 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

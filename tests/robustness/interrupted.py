@@ -1,0 +1,117 @@
+"""Runs that are stopped before their end: models, programs, comparison to the last bit."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+
+INPUTS = Path(__file__).parents[2] / "inputs"
+
+WALL = """&run title = 'A wall of 200 bricks' /
+&control time_step = 1.0e-3, steps = {steps}, gravity = 0.0, -9.81, solver = '{solver}' /
+&contact normal_stiffness = 2.0e10 /
+&material name = 'stone', density = 2500.0, young_modulus = 10.0e9, poisson_ratio = 0.25 /
+&joint name = 'dry', friction_angle = 35.0 /
+&layers name = 'base', left = -0.5, bottom = -0.5, width = 22.0, thickness = 0.5 /
+&wall name = 'brick', left = 0.0, bottom = 0.0, brick_length = 1.0, brick_height = 0.5,
+   bricks = {bricks}, courses = 10 /
+&motion name = 'cycle', quantity = 'displacement', time_step = 0.02,
+   values = 0.0, 0.0294, 0.0476, 0.0294, 0.0, -0.0294, -0.0476, -0.0294, 0.0, 0.0 /
+&fixed_point x = 0.0, y = -0.25, motion_x = 'cycle' /
+&fixed_point x = 20.0, y = -0.25, motion_x = 'cycle' /
+&measured_point name = 'top', x = 0.1, y = 4.9 /
+&output file = 'wall.nc', block_interval = 20, checkpoint_interval = {interval} /
+"""
+
+
+def layered_site(steps: int = 60000, interval: int = 500) -> str:
+    """The layered site under its earthquake."""
+    text = (INPUTS / "layered_site.nml").read_text()
+    text = text.replace("steps = 60000", f"steps = {steps}")
+    return text.replace("&output", f"&output checkpoint_interval = {interval}")
+
+
+def column(duration: float = 5.0, interval: int = 50) -> str:
+    """The column of drums."""
+    text = (INPUTS / "column.nml").read_text()
+    text = text.replace("duration = 5.0", f"duration = {duration}")
+    return text.replace("&output", f"&output checkpoint_interval = {interval},")
+
+
+def wall(steps: int = 100, interval: int = 5, bricks: int = 20, solver: str = "auto") -> str:
+    """A wall of 10 courses, shaken."""
+    return WALL.format(steps=steps, interval=interval, bricks=bricks, solver=solver)
+
+
+def native_program(name: str | None = None) -> str:
+    """A named executable, or that of the environment that runs this, or of the PATH."""
+    beside = Path(sys.executable).parent / "sitedda-native"
+    found = name or (beside if beside.exists() else shutil.which("sitedda-native"))
+    if not found:
+        raise SystemExit("sitedda-native is not installed; name it with --program")
+    return str(Path(found).resolve())
+
+
+def prepare(folder: Path, text: str) -> Path:
+    """An input in a folder of its own, with the records it may name."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / "records").symlink_to(INPUTS / "records")
+    (folder / "model.nml").write_text(text)
+    return folder
+
+
+def start(program: str, command: str, folder: Path, **more) -> subprocess.Popen:
+    """Run or resume the input of a folder."""
+    return subprocess.Popen(
+        [program, command, "model.nml", "-q", "-o", "out.nc"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        errors="replace",
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
+        **more,
+    )
+
+
+def finish(
+    program: str, command: str, folder: Path, timeout: float | None = None, **more
+) -> tuple[int, str, str]:
+    """The same to its end: status, output, errors; killed if it takes too long."""
+    running = start(program, command, folder, **more)
+    try:
+        out, err = running.communicate(timeout=timeout)
+    except subprocess.TimeoutExpired:
+        running.kill()
+        running.communicate()
+        raise
+    return running.returncode, out, err
+
+
+def difference(file: Path, other: Path) -> str:
+    """What differs in the data of two outputs; blank if every variable has the same bits."""
+    with netCDF4.Dataset(file) as left, netCDF4.Dataset(other) as right:
+        if set(left.variables) != set(right.variables):
+            return "variables"
+        for name in left.variables:
+            for dataset in (left, right):
+                dataset[name].set_auto_maskandscale(False)
+            one, two = np.asarray(left[name][...]), np.asarray(right[name][...])
+            if one.shape != two.shape or one.tobytes() != two.tobytes():
+                return name
+        for name in ("complete", "step_control"):
+            if left.getncattr(name) != right.getncattr(name):
+                return name
+    return ""
+
+
+def leftovers(folder: Path) -> list[str]:
+    """Files beside the finished output that should be gone."""
+    return sorted(file.name for file in folder.glob("out.nc?*"))

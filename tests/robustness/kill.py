@@ -1,0 +1,151 @@
+#!/usr/bin/env python3
+"""Kill runs at random moments, resume them, and compare what comes out to the last bit.
+
+usage: python tests/robustness/kill.py [--kills N] [--seed S] [--signals KILL,TERM,USR1] [--quick]
+       [--program PROGRAM] [--folder FOLDER]
+
+Each case starts a run and sends it a signal at a random moment; it is resumed, killed again one
+time in four, until it ends.  Its output must have the same bits as that of a run left alone.  Runs
+that end before their signal are spared; "anew" counts those killed before their first checkpoint.
+Ends with status 1 if any output differs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from interrupted import (
+    column,
+    difference,
+    finish,
+    layered_site,
+    leftovers,
+    native_program,
+    prepare,
+    start,
+    wall,
+)
+
+INTERRUPTED = 6
+
+
+@dataclass
+class Tally:
+    """What happened to the runs of one model."""
+
+    name: str
+    whole: float = 0.0
+    kills: int = 0
+    resumes: int = 0
+    anew: int = 0
+    spared: int = 0
+    identical: int = 0
+    cases: int = 0
+
+    def line(self) -> str:
+        """A row of the table."""
+        return (
+            f"{self.name:16s} {self.whole:7.2f} s {self.spared:7d} {self.kills:6d}"
+            f" {self.resumes:8d} {self.anew:6d} {self.identical:6d} of {self.cases}"
+        )
+
+
+def models(quick: bool) -> dict[str, str]:
+    """Inputs by name."""
+    if quick:
+        return {
+            "layered site": layered_site(6000, 100),
+            "column": column(0.5, 5),
+            "wall": wall(30, 2, bricks=6),
+        }
+    return {"layered site": layered_site(), "column": column(), "wall of 200": wall(300)}
+
+
+def attempt(program, command, folder, chance, whole, signals, kill) -> tuple[int | None, str]:
+    """One start of the program; the status, None if it was killed, and what it said."""
+    running = start(program, command, folder)
+    if not kill:
+        out, err = running.communicate()
+        return running.returncode, out + err
+    try:
+        out, err = running.communicate(timeout=chance.uniform(0.0, whole))
+    except subprocess.TimeoutExpired:
+        running.send_signal(chance.choice(signals))
+        out, err = running.communicate()
+    died = running.returncode < 0 or running.returncode == INTERRUPTED
+    return None if died else running.returncode, out + err
+
+
+def case(program, folder, chance, tally, signals, reference) -> None:
+    """Kill a run once or more and see what comes out."""
+    for file in folder.glob("out.nc*"):
+        file.unlink()
+    command, kill = "run", True
+    while True:
+        status, said = attempt(program, command, folder, chance, tally.whole, signals, kill)
+        if command == "resume":
+            tally.resumes += 1
+            tally.anew += "begun at the start" in said
+        if status == 0:
+            break
+        tally.cases += command == "run"
+        if status is not None:
+            print(f"{tally.name}: {command} ends with status {status}: {said}")
+            return
+        tally.kills += 1
+        command, kill = "resume", chance.random() < 0.25
+    wrong = difference(folder / "out.nc", reference)
+    if wrong or leftovers(folder):
+        print(f"{tally.name}: {wrong or 'nothing'} differs, left behind: {leftovers(folder)}")
+    elif command == "run":
+        tally.spared += 1
+    else:
+        tally.identical += 1
+
+
+def main() -> int:
+    """Run the cases and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--signals", default="KILL")
+    parser.add_argument("--quick", action="store_true", help="shorter models")
+    parser.add_argument("--program", default=None)
+    parser.add_argument("--folder", type=Path, default=None)
+    options = parser.parse_args()
+    program = native_program(options.program)
+    signals = [signal.Signals[f"SIG{name}"] for name in options.signals.split(",")]
+    chance = random.Random(options.seed)
+    tallies = []
+    with tempfile.TemporaryDirectory() as scratch:
+        chosen = models(options.quick)
+        for i, (name, text) in enumerate(chosen.items()):
+            folder = prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
+            tally = Tally(name)
+            begun = time.perf_counter()
+            status, _, err = finish(program, "run", folder)
+            tally.whole = time.perf_counter() - begun
+            if status:
+                raise SystemExit(err)
+            reference = folder / "reference.nc"
+            (folder / "out.nc").rename(reference)
+            share = options.kills * (i + 1) // len(chosen)
+            while sum(other.kills for other in tallies) + tally.kills < share:
+                case(program, folder, chance, tally, signals, reference)
+            tallies.append(tally)
+    print("model              whole    spared  kills  resumes   anew  identical")
+    for tally in tallies:
+        print(tally.line())
+    return int(any(tally.identical < tally.cases for tally in tallies))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

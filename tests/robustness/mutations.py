@@ -1,0 +1,330 @@
+"""Hostile inputs, records and checkpoints: good ones spoilt, by grammar and byte by byte."""
+
+from __future__ import annotations
+
+import random
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "python"))
+
+from model_text import changed, flying_block, namelist, rectangle, tower  # noqa: E402
+
+RECORDS = HERE.parent / "data" / "records"
+
+NUMBERS = """0 -0.0 -1 1 2 0.5 1e400 -1e400 1e308 -1e308 1e-308 5e-324 1e300 1e100 1e30 1e-30 1e15
+1e9
+1e-9 1e-15 2147483647 2147483648 -2147483649 9223372036854775808 1d5 1.0D-400 1e 1e+ .5 5. . - + NaN
+nan(7) Inf -Infinity +Inf 0x10 z'ff' 1_8 1,5 1;5 ١٢""".split()
+VALUES = [
+    *(
+        "",
+        "''",
+        "'x'",
+        '"y"',
+        "'",
+        '"',
+        ",",
+        ",,",
+        ";",
+        "=",
+        "/",
+        "&",
+        "!",
+        "$end",
+        "?",
+        "=?",
+        "\t",
+    ),
+    *(".true.", "T", "(1,2)", "(1", "3*", "3*1.0", "0*1.0", "-3*1.0", "1000000000*1.0", "1 2 3"),
+    *(
+        "9" * 400,
+        "0." + "1" * 5000,
+        "1 " * 5000,
+        "1e" + "9" * 50,
+        "%s%n%x",
+        "`id`",
+        "$(id)",
+        "../..",
+        "é地",
+    ),
+]
+SUBSCRIPTS = [
+    "(1)",
+    "(0)",
+    "(-5)",
+    "(99999)",
+    "(2:1)",
+    "(1:1000000)",
+    "(::0)",
+    "(1,1,1)",
+    "(",
+    "()",
+    "%x",
+    "(1)(2:3)",
+]
+GROUPS = """run control contact material joint block layers drums wall motion fixed_point load
+measured_point amplification output unknown""".split()
+SNIPPETS = [
+    b"\0",
+    b"\xff",
+    b"\xef\xbb\xbf",
+    b"\r\n",
+    b"\r",
+    b"\t",
+    b"'",
+    b'"',
+    b"/",
+    b"&",
+    b"!",
+    b"1e999",
+    b"\x1a",
+]
+
+
+def models() -> list[list]:
+    """Good models that touch every group and most of the engine."""
+    shaken = [
+        *tower(layers=2, steps=5, solver="direct"),
+        ("load", {"x": 1.0, "y": 1.5, "time": [0.0, 0.1, 0.2], "force_x": [0.0, 1e5, 0.0]}),
+        ("amplification", {"surface": "surface", "base": "base", "lowest": 1.0, "highest": 20.0}),
+    ]
+    start = flying_block(steps=5)[:4]
+    resting = [
+        *changed(start, "control", gravity=[0.0, -9.81], time_step_control="adaptive"),
+        ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": 2, "courses": 3}),
+        ("block", {"name": "floor", "vertices": rectangle(-1.0, -1.0, 5.0, 1.0)}),
+        ("fixed_point", {"x": 0.0, "y": -0.5}),
+        ("fixed_point", {"x": 3.0, "y": -0.5}),
+        ("measured_point", {"name": "top", "x": 1.0, "y": 1.2}),
+    ]
+    column = [
+        *changed(start, "control", gravity=[0.0, -9.81], steps=None, duration=5e-3),
+        ("drums", {"width": 1.0, "top_width": 0.8, "height": 0.7, "count": 3}),
+        ("fixed_point", {"x": 0.0, "y": 0.1, "direction": "xy"}),
+    ]
+    original = changed(resting, "contact", contact_rules="original", penetration_tolerance=0.0)
+    tight = changed(resting, "contact", penetration_tolerance=1e-6, max_iterations=50)
+    based = [*changed(column, "control", base_motion_x="m"), tower()[7]]
+    based[-1][1]["name"] = "m"
+    return [shaken, resting, column, original, tight, based, flying_block(steps=5)]
+
+
+def mutated_input(seed: int) -> bytes:
+    """One hostile input; the same seed gives the same bytes."""
+    chance = random.Random(seed)
+    groups = chance.choice(models())
+    for _ in range(chance.choice([1, 1, 1, 2, 3])):
+        chance.choice(GRAMMAR)(chance, groups)
+    text = namelist([(name, {k: Raw.of(v) for k, v in values.items()}) for name, values in groups])
+    data = text.encode("utf-8", "surrogateescape")
+    if chance.random() < 0.3:
+        data = mutated_bytes(chance, data)
+    return data
+
+
+def mutated_record(seed: int) -> bytes:
+    """One hostile record."""
+    chance = random.Random(seed)
+    seeds = sorted(file for file in RECORDS.iterdir() if file.suffix != ".md")
+    data = chance.choice(seeds).read_bytes()
+    for _ in range(chance.choice([1, 1, 2, 3])):
+        data = chance.choice([mutated_bytes, mutated_lines, mutated_number])(chance, data)
+    if chance.random() < 0.05:
+        data = data[: chance.randrange(len(data) + 1)] + chance.choice(seeds).read_bytes()
+    return data
+
+
+def mutated_checkpoint(seed: int, good: bytes) -> bytes:
+    """One damaged checkpoint; never the good one."""
+    chance = random.Random(seed)
+    data = good
+    while data == good:
+        for _ in range(chance.choice([1, 1, 2, 5])):
+            data = mutated_bytes(chance, data)
+        if chance.random() < 0.1:
+            at = 8 * chance.randrange(4)  # one word of the head: mark, format, length
+            data = data[:at] + chance.randbytes(8) + data[at + 8 :]
+    return data
+
+
+class Raw(str):
+    """Text that stands in a namelist as it is."""
+
+    @classmethod
+    def of(cls, value):
+        """A value as `namelist` wants it; raw text loses its quotes there."""
+        return _Plain(value) if isinstance(value, cls) else value
+
+
+class _Plain:
+    """Shows itself without quotes."""
+
+    def __init__(self, text: str):
+        self.text = text
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+# --- The grammar: groups of variables -----------------------------------------------------------
+
+
+def _group(chance, groups):
+    return chance.choice(groups)
+
+
+def _variable(chance, groups):
+    name, values = chance.choice(
+        [group for group in groups if group[1]] or [("run", {"title": "a"})]
+    )
+    return values, chance.choice(list(values))
+
+
+def hostile_value(chance, groups):
+    """A value of the wrong kind or far out of range."""
+    values, variable = _variable(chance, groups)
+    values[variable] = Raw(chance.choice([*NUMBERS, *VALUES]))
+
+
+def hostile_element(chance, groups):
+    """One number of a list replaced."""
+    values, variable = _variable(chance, groups)
+    if not isinstance(values[variable], list):
+        return hostile_value(chance, groups)
+    items = [repr(item) for item in values[variable]]
+    items[chance.randrange(len(items))] = chance.choice(NUMBERS)
+    values[variable] = Raw(", ".join(items))
+    return None
+
+
+def other_size(chance, groups):
+    """A number many times larger or smaller, or turned round."""
+    values, variable = _variable(chance, groups)
+    factor = chance.choice([-1.0, 10 ** chance.uniform(-14, 14), 10 ** chance.uniform(-1, 1)])
+    old = values[variable]
+    if isinstance(old, list):
+        which = chance.randrange(len(old))
+        values[variable] = [x * factor if i == which else x for i, x in enumerate(old)]
+    elif isinstance(old, float):
+        values[variable] = old * factor
+    elif isinstance(old, int):
+        values[variable] = chance.choice([0, -1, 3 * old, 200 * old, int(old * factor)])
+
+
+def take_out(chance, groups):
+    """A variable or a group is missing."""
+    if chance.random() < 0.5 and len(groups) > 1:
+        groups.remove(_group(chance, groups))
+    else:
+        values, variable = _variable(chance, groups)
+        del values[variable]
+
+
+def say_twice(chance, groups):
+    """A group stands twice, here or at the end."""
+    name, values = _group(chance, groups)
+    copies = chance.choice([1, 1, 2, 50])
+    groups += [(name, dict(values)) for _ in range(copies)]
+
+
+def other_name(chance, groups):
+    """A variable or a group under another name, or with a subscript."""
+    if chance.random() < 0.3:
+        which = chance.randrange(len(groups))
+        groups[which] = (chance.choice(GROUPS), groups[which][1])
+        return
+    values, variable = _variable(chance, groups)
+    other, _ = _variable(chance, groups), None
+    new = chance.choice(
+        [variable + chance.choice(SUBSCRIPTS), other[1], variable[:-1], variable * 50]
+    )
+    values[new] = values.pop(variable)
+
+
+def another_variable(chance, groups):
+    """A variable of one group in another."""
+    source, variable = _variable(chance, groups)
+    _group(chance, groups)[1][variable] = source[variable]
+
+
+def reorder(chance, groups):
+    """The groups in another order."""
+    chance.shuffle(groups)
+
+
+def very_long(chance, groups):
+    """A value or a name that goes on and on."""
+    values, variable = _variable(chance, groups)
+    length = chance.choice([65, 300, 1100, 70_000])
+    filling = chance.choice(["x", "1", " ", "é", "'", "1,"])
+    values[variable] = chance.choice([filling * length, Raw(filling * length)])
+
+
+def many_copies(chance, groups):
+    """A generator asked for many blocks, or many vertices in one."""
+    for name, values in groups:
+        for variable in ("count", "bricks", "courses"):
+            if variable in values or (name == "layers" and variable == "count"):
+                values[variable] = chance.choice([7, 60, 1000, 8000, 3_000_000])
+                return
+        if name == "block":
+            n = chance.choice([7, 60, 511, 512, 513, 3000])
+            values["vertices"] = [0.0, 0.0, 1.0, 0.0] + [
+                x for i in range(n) for x in (1.0, (i + 1) / n)
+            ]
+            return
+
+
+GRAMMAR = [
+    *3 * [hostile_value],
+    *2 * [hostile_element],
+    *4 * [other_size],
+    *(take_out, say_twice, other_name, another_variable, reorder, very_long, many_copies),
+]
+
+
+# --- Bytes ---------------------------------------------------------------------------------------
+
+
+def mutated_bytes(chance, data: bytes) -> bytes:
+    """Flip, cut, repeat, insert, or end early."""
+    data = bytearray(data or b" ")
+    at = chance.randrange(len(data))
+    length = chance.choice([1, 2, 8, 64, 500])
+    match chance.randrange(6):
+        case 0:
+            data[at] ^= 1 << chance.randrange(8)
+        case 1:
+            data[at] = chance.randrange(256)
+        case 2:
+            del data[at : at + length]
+        case 3:
+            data[at:at] = data[at : at + length] * chance.choice([1, 1, 3, 100])
+        case 4:
+            data[at:at] = chance.choice(SNIPPETS) * chance.choice([1, 1, 1, 1000])
+        case 5:
+            del data[at:]
+    return bytes(data)
+
+
+def mutated_lines(chance, data: bytes) -> bytes:
+    """A line is lost, doubled, or somewhere else."""
+    lines = data.splitlines(keepends=True) or [b"\n"]
+    at = chance.randrange(len(lines))
+    line = lines.pop(at)
+    for _ in range(chance.choice([0, 1, 2])):
+        lines.insert(chance.choice([at, chance.randrange(len(lines) + 1)]), line)
+    return b"".join(lines)
+
+
+def mutated_number(chance, data: bytes) -> bytes:
+    """A number is replaced by one of the hostile ones; in a header more often than not."""
+    words = data[: 3000 if chance.random() < 0.6 else len(data)].split()
+    old = chance.choice(
+        [word for word in words if any(48 <= byte <= 57 for byte in word)] or [b"1"]
+    )
+    new = chance.choice([*NUMBERS, *VALUES[:26]]).encode()
+    at = data.find(old)
+    return data[:at] + new + data[at + len(old) :]

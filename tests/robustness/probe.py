@@ -1,0 +1,82 @@
+"""The probe of fuzz.py with the installed package: requests on standard input, an answer to each.
+
+``input FILE`` and ``record FILE`` as the native probe (tests/fortran/probe.f90); ``checkpoint
+FOLDER`` resumes the run ``model.nml`` to ``out.nc`` of a folder and answers ``ok`` with a digest of
+the state.
+"""
+
+import hashlib
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import sitedda
+
+STEPS = 5
+MOST_BLOCKS = 300  # of models that are stepped; larger ones are read and set up only
+
+
+def state(run: sitedda.Simulation) -> list[np.ndarray]:
+    """All numbers that a run shows."""
+    energies = np.array(list(run.energies.values()))
+    return [
+        run.coordinates,
+        run.rates,
+        run.stresses,
+        run.point_motions,
+        energies,
+        *run.contacts.values(),
+    ]
+
+
+def judge(values) -> str:
+    """``ok``, or which of the arrays is not finite."""
+    strange = [i for i, value in enumerate(values) if not np.all(np.isfinite(value))]
+    return f"not finite: array {strange[0]}" if strange else "ok"
+
+
+def answer_input(file: str) -> str:
+    """Read, set up, take a few steps."""
+    with sitedda.Simulation(file) as run:
+        if len(run.coordinates) <= MOST_BLOCKS:
+            run.advance(STEPS)
+        return judge(state(run))
+
+
+def answer_record(file: str) -> str:
+    """Read and integrate."""
+    found = sitedda.read_record(file)
+    return judge([found[name].values for name in (*found.data_vars, "time")])
+
+
+def answer_checkpoint(folder: str) -> str:
+    """Resume, without a step."""
+    model = Path(folder) / "model.nml"
+    with sitedda.Simulation(model, output=model.with_name("out.nc"), resume=True) as run:
+        digest = hashlib.sha256(
+            b"".join(np.ascontiguousarray(value).tobytes() for value in state(run))
+        )
+        return f"ok {run.steps} {digest.hexdigest()[:16]}"
+
+
+ANSWERS = {"input": answer_input, "record": answer_record, "checkpoint": answer_checkpoint}
+
+
+def main() -> None:
+    """Answer until the requests end; what the engine itself prints goes elsewhere."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8", errors="backslashreplace")
+    os.dup2(2, 1)
+    for request in sys.stdin:
+        kind, what = request.rstrip("\n").split(" ", 1)
+        try:
+            answer = ANSWERS[kind](what)
+        except sitedda.SiteddaError as error:
+            answer = f"refused {error.kind} {error}".replace("\n", " ")
+        answers.write(answer + "\n")
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main()

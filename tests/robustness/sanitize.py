@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""Suites, hostile files and short runs under checks that find what a right result hides.
+
+usage: python tests/robustness/sanitize.py [checked] [sanitized] [valgrind]      (default: all)
+
+checked     no optimisation, -fcheck=all, traps for invalid, division by zero and overflow
+sanitized   address and undefined-behaviour sanitizers, leaks included
+valgrind    memcheck of a short layered site, leaks included; no suppressions are needed
+
+Each builds into a temporary folder.  Needs meson and ninja; valgrind for the third (apt-get install
+valgrind).
+Ends with status 1 if anything was found.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+sys.path.insert(0, str(HERE))
+
+from fuzz import fuzz  # noqa: E402
+
+CHECKS = "-fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow"
+SETUPS = {
+    "checked": [
+        "-Dbuildtype=custom",
+        "-Ddebug=true",
+        "-Doptimization=0",
+        f"-Dfortran_args={CHECKS}",
+    ],
+    "sanitized": [
+        "-Dbuildtype=debug",
+        "-Doptimization=1",
+        "-Db_sanitize=address,undefined",
+        "-Db_lundef=false",
+    ],
+    "valgrind": ["-Dbuildtype=debug", "-Doptimization=1", "-Dnative_arch=false"],
+}
+HOSTILE = {"input": 500, "record": 500}  # files for each probe
+COMPLAINT = re.compile(r"runtime error|AddressSanitizer|LeakSanitizer|^==\d+== [^E]", re.MULTILINE)
+QUIET = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+SANITIZERS = {
+    "ASAN_OPTIONS": "detect_leaks=1:halt_on_error=1",
+    "UBSAN_OPTIONS": "print_stacktrace=1:halt_on_error=1",
+    "SITEDDA_TEST_DATA": str(ROOT / "tests" / "data"),
+}
+
+
+def call(*command, folder: Path) -> tuple[int, str]:
+    """Status and all output of a command."""
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=folder,
+        env=os.environ | QUIET | SANITIZERS,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding="utf-8",
+        errors="replace",
+        check=False,
+    )
+    return done.returncode, done.stdout
+
+
+def build(kind: str, folder: Path) -> None:
+    """A native build with tester and probe."""
+    options = ["-Dpython=false", "-Dtester=true", "-Dwarning_level=0", *SETUPS[kind]]
+    for command in (["meson", "setup", folder, ROOT, *options], ["ninja", "-C", folder]):
+        status, said = call(*command, folder=ROOT)
+        if status:
+            sys.exit(f"{kind}: the build failed\n{said[-3000:]}")
+
+
+def short_site(folder: Path) -> Path:
+    """The layered site with few steps."""
+    text = (ROOT / "inputs" / "layered_site.nml").read_text()
+    text = re.sub(r"^\s*(steps|duration)\s*=.*$", "   steps = 20", text, flags=re.MULTILINE)
+    text = text.replace("records/", f"{ROOT}/inputs/records/")
+    file = folder / "short_site.nml"
+    file.write_text(text)
+    return file
+
+
+def run(kind: str, folder: Path) -> list[str]:
+    """Everything of one kind; what was found."""
+    build(kind, folder)
+    native = [folder / "sitedda-native", "run", short_site(folder), "--output", folder / "site.nc"]
+    if kind == "valgrind":
+        options = [
+            "-q",
+            "--error-exitcode=9",
+            "--leak-check=full",
+            "--errors-for-leak-kinds=definite",
+        ]
+        return judge("layered site", *call("valgrind", *options, *native, folder=folder))
+    found = judge("suites", *call(folder / "tests" / "fortran" / "tester", folder=folder))
+    found += judge("layered site", *call(*native, folder=folder))
+    for what, count in HOSTILE.items():
+        probe = [str(folder / "tests" / "fortran" / "probe")]
+        tally = fuzz(probe, what, range(count), limit=30.0, limit_memory=kind == "checked")
+        print(f"{kind}: {count} hostile {what}s: {tally}")
+        found += tally.failures
+    return found
+
+
+def judge(what: str, status: int, said: str) -> list[str]:
+    """What a command found, if anything."""
+    lines = said.strip().splitlines()
+    print(f"{what}: status {status}, {lines[-1] if lines else ''}")
+    bad = status != 0 or COMPLAINT.search(said)
+    return [f"{what}: status {status}\n{said[-3000:]}"] if bad else []
+
+
+def main() -> int:
+    """All kinds that are asked for."""
+    kinds = sys.argv[1:] or list(SETUPS)
+    if set(kinds) - set(SETUPS):
+        sys.exit(__doc__)
+    found = []
+    for kind in kinds:
+        with tempfile.TemporaryDirectory() as folder:
+            found += run(kind, Path(folder))
+    print(*found, sep="\n")
+    print(f"{len(found)} found")
+    return min(len(found), 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
