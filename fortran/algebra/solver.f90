@@ -24,7 +24,7 @@ module dda_solver
    use dda_stale_factor, only: stale_factor_type, analyse_stale, refresh
    implicit none
    private
-   public :: solver_type, choose_solver, analyse, plan_method, renew, solve, work_done, solver_names
+   public :: solver_type, choose_solver, analyse, plan_method, renew, weigh_loads, solve, work_done, solver_names
 
    character(len=*), parameter :: solver_names(6) = [character(len=6) :: 'auto', 'direct', 'stale', 'jacobi', &
       'banded', 'sor']
@@ -49,6 +49,7 @@ module dda_solver
       type(workspace_type) :: work
       logical :: direct_planned = .false.            !< `direct` knows the pattern
       logical :: undecided = .true.                  !< `auto` has to choose again
+      real(wp) :: loads = 0.0_wp                     !< least size that residuals are measured by
       integer :: last_iterations = 0                 !< of the last iterative solve
       logical :: exact = .true.                      !< the last solve was to full accuracy
       integer(long) :: solves = 0                    !< systems solved
@@ -186,6 +187,14 @@ contains
       solver%factors = solver%factors + 1
    end subroutine hand_over
 
+   !> Tell what loads the right sides to come are the balance of: residuals need not be smaller than rounding of these.
+   subroutine weigh_loads(solver, load)
+      type(solver_type), intent(inout) :: solver
+      real(wp), intent(in) :: load(:,:)  !< [6,n]
+
+      solver%loads = sqrt(inner_product(size(load, 2), load, load))
+   end subroutine weigh_loads
+
    !> x = K⁻¹ b; iterative methods begin at the x given, and may stop at a share of its residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
       type(solver_type), intent(inout) :: solver
@@ -205,8 +214,8 @@ contains
       case ('direct', 'banded')
          call solve_directly(solver, matrix, b, x, residual)
       case ('jacobi')
-         call iterate_to_solution(matrix, solver%jacobi, b, x, accuracy, share, most_jacobi, solver%work, &
-            solver%last_iterations, residual, enough)
+         call iterate_to_solution(matrix, solver%jacobi, b, size_of(solver, b), x, accuracy, share, most_jacobi, &
+            solver%work, solver%last_iterations, residual, enough)
       case ('sor')
          call relax_to_solution(matrix, solver%jacobi, b, x, accuracy, most_sweeps, solver%work%r, &
             solver%last_iterations, residual)
@@ -224,6 +233,15 @@ contains
          'the linear system cannot be solved: relative residual '//to_text(residual)//', allowed '//to_text(acceptable))
    end subroutine solve
 
+   !> What residuals are measured by: b, or the loads that it is the balance of, which may all but cancel.
+   real(wp) function size_of(solver, b)
+      type(solver_type), intent(in) :: solver
+      real(wp), intent(in) :: b(:,:)
+
+      size_of = sqrt(inner_product(size(b, 2), b, b))
+      if (size_of < solver%loads) size_of = solver%loads  ! what is no number stays none
+   end function size_of
+
    !> Solve with the factor at hand, then refine once if the residual asks for it.
    subroutine solve_directly(solver, matrix, b, x, residual)
       type(solver_type), intent(inout) :: solver
@@ -239,8 +257,7 @@ contains
          x = x + solver%work%z
          call multiply(matrix, x, solver%work%q)
          solver%work%r = b - solver%work%q
-         residual = sqrt(inner_product(matrix%n, solver%work%r, solver%work%r) &
-            /max(inner_product(matrix%n, b, b), tiny(1.0_wp)))
+         residual = sqrt(inner_product(matrix%n, solver%work%r, solver%work%r))/max(size_of(solver, b), tiny(1.0_wp))
          if (residual <= accuracy .or. round == 2) return
          call solve_by_factor(solver, solver%work%r, solver%work%z)
       end do
@@ -271,8 +288,8 @@ contains
       integer :: attempt
 
       do attempt = 1, 2
-         call iterate_to_solution(matrix, solver%stale, b, x, accuracy, reduction, most_stale, solver%work, &
-            solver%last_iterations, residual, enough)
+         call iterate_to_solution(matrix, solver%stale, b, size_of(solver, b), x, accuracy, reduction, most_stale, &
+            solver%work, solver%last_iterations, residual, enough)
          solver%stale%excess = solver%stale%excess + max(0, solver%last_iterations - fresh)
          if (enough .or. attempt == 2) return
          x = 0.0_wp

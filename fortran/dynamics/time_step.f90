@@ -10,6 +10,7 @@ module dda_time_step
    use dda_open_close, only: close_contacts
    use dda_original_rules, only: close_by_original_rules
    use dda_simulation, only: simulation_type
+   use dda_solver, only: weigh_loads
    use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
    use dda_trouble, only: explain, check_state
    implicit none
@@ -56,6 +57,7 @@ contains
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
          call assemble_base(simulation%system, simulation%model, simulation%blocks, &
             simulation%time + simulation%time_step, simulation%time_step)
+         call weigh_loads(simulation%solver, simulation%system%load)
          call lap(simulation%system%watch, phase_assemble)
          if (simulation%model%contact%original_rules) then
             call close_by_original_rules(simulation%iteration, simulation%system, simulation%solver, contacts, &

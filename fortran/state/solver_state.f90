@@ -25,7 +25,6 @@ contains
       call carry(archive, solver%undecided)
       call carry(archive, solver%last_iterations)
       call carry(archive, solver%exact)
-      call carry(archive, solver%exact)
       call carry(archive, solver%solves)
       call carry(archive, solver%factors)
       call carry(archive, solver%iterations)
@@ -43,7 +42,6 @@ contains
       call carry_label(archive, 'factor')
       call carry(archive, stale%made)
       call carry(archive, stale%changes)
-      call carry(archive, stale%excess)
       call carry(archive, stale%excess)
       if (.not. stale%made .or. allocated(archive%trouble)) return
       if (archive%reading) call analyse_stale(stale, matrix)

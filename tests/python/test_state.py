@@ -43,6 +43,7 @@ REMADE = {
         "band": "factorised in each step",
         "jacobi": "inverted in each step",
         "work": "workspace",
+        "loads": "weighed in each step",
         "direct_planned": "planned when the method is",
     },
     ("algebra/stale_factor.f90", "stale_factor_type"): {},
