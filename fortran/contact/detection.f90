@@ -38,6 +38,7 @@ module dda_detection
       real(wp) :: distance = 0.0_wp      !< distance in this step, m
       real(wp) :: travel = 0.0_wp        !< farthest that two vertices may approach each other in this step, m
       real(wp) :: skin = 0.0_wp          !< depth of what is passed over, m
+      real(wp) :: largest_corner = 0.0_wp !< m
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       type(find_type), allocatable :: find(:) !< [edges of the probes] a probe finds no more than it has edges
       integer, allocatable :: finds(:)   !< [pieces of the probes] found in each
@@ -71,6 +72,7 @@ contains
          detection%corner(v) = min(distance, corner_share*min(norm2(blocks%reference(:, blocks%next(v)) - here), &
             norm2(blocks%reference(:, blocks%previous(v)) - here)))
       end do
+      detection%largest_corner = maxval(detection%corner)
    end subroutine prepare_detection
 
    !> List all contacts nearer than the distance of this step, with geometry; history is left blank.
@@ -345,8 +347,8 @@ contains
       integer :: i, j
       logical :: displaced, passed(4)
 
-      passed = grazes(choice, skin)
-      if (all(passed .or. choice%separation < -parallel_sine)) passed = approached(blocks, choice)
+      passed = .false.
+      if (any(grazes(choice, skin))) passed = passed_over(blocks, choice, skin)
       best = 0
       do i = 1, 4
          if (choice(i)%separation < -parallel_sine .or. passed(i)) cycle
@@ -361,6 +363,28 @@ contains
       end do
       if (best == 0) best = maxloc(choice%separation, 1)
    end function entrance
+
+   !> Choices that are grazed where another one, which pushes another way, is not; where all that separate are grazed,
+   !> those along which the corners do not move.
+   pure function passed_over(blocks, choice, skin) result(passed)
+      type(blocks_type), intent(in) :: blocks
+      type(choice_type), intent(in) :: choice(4)
+      real(wp), intent(in) :: skin
+      logical :: passed(4), good(4)
+      integer :: i, j
+
+      good = choice%separation >= -parallel_sine .and. .not. grazes(choice, skin)
+      if (.not. any(good)) then
+         passed = approached(blocks, choice)
+         return
+      end if
+      passed = .false.
+      do i = 1, 4
+         do j = 1, 4
+            if (good(j) .and. .not. parallel(choice, i, j)) passed(i) = grazes(choice(i), skin)
+         end do
+      end do
+   end function passed_over
 
    !> Of the choices that separate, another one, which pushes another way, is approached less fast.
    pure function approached(blocks, choice) result(faster)

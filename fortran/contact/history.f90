@@ -21,6 +21,7 @@ module dda_history
    !> Where the old contacts of each vertex are that do not stand in the same place of the new list.
    type :: history_type
       real(wp) :: deepest = huge(1.0_wp) !< penetration that a new contact may be met with, m
+      real(wp) :: leap = huge(1.0_wp)   !< most that a gap changes where contacts change places, m
       real(wp) :: touching = 0.0_wp     !< gap up to which a new contact is taken to press at first, m
       integer, allocatable :: head(:)   !< [vertices] first old contact of a vertex, as 2c or 2c+1
       integer, allocatable :: next(:)   !< [2·contacts+1] the next one
@@ -211,19 +212,21 @@ contains
          if (k == 1) link = history%head(new%vertex(c))
          if (k == 2 .and. new%corner(c) > 0) link = history%head(new%corner(c))
          do while (link > 0 .and. found == 0)
-            if (succeeds(new, c, old, link/2) .and. .not. history%taken(link/2)) found = link/2
+            if (succeeds(new, c, old, link/2, history%leap) .and. .not. history%taken(link/2)) found = link/2
             link = history%next(link)
          end do
       end do
    end function near_predecessor
 
-   pure logical function succeeds(new, c, old, o)
+   pure logical function succeeds(new, c, old, o, leap)
       type(contacts_type), intent(in) :: new, old
       integer, intent(in) :: c, o
+      real(wp), intent(in) :: leap
       real(wp) :: facing
 
       facing = dot_product(new%normal(:, c), old%normal(:, o))
       succeeds = .false.
+      if (abs(new%gap(c) - (old%new_gap(o) + old%offset(o))) > leap) return
       if (new%block_v(c) == old%block_v(o) .and. new%block_e(c) == old%block_e(o)) then
          succeeds = facing > same_direction
       else if (new%block_v(c) == old%block_e(o) .and. new%block_e(c) == old%block_v(o)) then

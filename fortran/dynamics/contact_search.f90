@@ -79,6 +79,7 @@ contains
          do c = 1, contacts%n
             contacts%joint(c) = weaker_joint(simulation, contacts%block_v(c), contacts%block_e(c))
          end do
+         simulation%history%leap = simulation%detection%travel + simulation%detection%skin + simulation%detection%largest_corner
          simulation%history%deepest = simulation%detection%travel + 0.5_wp*simulation%detection%skin
          call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
