@@ -313,6 +313,7 @@ contains
       type(detection_type), intent(inout) :: detection
       logical, intent(in) :: close
       type(choice_type) :: choice(4)
+      logical :: grazed(4)  !< at the corner that is met, not at the other end of the edge
       integer :: v, best
 
       v = neighbours%probe(1, p)
@@ -320,7 +321,8 @@ contains
       choice(2) = examine_corner(blocks, v, w)
       choice(3) = examine_corner(blocks, w, blocks%previous(v))
       choice(4) = examine_corner(blocks, w, v)
-      if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazes(choice, skin_of(detection, v, w)))) return
+      grazed = grazes(choice, skin_of(detection, v, w)) .and. (choice%past_end .eqv. [.true., .false., .true., .false.])
+      if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return
       best = entrance(blocks, choice, tie*detection%corner(v), skin_of(detection, v, w))
       if (choice(best)%gap > detection%distance) return
       if (choice(best)%gap < 0.0_wp .and. choice(best)%overshoot > max(detection%travel, detection%corner(v))) return

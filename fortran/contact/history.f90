@@ -17,6 +17,7 @@ module dda_history
    public :: history_type, prepare_history, inherit
 
    real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< 45°
+   real(wp), parameter :: slack = 0.1_wp  !< of a penetration: what a change of roles may add by geometry
 
    !> Where the old contacts of each vertex are that do not stand in the same place of the new list.
    type :: history_type
@@ -69,7 +70,8 @@ contains
          call hand_on(new, old, c, from)
          history%taken(from) = .true.
          history%found(c) = .true.
-         new%offset(c) = min(0.0_wp, new%gap(c) - min(0.0_wp, old%new_gap(from)))
+         new%offset(c) = carried(new%gap(c), min(0.0_wp, old%new_gap(from)), old%offset(from))
+         if (new%bonded(c)) new%offset(c) = 0.0_wp  ! a bond holds from its true length
       end do
       new%gap(:new%n) = new%gap(:new%n) - new%offset(:new%n)
       call adopt_orphans(new, old, history)
@@ -233,6 +235,16 @@ contains
          succeeds = -facing > same_direction
       end if
    end function succeeds
+
+   !> Offset of a contact that takes the place of another one, as that one's; but it must not press much harder at once.
+   pure real(wp) function carried(distance, pressed, offset)
+      real(wp), intent(in) :: distance  !< of the new contact, m
+      real(wp), intent(in) :: pressed   !< gap of the old one where it pressed, else 0, m
+      real(wp), intent(in) :: offset    !< of the old one, m
+
+      carried = offset
+      if (distance - carried < (1.0_wp + slack)*pressed) carried = min(0.0_wp, distance - pressed)
+   end function carried
 
    !> What still pressed in a contact that has no successor goes over to a contact of the same vertex that pushes
    !> the same way: so a vertex slides across the joint between two blocks.
