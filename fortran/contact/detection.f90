@@ -259,7 +259,7 @@ contains
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
       faces = choice%overshoot <= 0.0_wp
-      if (faces .and. .not. grazes(choice, skin_of(detection, choice%vertex, end_vertex))) return
+      if (faces .and. .not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), detection%travel)) return
       if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
       faces = .not. neighbours%convex(end_vertex)
    end function faces
@@ -273,11 +273,11 @@ contains
    end function skin_of
 
    !> The vertex is still outside, within the skin, and its foot is on the edge, but hardly.
-   elemental logical function grazes(choice, skin)
+   elemental logical function grazes(choice, skin, travel)
       type(choice_type), intent(in) :: choice
-      real(wp), intent(in) :: skin
+      real(wp), intent(in) :: skin, travel
 
-      grazes = choice%gap > -skin .and. choice%overshoot <= 0.0_wp .and. choice%overshoot > -skin
+      grazes = choice%gap > -skin .and. choice%gap <= travel + skin .and. choice%overshoot <= 0.0_wp .and. choice%overshoot > -skin
    end function grazes
 
    !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
@@ -321,9 +321,10 @@ contains
       choice(2) = examine_corner(blocks, v, w)
       choice(3) = examine_corner(blocks, w, blocks%previous(v))
       choice(4) = examine_corner(blocks, w, v)
-      grazed = grazes(choice, skin_of(detection, v, w)) .and. (choice%past_end .eqv. [.true., .false., .true., .false.])
+      grazed = grazes(choice, skin_of(detection, v, w), detection%travel) .and. &
+         (choice%past_end .eqv. [.true., .false., .true., .false.])
       if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return
-      best = entrance(blocks, choice, tie*detection%corner(v), skin_of(detection, v, w))
+      best = entrance(blocks, choice, tie*detection%corner(v), skin_of(detection, v, w), detection%travel)
       if (choice(best)%gap > detection%distance) return
       if (choice(best)%gap < 0.0_wp .and. choice(best)%overshoot > max(detection%travel, detection%corner(v))) return
       call note(detection, last, choice(best), neighbours%probe(2, p), merge(w, v, choice(best)%vertex == v))
@@ -342,15 +343,15 @@ contains
 
    !> The entrance edge of least penetration; of parallel ones, that which holds the foot.  One that is grazed only
    !> if there is no other; where all are, the one along which the corners move.
-   pure integer function entrance(blocks, choice, small, skin) result(best)
+   pure integer function entrance(blocks, choice, small, skin, travel) result(best)
       type(blocks_type), intent(in) :: blocks
       type(choice_type), intent(in) :: choice(4)
-      real(wp), intent(in) :: small, skin
+      real(wp), intent(in) :: small, skin, travel
       integer :: i, j
       logical :: displaced, passed(4)
 
       passed = .false.
-      if (any(grazes(choice, skin))) passed = passed_over(blocks, choice, skin)
+      if (any(grazes(choice, skin, travel))) passed = passed_over(blocks, choice, grazes(choice, skin, travel))
       best = 0
       do i = 1, 4
          if (choice(i)%separation < -parallel_sine .or. passed(i)) cycle
@@ -368,14 +369,14 @@ contains
 
    !> Choices that are grazed where another one, which pushes another way, is not; where all that separate are grazed,
    !> those along which the corners do not move.
-   pure function passed_over(blocks, choice, skin) result(passed)
+   pure function passed_over(blocks, choice, grazed) result(passed)
       type(blocks_type), intent(in) :: blocks
       type(choice_type), intent(in) :: choice(4)
-      real(wp), intent(in) :: skin
+      logical, intent(in) :: grazed(4)
       logical :: passed(4), good(4)
       integer :: i, j
 
-      good = choice%separation >= -parallel_sine .and. .not. grazes(choice, skin)
+      good = choice%separation >= -parallel_sine .and. .not. grazed
       if (.not. any(good)) then
          passed = approached(blocks, choice)
          return
@@ -383,7 +384,7 @@ contains
       passed = .false.
       do i = 1, 4
          do j = 1, 4
-            if (good(j) .and. .not. parallel(choice, i, j)) passed(i) = grazes(choice(i), skin)
+            if (good(j) .and. .not. parallel(choice, i, j)) passed(i) = grazed(i)
          end do
       end do
    end function passed_over
