@@ -72,8 +72,7 @@ contains
          return
       end if
       wanted = tolerance*size
-      call multiply(matrix, x, work%q)
-      call difference(n, b, work%q, work%r)
+      call find_residual(matrix, b, x, work)
       slope = 1.0_wp
       do
          residual = sqrt(inner_product(n, work%r, work%r))
@@ -89,8 +88,7 @@ contains
          iterations = iterations + 1
       end do
       if (iterations > trusted) then
-         call multiply(matrix, x, work%q)
-         call difference(n, b, work%q, work%r)
+         call find_residual(matrix, b, x, work)
          residual = sqrt(inner_product(n, work%r, work%r))
          wanted = drift*wanted
       end if
@@ -98,13 +96,15 @@ contains
       residual = residual/size
    end subroutine iterate_to_solution
 
-   pure subroutine difference(n, a, b, c)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: a(6, n), b(6, n)
-      real(wp), intent(out) :: c(6, n)
+   !> r = b − K x
+   subroutine find_residual(matrix, b, x, work)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: b(6, matrix%n), x(6, matrix%n)
+      type(workspace_type), intent(inout) :: work
 
-      c = a - b
-   end subroutine difference
+      call multiply(matrix, x, work%q)
+      work%r = b - work%q
+   end subroutine find_residual
 
    !> p = z + share·p
    pure subroutine turn(n, z, share, p)

@@ -1,58 +1,33 @@
 !> Which vertex meets which edge now, from the probes of the last search.
 !>
-!> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: of the up to four
-!> (vertex, edge) choices at two corners, those whose edge can separate the two blocks are entrance
-!> edges (Shi's first-entrance theory), and the one of least penetration acts.  Corners of parallel
-!> edges give one contact, on the edge that holds the foot: so blocks of equal width stacked on each
-!> other get two contacts per joint, one at each end.
-!>
-!> A vertex that presses on one block and comes to the next one of the same height is a little lower than
-!> that one's corner.  It must not run into its side: what would be hit by less than the depth that contacts
-!> have now is passed over.
+!> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the entrance edge of the two
+!> corners (see dda_entrance).  Corners of parallel edges give one contact, on the edge that holds the foot: so
+!> blocks of equal width stacked on each other get two contacts per joint, one at each end.
 module dda_detection
-   use dda_kinds, only: wp, pi
+   use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_neighbours, only: neighbours_type
    use dda_contact, only: contacts_type, reserve
+   use dda_contact_geometry, only: find_type, set_contact
+   use dda_entrance, only: choice_type, examine, corner_choices, grazes, entrance
+   use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: detection_type, prepare_detection, detect_contacts
 
-   real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp  !< edges nearer than this are parallel
-   real(wp), parameter :: parallel_sine = sin(parallel_angle)
-   real(wp), parameter :: same_direction = cos(2*parallel_angle)
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
-   real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
-
-   !> A contact that was found.
-   type :: find_type
-      integer :: vertex, edge
-      integer :: corner        !< vertex met corner to corner, else 0
-      integer :: pair          !< which near pair the two blocks are
-   end type find_type
 
    !> Distances that steer the detection, and room for what it finds.
    type :: detection_type
       real(wp) :: least = 0.0_wp         !< least distance at which a contact is listed, m
       real(wp) :: distance = 0.0_wp      !< distance in this step, m
       real(wp) :: travel = 0.0_wp        !< farthest that two vertices may approach each other in this step, m
-      real(wp) :: skin = 0.0_wp          !< depth of what is passed over, m
+      real(wp) :: depth = 0.0_wp         !< deepest penetration now, m
       real(wp) :: largest_corner = 0.0_wp !< m
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       type(find_type), allocatable :: find(:) !< [edges of the probes] a probe finds no more than it has edges
       integer, allocatable :: finds(:)   !< [pieces of the probes] found in each
    end type detection_type
-
-   !> One (vertex, edge) choice.
-   type :: choice_type
-      integer :: vertex, edge
-      real(wp) :: normal(2)    !< outward normal of the edge
-      real(wp) :: gap          !< m
-      logical :: past_end      !< it is nearer to the edge's end than to its start
-      real(wp) :: overshoot    !< how far the foot lies beyond the edge, m, ≤ 0 on it
-      real(wp) :: separation   !< least sine of the angle between the edge and the vertex' own edges
-   end type choice_type
 
 contains
 
@@ -197,26 +172,6 @@ contains
       within_corner = sum((blocks%vertex(:, v) - blocks%vertex(:, w))**2) < min(detection%corner(v), detection%corner(w))**2
    end function within_corner
 
-   !> A vertex against one edge of another block.
-   pure function examine(blocks, vertex, edge) result(choice)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: vertex, edge
-      type(choice_type) :: choice
-      real(wp) :: along(2), from(2), length, foot
-
-      along = blocks%along(:, edge)
-      length = blocks%length(edge)
-      from = blocks%vertex(:, vertex) - blocks%vertex(:, edge)
-      foot = dot_product(along, from)
-      choice%vertex = vertex
-      choice%edge = edge
-      choice%normal = [along(2), -along(1)]
-      choice%gap = dot_product(choice%normal, from)
-      choice%overshoot = max(-foot, foot - length)
-      choice%past_end = foot > 0.5_wp*length
-      choice%separation = 0.0_wp
-   end function examine
-
    !> Vertex to edge.  A convex block is entered through one edge, that of least penetration; a notch
    !> may hold a vertex with two.
    subroutine meet_edges(last, blocks, neighbours, p, detection, met)
@@ -264,21 +219,13 @@ contains
       faces = .not. neighbours%convex(end_vertex)
    end function faces
 
-   !> Depth, m, of what is passed over where two corners meet: less than their size.
+   !> Depth, m, of what is passed over where two corners meet: twice that of contacts now, less than their size.
    pure real(wp) function skin_of(detection, v, w)
       type(detection_type), intent(in) :: detection
       integer, intent(in) :: v, w
 
-      skin_of = min(detection%skin, detection%corner(v), detection%corner(w))
+      skin_of = min(2*detection%depth, detection%corner(v), detection%corner(w))
    end function skin_of
-
-   !> The vertex is still outside, within the skin, and its foot is on the edge, but hardly.
-   elemental logical function grazes(choice, skin, travel)
-      type(choice_type), intent(in) :: choice
-      real(wp), intent(in) :: skin, travel
-
-      grazes = choice%gap > -skin .and. choice%gap <= travel + skin .and. choice%overshoot <= 0.0_wp .and. choice%overshoot > -skin
-   end function grazes
 
    !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
    !> a convex corner, or on the other face of a thin part.  That other edge counts up to a corner's size beyond its
@@ -317,115 +264,15 @@ contains
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      choice(1) = examine_corner(blocks, v, blocks%previous(w))
-      choice(2) = examine_corner(blocks, v, w)
-      choice(3) = examine_corner(blocks, w, blocks%previous(v))
-      choice(4) = examine_corner(blocks, w, v)
+      choice = corner_choices(blocks, v, w)
       grazed = grazes(choice, skin_of(detection, v, w), detection%travel) .and. &
          (choice%past_end .eqv. [.true., .false., .true., .false.])
       if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return
-      best = entrance(blocks, choice, tie*detection%corner(v), skin_of(detection, v, w), detection%travel)
+      best = entrance(blocks, choice, detection%corner(v), grazed)
       if (choice(best)%gap > detection%distance) return
       if (choice(best)%gap < 0.0_wp .and. choice(best)%overshoot > max(detection%travel, detection%corner(v))) return
       call note(detection, last, choice(best), neighbours%probe(2, p), merge(w, v, choice(best)%vertex == v))
    end subroutine meet_corner
-
-   !> As `examine`, with how well the edge separates the vertex' own block from it.
-   pure function examine_corner(blocks, vertex, edge) result(choice)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: vertex, edge
-      type(choice_type) :: choice
-
-      choice = examine(blocks, vertex, edge)
-      choice%separation = min(-dot_product(choice%normal, blocks%along(:, blocks%previous(vertex))), &
-         dot_product(choice%normal, blocks%along(:, vertex)))
-   end function examine_corner
-
-   !> The entrance edge of least penetration; of parallel ones, that which holds the foot.  One that is grazed only
-   !> if there is no other; where all are, the one along which the corners move.
-   pure integer function entrance(blocks, choice, small, skin, travel) result(best)
-      type(blocks_type), intent(in) :: blocks
-      type(choice_type), intent(in) :: choice(4)
-      real(wp), intent(in) :: small, skin, travel
-      integer :: i, j
-      logical :: displaced, passed(4)
-
-      passed = .false.
-      if (any(grazes(choice, skin, travel))) passed = passed_over(blocks, choice, grazes(choice, skin, travel))
-      best = 0
-      do i = 1, 4
-         if (choice(i)%separation < -parallel_sine .or. passed(i)) cycle
-         displaced = .false.
-         do j = 1, 4
-            if (choice(j)%separation < -parallel_sine .or. passed(j) .or. .not. parallel(choice, i, j)) cycle
-            if (choice(j)%overshoot < choice(i)%overshoot - small .and. choice(i)%overshoot > small) displaced = .true.
-         end do
-         if (displaced) cycle
-         if (best == 0) best = i
-         if (choice(i)%gap > choice(best)%gap + small) best = i
-      end do
-      if (best == 0) best = maxloc(choice%separation, 1)
-   end function entrance
-
-   !> Choices that are grazed where another one, which pushes another way, is not; where all that separate are grazed,
-   !> those along which the corners do not move.
-   pure function passed_over(blocks, choice, grazed) result(passed)
-      type(blocks_type), intent(in) :: blocks
-      type(choice_type), intent(in) :: choice(4)
-      logical, intent(in) :: grazed(4)
-      logical :: passed(4), good(4)
-      integer :: i, j
-
-      good = choice%separation >= -parallel_sine .and. .not. grazed
-      if (.not. any(good)) then
-         passed = approached(blocks, choice)
-         return
-      end if
-      passed = .false.
-      do i = 1, 4
-         do j = 1, 4
-            if (good(j) .and. .not. parallel(choice, i, j)) passed(i) = grazed(i)
-         end do
-      end do
-   end function passed_over
-
-   !> Of the choices that separate, another one, which pushes another way, is approached less fast.
-   pure function approached(blocks, choice) result(faster)
-      type(blocks_type), intent(in) :: blocks
-      type(choice_type), intent(in) :: choice(4)
-      logical :: faster(4)
-      real(wp) :: speed(4)
-      integer :: i
-
-      do i = 1, 4
-         speed(i) = huge(1.0_wp)
-         if (choice(i)%separation >= -parallel_sine) speed(i) = -dot_product(choice(i)%normal, &
-            velocity_at(blocks, choice(i)%vertex, choice(i)%vertex) - velocity_at(blocks, choice(i)%edge, choice(i)%vertex))
-      end do
-      do i = 1, 4
-         faster(i) = .not. parallel(choice, i, minloc(speed, 1))
-      end do
-   end function approached
-
-   !> Velocity, m/s, of the block that owns vertex `own` at the place of a vertex.
-   pure function velocity_at(blocks, own, vertex) result(velocity)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: own, vertex
-      real(wp) :: velocity(2)
-
-      associate (rate => blocks%velocity(:, blocks%owner(own)), &
-         arm => blocks%vertex(:, vertex) - blocks%position(1:2, blocks%owner(own)))
-         velocity = rate(1:2) + rate(3)*[-arm(2), arm(1)]
-      end associate
-   end function velocity_at
-
-   !> Choices i and j push the two blocks apart in the same direction.
-   pure logical function parallel(choice, i, j)
-      type(choice_type), intent(in) :: choice(4)
-      integer, intent(in) :: i, j
-
-      parallel = dot_product(choice(i)%normal, choice(j)%normal)*merge(1, -1, (i <= 2) .eqv. (j <= 2)) > same_direction
-   end function parallel
 
    pure subroutine note(detection, last, choice, pair, corner)
       type(detection_type), intent(inout) :: detection
@@ -436,57 +283,5 @@ contains
       last = last + 1
       detection%find(last) = find_type(choice%vertex, choice%edge, corner, pair)
    end subroutine note
-
-   !> A contact with its gap and the rows that move gap and slip.
-   !>
-   !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation taken at
-   !> the vertex, so that the pair of shear forces carries no moment.
-   pure subroutine set_contact(contacts, c, blocks, find)
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: c
-      type(blocks_type), intent(in) :: blocks
-      type(find_type), intent(in) :: find
-      real(wp) :: along(2), normal(2), from(2), gap, reach(2), reference(2)
-      integer :: i, j
-
-      i = blocks%owner(find%vertex)
-      j = blocks%owner(find%edge)
-      along = blocks%along(:, find%edge)
-      normal = [along(2), -along(1)]
-      from = blocks%vertex(:, find%vertex) - blocks%vertex(:, find%edge)
-      gap = dot_product(normal, from)
-      contacts%vertex(c) = find%vertex
-      contacts%edge(c) = find%edge
-      contacts%corner(c) = find%corner
-      contacts%block_v(c) = i
-      contacts%block_e(c) = j
-      contacts%pair(c) = find%pair
-      contacts%gap(c) = gap
-      contacts%normal(:, c) = normal
-      reach = blocks%vertex(:, find%vertex) - blocks%position(1:2, i)
-      call set_rows(blocks%axes(:, :, i), reach, reach, blocks%reference(:, find%vertex), normal, contacts%normal_v(:, c), &
-         contacts%shear_v(:, c))
-      reach = blocks%vertex(:, find%vertex) - blocks%position(1:2, j)
-      reference = blocks%reference(:, find%edge) + (blocks%reference(:, blocks%next(find%edge)) &
-         - blocks%reference(:, find%edge))*(dot_product(from, along)/blocks%length(find%edge))
-      call set_rows(blocks%axes(:, :, j), reach - gap*normal, reach, reference, normal, contacts%normal_e(:, c), &
-         contacts%shear_e(:, c))
-   end subroutine set_contact
-
-   !> What moves a material point along the normal, and along the edge (`direction_row`, for both).
-   pure subroutine set_rows(axes, foot, reach, reference, normal, normal_row, shear_row)
-      real(wp), intent(in) :: axes(2, 2)
-      real(wp), intent(in) :: foot(2), reach(2)  !< present offsets that turn the normal and the shear force
-      real(wp), intent(in) :: reference(2), normal(2)
-      real(wp), intent(out) :: normal_row(6), shear_row(6)
-      real(wp) :: x, y
-
-      x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
-      y = axes(1, 2)*normal(1) + axes(2, 2)*normal(2)
-      normal_row = [normal(1), normal(2), normal(2)*foot(1) - normal(1)*foot(2), &
-         x*reference(1), y*reference(2), 0.5_wp*(x*reference(2) + y*reference(1))]
-      shear_row = [-normal(2), normal(1), normal(1)*reach(1) + normal(2)*reach(2), &
-         -y*reference(1), x*reference(2), 0.5_wp*(x*reference(1) - y*reference(2))]
-   end subroutine set_rows
 
 end module dda_detection

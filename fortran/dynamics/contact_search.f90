@@ -5,8 +5,8 @@ module dda_contact_search
    use dda_assembly, only: set_matrix_pattern
    use dda_audit, only: book_geometry
    use dda_contact, only: contacts_type, contact_open
-   use dda_detection, only: detect_contacts
-   use dda_history, only: inherit
+   use dda_detection, only: detection_type, detect_contacts
+   use dda_history, only: history_type, inherit
    use dda_neighbours, only: find_neighbours
    use dda_simulation, only: simulation_type
    use dda_solver, only: analyse
@@ -27,8 +27,8 @@ contains
 
       associate (detection => simulation%detection, neighbours => simulation%neighbours)
          detection%travel = 2.5_wp*simulation%speed*simulation%time_step
-         detection%skin = 2*deepest_penetration(simulation%contacts(simulation%now))
-         detection%distance = max(detection%least, detection%travel, detection%skin)
+         detection%depth = deepest_penetration(simulation%contacts(simulation%now))
+         detection%distance = max(detection%least, detection%travel, 2*detection%depth)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
             call search_anew(simulation, (1.0_wp + search_margin)*detection%distance, error)
       end associate
@@ -79,8 +79,7 @@ contains
          do c = 1, contacts%n
             contacts%joint(c) = weaker_joint(simulation, contacts%block_v(c), contacts%block_e(c))
          end do
-         simulation%history%leap = simulation%detection%travel + simulation%detection%skin + simulation%detection%largest_corner
-         simulation%history%deepest = simulation%detection%travel + 0.5_wp*simulation%detection%skin
+         call bound_history(simulation%history, simulation%detection)
          call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
          if (simulation%model%contact%original_rules) &
@@ -89,6 +88,15 @@ contains
             simulation%laws, simulation%time)
       end associate
    end subroutine renew_contacts
+
+   !> How far contacts may change in a step and still be the same: by the travel of the step, from a depth of now.
+   pure subroutine bound_history(history, detection)
+      type(history_type), intent(inout) :: history
+      type(detection_type), intent(in) :: detection
+
+      history%deepest = detection%travel + detection%depth
+      history%leap = detection%travel + 2*detection%depth + detection%largest_corner
+   end subroutine bound_history
 
    !> Of two joint materials that meet, the one with less friction governs.
    pure integer function weaker_joint(simulation, i, j)

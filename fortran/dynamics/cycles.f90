@@ -7,7 +7,7 @@ module dda_cycles
    use dda_kinds, only: long
    implicit none
    private
-   public :: cycle_type, forget_states, note_states, may_change
+   public :: cycle_type, note_states, may_change
 
    integer, parameter :: memory = 32                         !< iterations that are remembered
    integer(long), parameter :: prime = 2147483647_long, base = 48271_long  !< of the marks and draws
@@ -20,12 +20,6 @@ module dda_cycles
    end type cycle_type
 
 contains
-
-   pure subroutine forget_states(past)
-      type(cycle_type), intent(out) :: past
-
-      past%mark = -1
-   end subroutine forget_states
 
    !> Remember a set of states and see whether it has come back.
    pure subroutine note_states(past, state)

@@ -8,7 +8,7 @@ module dda_open_close
    use dda_errors, only: error_type, error_convergence, fail
    use dda_assembly, only: system_type, assemble_contacts
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_cycles, only: cycle_type, forget_states, note_states, may_change
+   use dda_cycles, only: cycle_type, note_states, may_change
    use dda_friction, only: laws_type, response_type, law_of, respond
    use dda_line_search, only: descend
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -78,11 +78,8 @@ contains
             cycle
          end if
          call ask_contacts(iteration, system%d, contacts, laws)
-         if (iteration%residual <= iteration%tolerance .and. .not. solver%exact) then
-            call solve(solver, system%matrix, system%rhs, system%d, error)
-            if (allocated(error)) return
-            call ask_contacts(iteration, system%d, contacts, laws)
-         end if
+         if (iteration%residual <= iteration%tolerance) call finish_solve(iteration, system, solver, contacts, laws, error)
+         if (allocated(error)) return
          iteration%reduction = loose
          if (iteration%residual <= iteration%tolerance) then
             call break_bonds(iteration, contacts, changed)
@@ -107,7 +104,8 @@ contains
       iteration%kept = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_ways = 0
-      call forget_states(iteration%past)
+      iteration%past = cycle_type()
+      iteration%worst = 0  ! of the last step's list
       contacts%closings(:contacts%n) = 0
    end subroutine begin_iteration
 
@@ -160,6 +158,20 @@ contains
       call solve(solver, system%matrix, system%rhs, system%d, error, iteration%reduction)
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
+
+   !> A solve that was stopped early has led to answers within the tolerance: make it exact, and ask again.
+   subroutine finish_solve(iteration, system, solver, contacts, laws, error)
+      type(iteration_type), intent(inout) :: iteration
+      type(system_type), intent(inout) :: system
+      type(solver_type), intent(inout) :: solver
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      type(error_type), allocatable, intent(out) :: error
+
+      if (solver%exact) return
+      call solve(solver, system%matrix, system%rhs, system%d, error)
+      if (.not. allocated(error)) call ask_contacts(iteration, system%d, contacts, laws)
+   end subroutine finish_solve
 
    !> While the states are held, let the slide forces follow the normal forces of the same solution.
    subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)

@@ -64,7 +64,8 @@ contains
       if (has_checkpoint(run%checkpoints)) then
          call load_checkpoint(run%checkpoints, run%simulation, run%journal, model, run%notice, error)
          if (.not. allocated(error)) call publish(run, error)
-         run%notice = 'resumed at step '//to_text(run%simulation%step)//', t = '//to_text(run%simulation%time)//' s, '//run%notice
+         if (.not. allocated(error)) run%notice = 'resumed at step '//to_text(run%simulation%step)//', t = '// &
+            & to_text(run%simulation%time)//' s, '//run%notice
       else
          call begin_files(run, error)
          run%notice = 'there is no checkpoint of '//model%output%file//': begun at the start'

@@ -1,0 +1,173 @@
+!> One vertex against one edge, and which of the edges at two corners is the entrance.
+!>
+!> Of the up to four (vertex, edge) choices at two corners, those whose edge can separate the two blocks are
+!> entrance edges (Shi's first-entrance theory), and the one of least penetration acts.
+!>
+!> A vertex that presses on one block and comes to the next one of the same height is a little lower than
+!> that one's corner.  It must not run into its side: what would be hit by less than the depth that contacts
+!> have now is grazed, and passed over.
+module dda_entrance
+   use dda_kinds, only: wp, pi
+   use dda_blocks, only: blocks_type
+   implicit none
+   private
+   public :: choice_type, examine, corner_choices, grazes, entrance
+
+   real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp  !< edges nearer than this are parallel
+   real(wp), parameter :: parallel_sine = sin(parallel_angle)
+   real(wp), parameter :: same_direction = cos(2*parallel_angle)
+   real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
+
+   !> One (vertex, edge) choice.
+   type :: choice_type
+      integer :: vertex, edge
+      real(wp) :: normal(2)    !< outward normal of the edge
+      real(wp) :: gap          !< m
+      logical :: past_end      !< it is nearer to the edge's end than to its start
+      real(wp) :: overshoot    !< how far the foot lies beyond the edge, m, ≤ 0 on it
+      real(wp) :: separation   !< least sine of the angle between the edge and the vertex' own edges
+   end type choice_type
+
+contains
+
+   !> A vertex against one edge of another block.
+   pure function examine(blocks, vertex, edge) result(choice)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: vertex, edge
+      type(choice_type) :: choice
+      real(wp) :: along(2), from(2), length, foot
+
+      along = blocks%along(:, edge)
+      length = blocks%length(edge)
+      from = blocks%vertex(:, vertex) - blocks%vertex(:, edge)
+      foot = dot_product(along, from)
+      choice%vertex = vertex
+      choice%edge = edge
+      choice%normal = [along(2), -along(1)]
+      choice%gap = dot_product(choice%normal, from)
+      choice%overshoot = max(-foot, foot - length)
+      choice%past_end = foot > 0.5_wp*length
+      choice%separation = 0.0_wp
+   end function examine
+
+   !> The up to four choices at corners v and w: v on the edges before and after w, w on those before and after v.
+   pure function corner_choices(blocks, v, w) result(choice)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: v, w
+      type(choice_type) :: choice(4)
+
+      choice(1) = examine_corner(blocks, v, blocks%previous(w))
+      choice(2) = examine_corner(blocks, v, w)
+      choice(3) = examine_corner(blocks, w, blocks%previous(v))
+      choice(4) = examine_corner(blocks, w, v)
+   end function corner_choices
+
+   !> As `examine`, with how well the edge separates the vertex' own block from it.
+   pure function examine_corner(blocks, vertex, edge) result(choice)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: vertex, edge
+      type(choice_type) :: choice
+
+      choice = examine(blocks, vertex, edge)
+      choice%separation = min(-dot_product(choice%normal, blocks%along(:, blocks%previous(vertex))), &
+         dot_product(choice%normal, blocks%along(:, vertex)))
+   end function examine_corner
+
+   !> The vertex is still outside, within the skin, and its foot is on the edge, but hardly.
+   elemental logical function grazes(choice, skin, travel)
+      type(choice_type), intent(in) :: choice
+      real(wp), intent(in) :: skin, travel
+
+      grazes = choice%gap > -skin .and. choice%gap <= travel + skin .and. choice%overshoot <= 0.0_wp .and. choice%overshoot > -skin
+   end function grazes
+
+   !> The entrance edge of least penetration; of parallel ones, that which holds the foot.  One that is grazed only
+   !> if there is no other; where all are, the one along which the corners move.
+   pure integer function entrance(blocks, choice, corner, grazed) result(best)
+      type(blocks_type), intent(in) :: blocks
+      type(choice_type), intent(in) :: choice(4)
+      real(wp), intent(in) :: corner      !< size of the corner, m
+      logical, intent(in) :: grazed(4)
+      real(wp) :: small
+      integer :: i, j
+      logical :: displaced, passed(4)
+
+      passed = .false.
+      if (any(grazed)) passed = passed_over(blocks, choice, grazed)
+      small = tie*corner
+      best = 0
+      do i = 1, 4
+         if (choice(i)%separation < -parallel_sine .or. passed(i)) cycle
+         displaced = .false.
+         do j = 1, 4
+            if (choice(j)%separation < -parallel_sine .or. passed(j) .or. .not. parallel(choice, i, j)) cycle
+            if (choice(j)%overshoot < choice(i)%overshoot - small .and. choice(i)%overshoot > small) displaced = .true.
+         end do
+         if (displaced) cycle
+         if (best == 0) best = i
+         if (choice(i)%gap > choice(best)%gap + small) best = i
+      end do
+      if (best == 0) best = maxloc(choice%separation, 1)
+   end function entrance
+
+   !> Choices that are grazed where another one, which pushes another way, is not; where all that separate are grazed,
+   !> those along which the corners do not move.
+   pure function passed_over(blocks, choice, grazed) result(passed)
+      type(blocks_type), intent(in) :: blocks
+      type(choice_type), intent(in) :: choice(4)
+      logical, intent(in) :: grazed(4)
+      logical :: passed(4), good(4)
+      integer :: i, j
+
+      good = choice%separation >= -parallel_sine .and. .not. grazed
+      if (.not. any(good)) then
+         passed = approached(blocks, choice)
+         return
+      end if
+      passed = .false.
+      do i = 1, 4
+         do j = 1, 4
+            if (good(j) .and. .not. parallel(choice, i, j)) passed(i) = grazed(i)
+         end do
+      end do
+   end function passed_over
+
+   !> Of the choices that separate, another one, which pushes another way, is approached less fast.
+   pure function approached(blocks, choice) result(faster)
+      type(blocks_type), intent(in) :: blocks
+      type(choice_type), intent(in) :: choice(4)
+      logical :: faster(4)
+      real(wp) :: speed(4)
+      integer :: i
+
+      do i = 1, 4
+         speed(i) = huge(1.0_wp)
+         if (choice(i)%separation >= -parallel_sine) speed(i) = -dot_product(choice(i)%normal, &
+            velocity_at(blocks, choice(i)%vertex, choice(i)%vertex) - velocity_at(blocks, choice(i)%edge, choice(i)%vertex))
+      end do
+      do i = 1, 4
+         faster(i) = .not. parallel(choice, i, minloc(speed, 1))
+      end do
+   end function approached
+
+   !> Velocity, m/s, of the block that owns vertex `own` at the place of a vertex.
+   pure function velocity_at(blocks, own, vertex) result(velocity)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: own, vertex
+      real(wp) :: velocity(2)
+
+      associate (rate => blocks%velocity(:, blocks%owner(own)), &
+         arm => blocks%vertex(:, vertex) - blocks%position(1:2, blocks%owner(own)))
+         velocity = rate(1:2) + rate(3)*[-arm(2), arm(1)]
+      end associate
+   end function velocity_at
+
+   !> Choices i and j push the two blocks apart in the same direction.
+   pure logical function parallel(choice, i, j)
+      type(choice_type), intent(in) :: choice(4)
+      integer, intent(in) :: i, j
+
+      parallel = dot_product(choice(i)%normal, choice(j)%normal)*merge(1, -1, (i <= 2) .eqv. (j <= 2)) > same_direction
+   end function parallel
+
+end module dda_entrance
