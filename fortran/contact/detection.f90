@@ -13,7 +13,7 @@ module dda_detection
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: detection_type, prepare_detection, detect_contacts
+   public :: detection_type, prepare_detection, measure_depths, detect_contacts
 
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
 
@@ -22,8 +22,10 @@ module dda_detection
       real(wp) :: least = 0.0_wp         !< least distance at which a contact is listed, m
       real(wp) :: distance = 0.0_wp      !< distance in this step, m
       real(wp) :: travel = 0.0_wp        !< farthest that two vertices may approach each other in this step, m
-      real(wp) :: depth = 0.0_wp         !< deepest penetration now, m
+      real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact that presses, m
       real(wp) :: largest_corner = 0.0_wp !< m
+      real(wp) :: pressed = 0.0_wp       !< the same beyond the depth at which a contact was met first, m
+      real(wp), allocatable :: skin(:)   !< [blocks] how deep something may be in and pass a corner of the block, m
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       type(find_type), allocatable :: find(:) !< [edges of the probes] a probe finds no more than it has edges
       integer, allocatable :: finds(:)   !< [pieces of the probes] found in each
@@ -41,6 +43,7 @@ contains
 
       detection%least = distance
       detection%distance = distance
+      allocate (detection%skin(blocks%n), source=0.0_wp)
       allocate (detection%corner(size(blocks%owner)))
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
@@ -49,6 +52,31 @@ contains
       end do
       detection%largest_corner = maxval(detection%corner)
    end subroutine prepare_detection
+
+   !> How deep the last step's contacts went.
+   !>
+   !> What is pressed in so deep at one block may come to the next one, which is pressed in less.
+   pure subroutine measure_depths(detection, contacts)
+      type(detection_type), intent(inout) :: detection
+      type(contacts_type), intent(in) :: contacts
+      real(wp) :: depth, pressed
+      integer :: c, i, j
+
+      detection%deepest = 0.0_wp
+      detection%pressed = 0.0_wp
+      detection%skin = 0.0_wp
+      do c = 1, contacts%n
+         pressed = -contacts%new_gap(c)
+         if (pressed <= 0.0_wp) cycle
+         depth = pressed - contacts%offset(c)
+         detection%deepest = max(detection%deepest, depth)
+         detection%pressed = max(detection%pressed, pressed)
+         i = contacts%block_v(c)
+         j = contacts%block_e(c)
+         detection%skin(i) = max(detection%skin(i), depth + pressed)
+         detection%skin(j) = max(detection%skin(j), depth + pressed)
+      end do
+   end subroutine measure_depths
 
    !> List all contacts nearer than the distance of this step, with geometry; history is left blank.
    !>
@@ -214,17 +242,20 @@ contains
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
       faces = choice%overshoot <= 0.0_wp
-      if (faces .and. .not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), detection%travel)) return
+      if (faces .and. .not. grazes(choice, skin_of(detection, blocks, choice%vertex, end_vertex), detection%travel)) return
       if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
       faces = .not. neighbours%convex(end_vertex)
    end function faces
 
-   !> Depth, m, of what is passed over where two corners meet: twice that of contacts now, less than their size.
-   pure real(wp) function skin_of(detection, v, w)
+   !> Depth, m, of what is passed over where two corners meet: little more than the depth of contacts of their
+   !> blocks, less than their size.
+   pure real(wp) function skin_of(detection, blocks, v, w)
       type(detection_type), intent(in) :: detection
+      type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: v, w
 
-      skin_of = min(2*detection%depth, detection%corner(v), detection%corner(w))
+      skin_of = min(max(detection%skin(blocks%owner(v)), detection%skin(blocks%owner(w))), &
+         detection%corner(v), detection%corner(w))
    end function skin_of
 
    !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
@@ -260,17 +291,19 @@ contains
       type(detection_type), intent(inout) :: detection
       logical, intent(in) :: close
       type(choice_type) :: choice(4)
+      real(wp) :: skin
       logical :: grazed(4)  !< at the corner that is met, not at the other end of the edge
       integer :: v, best
 
       v = neighbours%probe(1, p)
       choice = corner_choices(blocks, v, w)
-      grazed = grazes(choice, skin_of(detection, v, w), detection%travel) .and. &
-         (choice%past_end .eqv. [.true., .false., .true., .false.])
+      skin = skin_of(detection, blocks, v, w)
+      grazed = grazes(choice, skin, detection%travel) .and. (choice%past_end .eqv. [.true., .false., .true., .false.])
       if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return
-      best = entrance(blocks, choice, detection%corner(v), grazed)
+      best = entrance(blocks, choice, detection%corner(v), skin, grazed)
       if (choice(best)%gap > detection%distance) return
-      if (choice(best)%gap < 0.0_wp .and. choice(best)%overshoot > max(detection%travel, detection%corner(v))) return
+      ! A corner that is in, has its foot on an edge.
+      if (.not. close .and. choice(best)%gap < -skin) return
       call note(detection, last, choice(best), neighbours%probe(2, p), merge(w, v, choice(best)%vertex == v))
    end subroutine meet_corner
 

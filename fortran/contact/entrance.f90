@@ -4,8 +4,8 @@
 !> entrance edges (Shi's first-entrance theory), and the one of least penetration acts.
 !>
 !> A vertex that presses on one block and comes to the next one of the same height is a little lower than
-!> that one's corner.  It must not run into its side: what would be hit by less than the depth that contacts
-!> have now is grazed, and passed over.
+!> that one's corner.  It must not run into its side: what would be hit by less than the depth to which contacts
+!> of the two blocks are pressed now is grazed, and passed over.
 module dda_entrance
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -83,17 +83,18 @@ contains
 
    !> The entrance edge of least penetration; of parallel ones, that which holds the foot.  One that is grazed only
    !> if there is no other; where all are, the one along which the corners move.
-   pure integer function entrance(blocks, choice, corner, grazed) result(best)
+   pure integer function entrance(blocks, choice, corner, skin, grazed) result(best)
       type(blocks_type), intent(in) :: blocks
       type(choice_type), intent(in) :: choice(4)
       real(wp), intent(in) :: corner      !< size of the corner, m
+      real(wp), intent(in) :: skin        !< depth that is passed over, m
       logical, intent(in) :: grazed(4)
       real(wp) :: small
       integer :: i, j
       logical :: displaced, passed(4)
 
       passed = .false.
-      if (any(grazed)) passed = passed_over(blocks, choice, grazed)
+      if (any(grazed)) passed = passed_over(blocks, choice, skin, grazed)
       small = tie*corner
       best = 0
       do i = 1, 4
@@ -110,18 +111,19 @@ contains
       if (best == 0) best = maxloc(choice%separation, 1)
    end function entrance
 
-   !> Choices that are grazed where another one, which pushes another way, is not; where all that separate are grazed,
-   !> those along which the corners do not move.
-   pure function passed_over(blocks, choice, grazed) result(passed)
+   !> Choices that are grazed where another one, which pushes another way, is neither that nor deep in; where there is
+   !> none, those of the grazed ones along which the corners do not move.
+   pure function passed_over(blocks, choice, skin, grazed) result(passed)
       type(blocks_type), intent(in) :: blocks
       type(choice_type), intent(in) :: choice(4)
+      real(wp), intent(in) :: skin
       logical, intent(in) :: grazed(4)
       logical :: passed(4), good(4)
       integer :: i, j
 
-      good = choice%separation >= -parallel_sine .and. .not. grazed
+      good = choice%separation >= -parallel_sine .and. choice%gap >= -skin .and. .not. grazed
       if (.not. any(good)) then
-         passed = approached(blocks, choice)
+         passed = approached(blocks, choice, grazed .and. choice%separation >= -parallel_sine)
          return
       end if
       passed = .false.
@@ -132,21 +134,22 @@ contains
       end do
    end function passed_over
 
-   !> Of the choices that separate, another one, which pushes another way, is approached less fast.
-   pure function approached(blocks, choice) result(faster)
+   !> Of the choices at hand, another one, which pushes another way, is approached less fast.
+   pure function approached(blocks, choice, at_hand) result(faster)
       type(blocks_type), intent(in) :: blocks
       type(choice_type), intent(in) :: choice(4)
+      logical, intent(in) :: at_hand(4)
       logical :: faster(4)
       real(wp) :: speed(4)
       integer :: i
 
+      speed = huge(1.0_wp)
       do i = 1, 4
-         speed(i) = huge(1.0_wp)
-         if (choice(i)%separation >= -parallel_sine) speed(i) = -dot_product(choice(i)%normal, &
+         if (at_hand(i)) speed(i) = -dot_product(choice(i)%normal, &
             velocity_at(blocks, choice(i)%vertex, choice(i)%vertex) - velocity_at(blocks, choice(i)%edge, choice(i)%vertex))
       end do
       do i = 1, 4
-         faster(i) = .not. parallel(choice, i, minloc(speed, 1))
+         faster(i) = at_hand(i) .and. .not. parallel(choice, i, minloc(speed, 1))
       end do
    end function approached
 

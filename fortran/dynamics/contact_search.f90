@@ -5,7 +5,7 @@ module dda_contact_search
    use dda_assembly, only: set_matrix_pattern
    use dda_audit, only: book_geometry
    use dda_contact, only: contacts_type, contact_open
-   use dda_detection, only: detection_type, detect_contacts
+   use dda_detection, only: detection_type, measure_depths, detect_contacts
    use dda_history, only: history_type, inherit
    use dda_neighbours, only: find_neighbours
    use dda_simulation, only: simulation_type
@@ -27,8 +27,9 @@ contains
 
       associate (detection => simulation%detection, neighbours => simulation%neighbours)
          detection%travel = 2.5_wp*simulation%speed*simulation%time_step
-         detection%depth = deepest_penetration(simulation%contacts(simulation%now))
-         detection%distance = max(detection%least, detection%travel, 2*detection%depth)
+         call measure_depths(detection, simulation%contacts(simulation%now))
+         ! What presses must not be lost from the list.
+         detection%distance = max(detection%least, detection%travel, 2*detection%deepest)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
             call search_anew(simulation, (1.0_wp + search_margin)*detection%distance, error)
       end associate
@@ -55,17 +56,6 @@ contains
       simulation%counters%searches = simulation%counters%searches + 1
       call lap(simulation%system%watch, phase_search)
    end subroutine search_anew
-
-   !> How deep the last step's contacts went, m: what presses must not be lost from the list.
-   pure real(wp) function deepest_penetration(contacts) result(depth)
-      type(contacts_type), intent(in) :: contacts
-      integer :: c
-
-      depth = 0.0_wp
-      do c = 1, contacts%n
-         if (contacts%new_gap(c) < 0.0_wp) depth = max(depth, -(contacts%new_gap(c) + contacts%offset(c)))
-      end do
-   end function deepest_penetration
 
    !> A new list from geometry, with the histories of the old one.
    subroutine renew_contacts(simulation)
@@ -94,8 +84,8 @@ contains
       type(history_type), intent(inout) :: history
       type(detection_type), intent(in) :: detection
 
-      history%deepest = detection%travel + detection%depth
-      history%leap = detection%travel + 2*detection%depth + detection%largest_corner
+      history%deepest = detection%travel + detection%pressed
+      history%leap = detection%travel + 2*detection%deepest + detection%largest_corner
    end subroutine bound_history
 
    !> Of two joint materials that meet, the one with less friction governs.

@@ -29,6 +29,7 @@ contains
       call thin_slab()
       call symmetry()
       call apart()
+      call fast_corners()
    end subroutine detection_suite
 
    !> All contacts of the present places.
@@ -394,6 +395,62 @@ contains
       end do
       call check(met > 20, 'some meet')
    end subroutine symmetry
+
+   !> Two blocks that pass each other, corner by corner, so fast that a step leads beyond the corner: as long as
+   !> an edge line separates them, none of what is listed is deep in.
+   subroutine fast_corners()
+      real(wp), parameter :: skin = 4.0e-4_wp
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      type(neighbours_type) :: near
+      type(detection_type) :: detection
+      real(wp) :: first(2, 4), second(2, 5)
+      integer :: i, met
+
+      call case('corners that pass each other fast')
+      first = reshape([-0.13_wp, -0.08_wp, -0.04_wp, -0.13_wp, 0.0_wp, 0.0_wp, -0.10_wp, -0.05_wp], [2, 4])
+      met = 0
+      do i = 1, 1000
+         second = reshape([0.14_wp, 0.09_wp, 0.06_wp, 0.14_wp, 0.03_wp, 0.13_wp, 0.0_wp, 0.0_wp, 0.10_wp, 0.025_wp], [2, 5])
+         second = shifted(second, 0.01_wp*random_vector(2))
+         if (separation_of(first, second) < 0.0_wp) cycle
+         outlines%n = 0
+         outlines%n_vertices = 0
+         call add_outline(outlines, first, 1, 1, 1, '')
+         call add_outline(outlines, second, 1, 1, 1, '')
+         call blocks_of(outlines, blocks)
+         blocks%velocity(1:2, :) = reshape(random_vector(4), [2, 2])
+         call find_neighbours(near, blocks, 2*distance)
+         call prepare_detection(detection, blocks, distance)
+         detection%travel = distance
+         detection%skin = skin
+         call detect_contacts(contacts, blocks, near, detection)
+         met = met + contacts%n
+         call check(all(contacts%gap(:contacts%n) >= -skin), 'apart')
+      end do
+      call check(met > 500, 'many meet')
+   end subroutine fast_corners
+
+   !> Distance of two convex outlines along the best of their edges' normals, < 0 where they overlap.
+   pure real(wp) function separation_of(first, second)
+      real(wp), intent(in) :: first(:,:), second(:,:)
+
+      separation_of = max(beyond_edges(first, second), beyond_edges(second, first))
+   end function separation_of
+
+   pure real(wp) function beyond_edges(outline, points) result(most)
+      real(wp), intent(in) :: outline(:,:), points(:,:)
+      real(wp) :: along(2)
+      integer :: i
+
+      most = -huge(1.0_wp)
+      do i = 1, size(outline, 2)
+         along = outline(:, 1 + modulo(i, size(outline, 2))) - outline(:, i)
+         along = along/norm2(along)
+         most = max(most, minval(along(2)*(points(1, :) - outline(1, i)) - along(1)*(points(2, :) - outline(2, i))))
+      end do
+   end function beyond_edges
 
    subroutine apart()
       type(outlines_type) :: outlines
