@@ -128,6 +128,8 @@ contains
 
       call find_omega_max(linear, report%highest, error)
       if (allocated(error)) then
+         report%highest%omega = 0.0_wp     ! what the search left is no frequency
+         report%highest%residual = 0.0_wp
          call add(report, verdict_warn, 'highest frequency', error%message, 'ARPACK', '')
          return
       end if
@@ -277,6 +279,7 @@ contains
       real(wp), intent(in) :: time_step
       type(report_type), intent(inout) :: report
       real(wp) :: first
+      logical :: followed
       character(len=:), allocatable :: found
 
       first = 0.0_wp
@@ -285,17 +288,53 @@ contains
          first = report%modes%damping(1)
          found = to_text(100*first)//' % at '//short(report%modes%frequency(1))//' Hz'
       end if
+      followed = .true.
       if (report%band%known) then
+         followed = report%band%highest < nyquist(time_step)
          if (found /= '') found = found//'; '
-         found = found//to_text(100*damping_at(report%band%lowest, time_step))//' … '// &
-            to_text(100*damping_at(report%band%highest, time_step))//' % over '//short(report%band%lowest)//' … '// &
-            short(report%band%highest)//' Hz'
+         found = found//damping_over(report%band, time_step)
       end if
       if (found == '') return
-      call add(report, merge(verdict_ok, verdict_warn, first < 0.1_wp), 'damping', found//' by the scheme', &
-         '2 zeta = tan(omega dt/2)', advice_if(first >= 0.1_wp, 'time_step '// &
-         'for a wanted ratio: sitedda.time_step_for_damping'))
+      call add(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), 'damping', 'by the scheme '//found, &
+         '2 zeta = tan(omega dt/2)', damping_advice(first, followed, report%band))
    end subroutine check_damping
+
+   !> Damping ratio over a band, %; the part at or beyond the Nyquist frequency has none.
+   pure function damping_over(band, time_step) result(text)
+      type(band_type), intent(in) :: band
+      real(wp), intent(in) :: time_step
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: beyond
+
+      beyond = 'beyond 1/(2 dt) = '//short(nyquist(time_step))//' Hz, where steps follow no motion'
+      if (band%lowest >= nyquist(time_step)) then
+         text = 'the band of the record, '//short(band%lowest)//' … '//short(band%highest)//' Hz, lies '//beyond
+      else if (band%highest >= nyquist(time_step)) then
+         text = to_text(100*damping_at(band%lowest, time_step))//' % at '//short(band%lowest)// &
+            ' Hz; the band of the record reaches '//short(band%highest)//' Hz, '//beyond
+      else
+         text = to_text(100*damping_at(band%lowest, time_step))//' … '// &
+            to_text(100*damping_at(band%highest, time_step))//' % over '//short(band%lowest)//' … '// &
+            short(band%highest)//' Hz'
+      end if
+   end function damping_over
+
+   pure function damping_advice(first, followed, band) result(advice)
+      real(wp), intent(in) :: first       !< ζ of the first mode
+      logical, intent(in) :: followed     !< the whole band
+      type(band_type), intent(in) :: band
+      character(len=:), allocatable :: advice
+
+      advice = advice_if(first >= 0.1_wp, 'time_step for a wanted ratio: sitedda.time_step_for_damping')
+      if (.not. followed) advice = 'time_step below '//to_text(0.5_wp/band%highest)//' s'
+   end function damping_advice
+
+   !> Half the rate of the steps, Hz.
+   pure real(wp) function nyquist(time_step)
+      real(wp), intent(in) :: time_step  !< s
+
+      nyquist = 0.5_wp/time_step
+   end function nyquist
 
    subroutine check_cost(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation
@@ -335,13 +374,16 @@ contains
       seconds = real(now - begun, wp)/real(rate, wp)/timed_steps
    end function seconds_per_step
 
-   !> Four significant digits or so.
+   !> Four significant digits or so; powers of ten where plain notation would be long or all zeros.
    pure function short(value) result(text)
       real(wp), intent(in) :: value
       character(len=:), allocatable :: text
       character(len=24) :: buffer
 
-      if (abs(value) < 1.0_wp) then
+      if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
+         text = to_text(value)
+         return
+      else if (abs(value) < 1.0_wp) then
          write (buffer, '(f0.4)') value
       else if (abs(value) < 100.0_wp) then
          write (buffer, '(f0.3)') value

@@ -21,7 +21,7 @@ class Report:
     verdict : str
         The worst of all lines: 'ok', 'warn' or 'fail'.
     omega_max : float
-        Highest frequency, rad/s (ARPACK).
+        Highest frequency, rad/s (ARPACK); 0 where it was not found, and the text says why.
     bracket : tuple of float
         Its guaranteed bounds, rad/s.
     residual : float

@@ -30,7 +30,7 @@ program probe
    do
       read (*, '(a)', iostat=status) request
       if (status /= 0) exit
-      ! Reading and the pre-check meet NaN and infinity on purpose; the steps must not.
+      ! Reading meets NaN and infinity on purpose; the pre-check and the steps must not.
       call ieee_set_halting_mode(ieee_all, .false.)
       if (index(request, 'record ') == 1) then
          call answer_record(trim(request(8:)))
@@ -53,8 +53,8 @@ contains
       call read_model_file(model, file, error)
       allocate (run)
       if (.not. allocated(error)) call begin_run(run, model, .false., error)
-      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_checked) what = strange_line(run%simulation)
       call ieee_set_halting_mode(ieee_all, halting)
+      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_checked) what = strange_line(run%simulation)
       if (.not. allocated(error) .and. run%simulation%blocks%n <= most_stepped) call continue_run(run, steps, error)
       if (allocated(error)) then
          call refuse(error)
@@ -64,7 +64,7 @@ contains
       end if
    end subroutine answer_input
 
-   !> What of the pre-check's report is no number, or nothing; it may refuse the model, but must come back.
+   !> What of the pre-check's report is no number or has no room, or nothing; it may refuse the model, but must come back.
    function strange_line(simulation) result(what)
       type(simulation_type), intent(in) :: simulation
       character(len=:), allocatable :: what
@@ -76,9 +76,18 @@ contains
       allocate (report)
       call check_simulation(simulation, report, error)
       if (allocated(error)) return
+      associate (highest => report%highest)
+         if (strange([highest%omega, highest%residual, highest%bracket%lower, highest%bracket%upper, report%shift, &
+            report%band%lowest, report%band%highest])) what = 'check, numbers of the report'
+      end associate
+      if (report%has_modes) then
+         if (strange([report%modes%frequency, report%modes%damping, report%modes%elongation])) what = 'check, modes'
+      end if
       do i = 1, report%n
-         if (index(report%line(i)%found, 'NaN') == 0 .or. index(report%line(i)%found, 'residual NaN') > 0) cycle
-         what = 'check, '//report%line(i)%what//': '//report%line(i)%found
+         associate (found => report%line(i)%found)
+            if (index(found, 'NaN') == 0 .and. index(found, 'Infinity') == 0 .and. index(found, '**') == 0) cycle
+            what = 'check, '//report%line(i)%what//': '//found
+         end associate
       end do
    end function strange_line
 

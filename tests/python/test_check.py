@@ -1,0 +1,140 @@
+"""What `check` says before a run: the same from both programs, and no number that is none."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from model_text import changed, flying_block, rectangle, tower
+
+import sitedda
+
+
+def finding(text: str, what: str) -> str:
+    """One finding of a report as one line, with its verdict."""
+    joined = re.sub(r"\n {24}", " ", text)
+    return next(line for line in joined.splitlines() if line[6:].startswith(what))
+
+
+def numbers_of(report) -> np.ndarray:
+    """All numbers that a report holds."""
+    return np.array(
+        [report.omega_max, *report.bracket, report.residual, report.shift, *report.band]
+    )
+
+
+# --- Damping over the band of the record ---------------------------------------------------------
+
+
+def check_tower(write_input, time_step: float) -> sitedda.Report:
+    """The report of the tower at a step; its pulse has energy from 14 to 29 Hz."""
+    report = sitedda.check(write_input(tower(time_step=time_step)))
+    assert np.all(np.isfinite(numbers_of(report)))
+    assert not re.search(r"Infinity|NaN|\*\*", report.text)
+    return report
+
+
+def test_damping_over_the_band_is_that_of_the_closed_form(write_input):
+    report = check_tower(write_input, 1e-3)
+    said = re.search(r"([\d.]+) … ([\d.]+) % over", finding(report.text, "damping"))
+    expected = [50 * math.tan(math.pi * f * 1e-3) for f in report.band]
+    assert [float(value) for value in said.groups()] == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_band_that_reaches_beyond_the_steps_has_damping_at_one_end(write_input):
+    report = check_tower(write_input, 0.02)
+    assert report.band[0] < 1 / (2 * 0.02) < report.band[1]
+    line = finding(report.text, "damping")
+    assert line.startswith("warn") and "beyond 1/(2 dt) = 25.000 Hz" in line
+    said = re.search(r"([\d.]+) % at 14.286 Hz; the band of the record reaches 28.571 Hz", line)
+    expected = 50 * math.tan(math.pi * report.band[0] * 0.02)
+    assert float(said[1]) == pytest.approx(expected, rel=1e-5)
+    advised = float(re.search(r"time_step below ([\d.]+) s", line)[1])
+    assert advised == pytest.approx(1 / (2 * report.band[1]), rel=1e-5)
+
+
+@pytest.mark.parametrize("time_step", [0.05, 1e3])
+def test_a_band_beyond_the_steps_is_said_in_words(write_input, time_step):
+    report = check_tower(write_input, time_step)
+    assert 1 / (2 * time_step) < report.band[0]
+    line = finding(report.text, "damping")
+    assert line.startswith("warn") and "% over" not in line
+    assert "the band of the record, 14.286 … 28.571 Hz, lies beyond 1/(2 dt)" in line
+
+
+def test_a_record_of_nanoseconds_is_told_in_short_numbers(write_input):
+    report = sitedda.check(write_input(changed(tower(), "motion", time_step=1e-9)))
+    assert "1.42857E+008 … 2.85714E+008 Hz, lies beyond" in finding(report.text, "damping")
+
+
+# --- Other findings -------------------------------------------------------------------------------
+
+
+def test_a_first_mode_that_does_not_swing_fails(write_input):
+    file = write_input(tower())
+    first = sitedda.modes(file).frequency[0]
+    least = 4 / (2 * math.pi * first)  # s, paper eq. 13
+    line = finding(sitedda.check(file, time_step=1.01 * least).text, "first mode")
+    assert line.startswith("FAIL") and "does not swing" in line
+    line = finding(sitedda.check(file, time_step=0.99 * least).text, "first mode")
+    assert line.startswith("warn")
+
+
+def test_the_time_step_is_held_against_the_highest_frequency(write_input):
+    file = write_input(tower())
+    limit = 4 / sitedda.check(file).omega_max
+    text = sitedda.check(file, time_step=0.99 * limit).text
+    assert finding(text, "time step").startswith("ok") and "lie beyond" not in text
+    line = finding(sitedda.check(file, time_step=1.01 * limit).text, "time step")
+    assert line.startswith("warn") and re.search(r"; \d+ of 24 modes lie beyond", line)
+
+
+def test_blocks_that_touch_nothing_are_told(write_input):
+    apart = [*flying_block(), ("block", {"vertices": rectangle(5.0, 0.0, 2.0, 1.0)})]
+    line = finding(sitedda.check(write_input(apart)).text, "contacts")
+    assert line.startswith("warn") and "no contact is closed" in line
+
+
+@pytest.mark.parametrize(("ratio", "kind"), [(1e3, "normal"), (1e-3, "shear")])
+def test_the_spring_that_governs_is_named(write_input, ratio, kind):
+    """Springs of a kind that is a thousand times stiffer than all others hold the highest mode."""
+    stiff = changed(
+        tower(), "contact", normal_stiffness=1.5e12, shear_ratio=ratio, fixed_point_ratio=1e-3
+    )
+    line = finding(sitedda.check(write_input(stiff)).text, "highest frequency")
+    assert f"governed by the {kind} contact spring between" in line
+
+
+# --- The commands ---------------------------------------------------------------------------------
+
+
+def test_both_programs_say_what_the_package_says(program, write_input):
+    file = write_input(tower())
+    done = program("check", file)
+    assert done.returncode == 0, done.stderr
+    told, own = (
+        re.sub(r"\S+ s at the pace", "", text).splitlines()
+        for text in (done.stdout, sitedda.check(file).text)
+    )
+    assert told == own
+
+
+def test_a_check_that_fails_is_status_2(program, write_input):
+    done = program("check", write_input(tower(time_step=0.05)))
+    assert done.returncode == 2
+    assert "FAIL  first mode" in done.stdout and "the check fails" in done.stderr
+
+
+def test_a_run_is_refused_by_a_check_that_fails(program, write_input, tmp_path):
+    refused = write_input(tower(time_step=0.05, steps=3), "refused.nml")
+    done = program("run", "--check", refused, "-o", tmp_path / "refused.nc")
+    assert done.returncode == 2 and not list(tmp_path.glob("refused.nc*"))
+    started = write_input(tower(steps=3))
+    done = program("run", "--check", started, "-o", tmp_path / "started.nc", "-q")
+    assert done.returncode == 0 and (tmp_path / "started.nc").exists()
+    assert "damping" in done.stdout
+
+
+def test_a_check_of_bad_input_is_status_1(program, write_input):
+    done = program("check", write_input(tower(time_step=-1.0)))
+    assert done.returncode == 1 and "time_step" in done.stderr
