@@ -10,10 +10,11 @@ module dda_relaxation
 
    real(wp), parameter :: factor = 1.5_wp     !< of the original
    integer, parameter :: look_every = 10      !< sweeps between looks at the residual
+   real(wp), parameter :: hopeless = 1.0e30_wp !< a residual from which no sweep comes back
 
 contains
 
-   !> Sweep until ‖r‖ ≤ tolerance·‖b‖ or `most` sweeps.
+   !> Sweep until ‖r‖ ≤ tolerance·‖b‖, `most` sweeps, or sweeps that diverge (as of a matrix that is not definite).
    subroutine relax_to_solution(matrix, jacobi, b, x, tolerance, most, residual_vector, sweeps, residual)
       type(block_matrix_type), intent(in) :: matrix
       type(block_jacobi_type), intent(in) :: jacobi
@@ -34,7 +35,7 @@ contains
             call multiply(matrix, x, residual_vector)
             residual_vector = b - residual_vector
             residual = sqrt(inner_product(matrix%n, residual_vector, residual_vector))/max(size_of_b, tiny(1.0_wp))
-            if (residual <= tolerance) return
+            if (residual <= tolerance .or. .not. residual < hopeless) return
          end if
          call sweep(matrix, jacobi, b, x)
          sweeps = sweeps + 1
