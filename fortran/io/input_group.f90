@@ -62,7 +62,8 @@ contains
          call complain(error, place, 'the values of '//quoted(message(len(bad_data) + 1:))// &
             ' cannot be read: something in or after them is neither a number nor a variable of this group')
       else if (index(message, 'End of file') > 0) then
-         call complain(error, place, 'the group ends in the middle of a value')
+         ! The run-time library takes a byte of 255 for the end of the text.
+         call complain(error, place, 'the group ends in the middle of a value, or holds a byte that is no text')
       else
          call complain(error, place, trim(message))
       end if

@@ -143,8 +143,6 @@ contains
 
       if (state == number_large) then
          call fail_at(error, reader, quoted(word_at(text, position))//' is too large a number')
-      else if (state == number_none) then
-         call fail_at(error, reader, 'a number is missing')
       else
          call fail_at(error, reader, quoted(word_at(text, position))//' is not a number')
       end if
