@@ -51,6 +51,10 @@ contains
       call penalty_for_frequency(linear, 200.0_wp, penalty, error)
       call check_no_error(error, 'too high')
       call check(.not. penalty%found .and. index(penalty%words, 'no penalty') == 1, 'too high, in words')
+      ! Springs as soft as that hold nothing: the first mode that is left is one of strains.
+      call penalty_for_frequency(linear, 1.0e-8_wp, penalty, error)
+      call check_no_error(error, 'too low')
+      call check(.not. penalty%found .and. index(penalty%words, 'does not follow') > 0, 'too low, in words')
    end subroutine calibration
 
    subroutine shifts()

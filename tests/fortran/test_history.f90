@@ -22,6 +22,7 @@ contains
       call other_side()
       call handed_once()
       call met_in_penetration()
+      call met_too_deep()
       call across_a_joint()
       call random_lists()
    end subroutine history_suite
@@ -197,6 +198,41 @@ contains
       call inherit(new, old, history, .false.)
       call check_close(new%gap(1), -7.0e-6_wp, 'penetration of the first state presses')
    end subroutine met_in_penetration
+
+   !> New contacts deeper than a step leads are dropped; those before and behind them stay what they are.
+   subroutine met_too_deep()
+      type(contacts_type) :: old, new
+      type(history_type) :: history
+      real(wp), parameter :: distance(6) = [-4.0_wp, -1.0_wp, -7.0_wp, 2.0_wp, -9.0_wp, -2.0_wp]*1.0e-6_wp
+      integer, parameter :: kept(4) = [1, 2, 4, 6]
+      integer :: c
+
+      call case('met too deep')
+      call prepare_history(history, vertices, 0.0_wp)
+      history%deepest = 3.0e-6_wp
+      call put(old, 1, 11, 0, 1, 4, up, distance(1))
+      old%new_gap(1) = distance(1)
+      old%offset(1) = 0.0_wp
+      call mark(old, 1, contact_slide, 0.25_wp)
+      do c = 1, size(distance)
+         call put(new, c, 10 + c, 0, 1, 4, [0.6_wp, 0.1_wp*c], distance(c))
+         new%corner(c) = 20 + c
+         new%pair(c) = 30 + c
+         new%joint(c) = 40 + c
+         new%normal_v(:, c) = 0.5_wp*c
+         new%shear_e(:, c) = -0.5_wp*c
+      end do
+      call inherit(new, old, history, .true.)
+      call check(new%n == size(kept), 'how many stay')
+      if (new%n /= size(kept)) return
+      call check(all(new%vertex(:4) == kept .and. new%edge(:4) == 10 + kept .and. new%corner(:4) == 20 + kept &
+         .and. new%pair(:4) == 30 + kept .and. new%joint(:4) == 40 + kept), 'which stay')
+      call check_close(new%gap(:4) + new%offset(:4), distance(kept), 'distances', absolute=1.0e-20_wp)
+      call check_close(new%gap(:4), [distance(1), 0.0_wp, distance(4), 0.0_wp], 'what presses', absolute=1.0e-20_wp)
+      call check_close(new%stretch(:4), [0.25_wp, 0.0_wp, 0.0_wp, 0.0_wp], 'histories')
+      call check_close(new%normal(2, :4), 0.1_wp*kept, 'normals')
+      call check_close(new%normal_v(6, :4) - new%shear_e(1, :4), real(kept, wp), 'rows')
+   end subroutine met_too_deep
 
    !> The spring energy of a contact that ends goes over to one of the same vertex on the next block.
    subroutine across_a_joint()

@@ -3,7 +3,7 @@ module test_record
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
    use dda_record, only: record_type, read_record
-   use record_files, only: data_file
+   use record_files, only: contents, data_file, remove_scratch, scratch_name, write_scratch
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
    private
@@ -20,6 +20,7 @@ contains
       call sections_of_cosmos()
       call columns_of_text()
       call header_in_words()
+      call headers_of_other_kinds()
       call units_agree()
       call steps_agree()
       call real_record()
@@ -126,6 +127,57 @@ contains
       call check_no_error(error, 'cosmos')
       if (.not. allocated(error)) call check(index(record%description, 'section 2 of 2') > 0, record%description)
    end subroutine header_in_words
+
+   !> Good files whose headers say something else: what they say is what the samples are.
+   subroutine headers_of_other_kinds()
+      character(len=:), allocatable :: smc, at2
+
+      call case('headers of other kinds')
+      smc = contents(data_file('sine.smc'))
+      at2 = contents(data_file('sine.at2'))
+      call expect_changed(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED VELOCITY    ', 'velocity', 1.0_wp, step)
+      call expect_changed(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED DISPLACEMENT', 'displacement', 1.0_wp, step)
+      call expect_changed(at2, 'ACCELERATION TIME SERIES IN UNITS OF G', 'VELOCITY TIME SERIES IN UNITS OF M/S', &
+         'velocity', 1.0_wp/9.80665_wp, step)
+      ! A number that its unit follows without a blank, and begins like an exponent.
+      call expect_changed(at2, 'DT=   .0200 SEC', 'DT= .0100each', 'acceleration', 1.0_wp, 0.01_wp)
+      ! A comment where a part of the file may begin.
+      call expect_changed(contents(data_file('sine.v2c')), '     100 acceleration pts', &
+         '| a comment'//new_line('a')//'     100 acceleration pts', 'acceleration', 1.0_wp, step)
+      call expect_changed(contents(data_file('sine_time.csv')), '0.00,'//achar(9)//'0.000000', '', '', &
+         0.0_wp, step)
+      call remove_scratch()
+   end subroutine headers_of_other_kinds
+
+   !> A file with one piece of text in place of another; an amplitude of 0: the first sample is gone.
+   subroutine expect_changed(bytes, old, new, quantity, amplitude, time_step)
+      character(len=*), intent(in) :: bytes, old, new, quantity
+      real(wp), intent(in) :: amplitude, time_step
+      type(record_type) :: record
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: unit
+      real(wp) :: wave(samples)
+      integer :: at
+
+      at = index(bytes, old)
+      call check(at > 0, "the file has '"//old//"'")
+      if (at == 0) return
+      call write_scratch(bytes(:at - 1)//new//bytes(at + len(old):))
+      unit = ''
+      if (quantity == '') unit = 'gal'
+      call read_record(record, scratch_name, 'auto', '', unit, error)
+      call check_no_error(error, new)
+      if (allocated(error)) return
+      call check_close(record%time_step, time_step, new//' step', relative=1.0e-12_wp)
+      if (quantity == '') then
+         wave = sine(1.0_wp)
+         call check_close(record%values, wave(2:), 'the rest', relative=printed)
+         call check(index(record%description, 'begin at 0.02 s') > 0, record%description)
+      else
+         call check(record%quantity == quantity, new//': '//record%quantity)
+         call check_close(record%values, sine(amplitude), new, relative=1.0e-5_wp)
+      end if
+   end subroutine expect_changed
 
    subroutine units_agree()
       call case('units and quantities must agree')

@@ -1,5 +1,6 @@
 !> Damaged and hostile record files: one clear error each, never a crash, never a wrong motion.
 module test_record_damage
+   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_file, error_input
    use dda_record, only: record_type, read_record
@@ -51,18 +52,11 @@ contains
       type(error_type), allocatable :: error
 
       call case('odd requests')
-      call read_record(record, scratch_name, 'text', '', 'm', error, time_step=huge(1.0_wp)*not_less_than(10.0_wp))
+      call read_record(record, scratch_name, 'text', '', 'm', error, time_step=ieee_value(1.0_wp, ieee_positive_inf))
       call check_fails(error, 'not a finite number')
       call read_record(record, repeat('folder/', 100)//'record.smc', 'smc', '', '', error)
       call check_fails(error, 'record.smc')
       if (allocated(error)) call check(len(error%message) < 500, 'a long path is shortened')
-   contains
-      !> Keeps the compiler from computing the overflow itself.
-      real(wp) function not_less_than(least)
-         real(wp), intent(in) :: least
-
-         not_less_than = max(least, real(command_argument_count(), wp))
-      end function not_less_than
    end subroutine odd_requests
 
    !> A hole of 300 MB behind the first byte: refused by its size, not read.
@@ -115,9 +109,10 @@ contains
    end subroutine wrong_counts
 
    subroutine wrong_numbers()
-      character(len=:), allocatable :: at2, smc, text
+      character(len=:), allocatable :: at2, smc, knet, text
 
       call case('numbers that are none')
+      knet = contents(data_file('sine.knet'))
       at2 = contents(data_file('sine.at2'))
       smc = contents(data_file('sine.smc'))
       text = contents(data_file('sine_time.csv'))
@@ -129,6 +124,7 @@ contains
       call damaged(smc, ' 0.0000E+0 1.2533E+1', ' Infinity  1.2533E+1', "'Infinity'")
       call damaged(smc, ' 0.0000E+0 1.2533E+1', '12.345678901.2533E+1', '12.34567890')
       call damaged(text, '12.533323', '12.53,3323', 'more than two columns')
+      call damaged(knet, '   52569 ', '   52569e12 ', 'counts')
    end subroutine wrong_numbers
 
    subroutine wrong_columns()
@@ -160,6 +156,9 @@ contains
       call damaged(at2, 'DT=   .0200', 'DT=      -1', 'time step -1')
       call damaged(at2, 'DT=   .0200', 'DX=   .0200', 'dt= number')
       call damaged(at2, 'UNITS OF G', 'UNITS OF H', 'does not state its unit')
+      call damaged(contents(data_file('sine_old.at2')), '     100   .02000', '     100  unknown', 'does not begin with')
+      call write_scratch(repeat('a line without numbers'//nl, 20))
+      call expect_error('at2', 'none of the first lines states NPTS')
       call damaged(knet, '2000(gal)/8388608', '2000(gal)/0      ', 'scale factor')
       call damaged(knet, '2000(gal)/8388608', '2000 gal          ', 'scale factor')
       call damaged(knet, '50Hz', 'many', "'many'")
@@ -251,7 +250,7 @@ contains
       if (format == 'text' .or. index(names, 'columns') > 0) unit = 'm/s2'
       call system_clock(before, rate)
       if (format == 'text') call read_record(record, scratch_name, format, '', unit, error, time_step=0.1_wp)
-      if (format == 'auto') call read_record(record, scratch_name, format, '', unit, error)
+      if (format /= 'text') call read_record(record, scratch_name, format, '', unit, error)
       call system_clock(after)
       call check_fails(error, names)
       if (.not. allocated(error)) return

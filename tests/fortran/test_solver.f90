@@ -26,6 +26,7 @@ contains
       end do
       call beyond_single_precision()
       call old_factor()
+      call slow_jacobi()
       do i = 1, size(solver_names)
          call no_numbers(trim(solver_names(i)))
          call no_pivot(trim(solver_names(i)))
@@ -158,6 +159,34 @@ contains
       call check_no_error(error, 'stale')
       call check(solver%method == 'stale' .and. solver%factors == 2, 'a second factor')
    end subroutine old_factor
+
+   !> Where the diagonal blocks come to need many iterations, `auto` takes a factor instead.
+   subroutine slow_jacobi()
+      integer, parameter :: n = 80
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: x(6, n), b(6, n), image(6, n)
+
+      call case('slow iterations with the diagonal blocks')
+      call chain(n, 1.0e4_wp, matrix)
+      call prepare(solver, 'auto', matrix, error)
+      call check(solver%method == 'jacobi', 'a good matrix')
+      call chain(n, 1.0e-3_wp, matrix)
+      b = reshape(random_vector(6*n), [6, n])
+      x = 0.0_wp
+      call renew(solver, matrix, matrix%diagonal, 1, error)
+      call check(solver%method == 'jacobi', 'not yet known')
+      call solve(solver, matrix, b, x, error)
+      call check_no_error(error, 'jacobi')
+      call renew(solver, matrix, matrix%diagonal, 1, error)
+      call check(solver%method == 'stale', 'a matrix that was slow')
+      x = 0.0_wp
+      call solve(solver, matrix, b, x, error)
+      call check_no_error(error, 'stale')
+      call multiply(matrix, x, image)
+      call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), 'the residual')
+   end subroutine slow_jacobi
 
    !> A NaN on the right must not come back as a solution.
    subroutine no_numbers(name)

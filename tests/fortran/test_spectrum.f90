@@ -136,6 +136,8 @@ contains
       call check_close(sum(abs(ratio)), 2.0_wp, 'and nowhere else', relative=1.0e-13_wp)
       call amplification(x, 0.0_wp*x, step, frequency, ratio, error)
       call check_fails(error, 'base')
+      call amplification(x, x(2:), step, frequency, ratio, error)
+      call check_fails(error, '64 and 63')
    end subroutine quiet_bins
 
    subroutine parabola()

@@ -1,5 +1,7 @@
 """The verdict of the energy audit reaches whoever runs the engine."""
 
+import math
+import re
 import warnings
 
 import pytest
@@ -53,6 +55,41 @@ def test_a_good_run_is_silent(file):
         warnings.simplefilter("error", sitedda.AuditWarning)
         done = sitedda.run(file)
     assert done.history.attrs["energy_audit"] == "balances"
+
+
+def wheel() -> list:
+    """An octagon that turns by a tenth of a radian in a step, on the ground."""
+    corners = [math.pi * (i + 0.5) / 4 for i in range(8)]
+    top = 0.5 * math.cos(math.pi / 8)  # of the ground, m: no corner is lower
+    outline = [f for a in corners for f in (0.5 * math.cos(a), top + 0.5 * math.sin(a))]
+    return [
+        (
+            "control",
+            {
+                "time_step": 0.03,
+                "steps": 33,
+                "gravity": [0.0, -9.81],
+                "max_displacement_ratio": 0.2,
+            },
+        ),
+        ("contact", {"normal_stiffness": 1e6}),
+        ("material", ROCK | {"initial_velocity": [0.0, 0.0, -6.0]}),
+        ("material", ROCK | {"name": "floor"}),
+        ("joint", DRY),
+        ("block", {"vertices": outline}),
+        ("block", {"material": "floor", "vertices": [-5.0, -1.0, 5.0, -1.0, 5.0, 0.0, -5.0, 0.0]}),
+        *(("fixed_point", {"x": x, "y": -0.5}) for x in (-4.0, 4.0)),
+    ]
+
+
+def test_steps_too_long_for_the_geometry_are_told(tmp_path):
+    """The audit names what the exact geometry gave to the springs, as the output has it."""
+    path = tmp_path / "wheel.nml"
+    path.write_text(namelist(wheel()))
+    with pytest.warns(sitedda.AuditWarning, match="try a smaller time_step") as told:
+        done = sitedda.run(path)
+    gained = float(re.search(r"got (-?[\d.]+) of", str(told[0].message))[1])
+    assert gained == pytest.approx(float(done.history.energy_geometric[-1]), abs=1e-6)
 
 
 @pytest.mark.parametrize(

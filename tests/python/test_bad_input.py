@@ -138,6 +138,12 @@ CASES = [
         ["motion_x", "'x'"],
     ),
     (
+        "motion across what is held",
+        changed(tower(), "fixed_point", direction="y"),
+        "&fixed_point",
+        ["not held in"],
+    ),
+    (
         "base motion",
         changed(tower(), "control", base_motion_y="x"),
         "&control",

@@ -74,6 +74,13 @@ FAULTS = [
         3,
         ["does not converge", "worst contact", "least_time_step"],
     ),
+    (
+        "never closes, original rules",
+        changed(jammed(), "contact", contact_rules="original", normal_stiffness=1e12),
+        "ConvergenceError",
+        3,
+        ["does not converge by the original rules"],
+    ),
     *(
         (f"no pivot, {name}", hopeless(name), "SolverError", 4, ["not positive definite"])
         for name in SOLVERS

@@ -5,6 +5,7 @@ import gc
 import pickle
 import subprocess
 import sys
+import time
 import weakref
 from concurrent.futures import ThreadPoolExecutor
 
@@ -125,6 +126,19 @@ def test_an_error_of_the_callers_own_passes_through(write_input, tmp_path):
     with xr.open_dataset(tmp_path / "out.nc.partial", engine="netcdf4") as dataset:
         assert dataset.attrs["complete"] == "no"
     assert not (tmp_path / "out.nc").exists()
+
+
+def test_phases_add_up_to_the_time_of_the_steps(write_input):
+    """From the first call on, all time of the steps belongs to a phase, and no more than that."""
+    with sitedda.Simulation(write_input(tower(steps=2000))) as run:
+        run.advance(10)
+        assert not any(run.phase_times().values())
+        begun = time.perf_counter()
+        run.advance(1500)
+        passed = time.perf_counter() - begun
+        spent = run.phase_times()
+    assert all(seconds > 0 for name, seconds in spent.items() if name != "search")
+    assert 0.3 * passed < sum(spent.values()) <= passed
 
 
 # --- Changes -------------------------------------------------------------------------------------
