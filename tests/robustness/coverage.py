@@ -55,6 +55,7 @@ def run_tests(folder: Path) -> None:
     for old in folder.rglob("*.gcda"):
         old.unlink()
     quiet = {"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+    quiet["FUZZ_TIME_LIMIT"] = "60"  # without optimisation and with counters
     path = f"{folder / 'venv' / 'bin'}{os.pathsep}{os.environ['PATH']}"
     environment = (
         os.environ | quiet | {"PATH": path, "SITEDDA_TEST_DATA": str(ROOT / "tests" / "data")}

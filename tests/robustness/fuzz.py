@@ -31,7 +31,8 @@ from model_text import changed, namelist, tower  # noqa: E402
 from mutations import mutated_checkpoint, mutated_input, mutated_record  # noqa: E402
 
 PYTHON_PROBE = [sys.executable, str(HERE / "probe.py")]
-TIME_LIMIT = 5.0  # s of a processor for one file
+TIME_LIMIT = float(os.environ.get("FUZZ_TIME_LIMIT", "5"))  # s of a processor for one file
+FAREWELL = 10.0  # s of the clock for a probe that has nothing more to answer
 PATIENCE = 20  # of the time limit, on the wall clock of a busy machine
 MEMORY_LIMIT = 2 * 1024**3  # bytes of address space of the probe
 LONGEST_MESSAGE = 2000  # bytes; a person has to read it
@@ -68,12 +69,23 @@ class Probe:
         )
 
     def stop(self) -> None:
-        """End the process."""
+        """End the process: no more requests, and if that is not enough, by force."""
         if self.process:
-            self.process.kill()
-            self.process.wait()
             self.process.stdin.close()
+            try:
+                self.process.wait(FAREWELL)
+            except subprocess.TimeoutExpired:
+                self.kill()
+                return
             self.process.stdout.close()
+        self.process = None
+
+    def kill(self) -> None:
+        """End the process by force."""
+        self.process.kill()
+        self.process.wait()
+        self.process.stdin.close()
+        self.process.stdout.close()
         self.process = None
 
     def ask(self, request: str, limit: float) -> str:
@@ -85,7 +97,7 @@ class Probe:
         self.process.stdin.flush()
         answer = self._line(begin + limit, time.monotonic() + PATIENCE * limit)
         if answer is None:
-            self.stop()
+            self.kill()
             return "hang"
         if not answer.endswith(b"\n"):
             status = self.process.wait()
