@@ -20,6 +20,7 @@ module dda_input_bodies
    real(wp), parameter :: farthest = 1.0e9_wp      !< m; places beyond have no digits left for gaps
    real(wp), parameter :: least_extent = 1.0e-9_wp !< m
    real(wp), parameter :: least_share = 1.0e-9_wp  !< size of a block over that of the model: less is rounding
+   real(wp), parameter :: least_side = 1.0e-12_wp  !< of a block over the same: less has no direction
    real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the size
    integer(long), parameter :: block_bytes = 10000 !< of memory that a block with its contacts takes
 
@@ -121,8 +122,18 @@ contains
          trouble = ' measures '//to_text(own)//' m, too little beside the '//to_text(extent)//' m of the model'
       else if (.not. area_of(vertices) > least_area*own**2) then
          trouble = ' has no area'
+      else if (.not. shortest_side(vertices) > least_side*extent) then
+         trouble = ' has a side of '//to_text(shortest_side(vertices))//' m, too little beside the '//to_text(extent)// &
+            ' m of the model'
       end if
    end function size_trouble
+
+   !> Length of the shortest side of a polygon, m.
+   pure real(wp) function shortest_side(vertices) result(length)
+      real(wp), intent(in) :: vertices(:,:)
+
+      length = minval(norm2(cshift(vertices, 1, 2) - vertices, 1))
+   end function shortest_side
 
    !> No two blocks may overlap.
    subroutine check_overlap(model, file, groups, source, error)

@@ -367,6 +367,7 @@ contains
    !> Sizes and places at which rounding would eat the shape, in generated blocks too.
    subroutine bad_sizes()
       character(len=*), parameter :: before = control//rock//newline//joint//newline
+      type(model_type) :: model
 
       call case('sizes and places')
       call refuse(before//'&layers bottom = 1e16 width = 10.0 thickness = 1.0 count = 3 /', '&layers', 'line 5', &
@@ -376,6 +377,9 @@ contains
       call refuse(whole//'&layers left = -9e8 width = 1e7 thickness = 1e7 / &layers left = 9e8 width = 1e7 thickness = 1e7 /', &
          '&block', 'line 4', 'block 1 measures 1 m, too little beside')
       call refuse(before//'&drums width = 1e6 height = 1e-9 count = 2 /', '&drums', 'block 1 drum_1 has no area')
+      call refuse(before//'&drums width = 1.0 top_width = 1e-14 height = 1.0 count = 2 /', '&drums', &
+         'block 2 drum_2 has a side of', 'too little beside the 2 m')
+      call accept(model, before//'&drums width = 1.0 top_width = 1e-9 height = 1.0 count = 2 /')
       call refuse(before//'&wall brick_length = 1.0 brick_height = 1.0 bricks = 2 name = '''//repeat('n', 57)//''' /', &
          '&wall', 'too long: at most 56')
    end subroutine bad_sizes
