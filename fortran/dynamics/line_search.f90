@@ -43,7 +43,8 @@ contains
       far = 1.0_wp
       ! Regula falsi; halving the slope of an end that stays (Illinois) keeps it from creeping.
       do look = 1, most_looks
-         part = near - down*(far - near)/(up - down)
+         part = near  ! rounding may leave slopes that are equal or the wrong way round: then halve
+         if (up > down) part = near - down*(far - near)/(up - down)
          if (.not. (part > near .and. part < far)) part = 0.5_wp*(near + far)
          here = start + part*growth + contact_slope(contacts, laws, part)
          if (abs(here) <= flat*abs(first)) exit
