@@ -8,7 +8,7 @@ module dda_detection
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, reserve
    use dda_contact_geometry, only: find_type, set_contact
-   use dda_entrance, only: choice_type, examine, corner_choices, grazes, entrance
+   use dda_entrance, only: choice_type, examine, list_choices, grazes, entrance
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
@@ -175,16 +175,17 @@ contains
       type(neighbours_type), intent(in) :: neighbours
       integer, intent(in) :: p
       real(wp), intent(in) :: distance
-      real(wp) :: least, apart
+      real(wp) :: here(2), least, apart
       integer :: i, k, w
 
       nearest = 0
       least = distance**2
+      here = blocks%vertex(:, neighbours%probe(1, p))
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          w = neighbours%edge(i)
          do k = 1, 2
             if (k == 2) w = blocks%next(w)
-            apart = sum((blocks%vertex(:, neighbours%probe(1, p)) - blocks%vertex(:, w))**2)
+            apart = (here(1) - blocks%vertex(1, w))**2 + (here(2) - blocks%vertex(2, w))**2
             if (apart >= least .or. .not. neighbours%convex(w)) cycle
             least = apart
             nearest = w
@@ -215,7 +216,7 @@ contains
       met = .false.
       best%gap = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         choice = examine(blocks, neighbours%probe(1, p), neighbours%edge(i))
+         call examine(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, detection)) cycle
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
             if (choice%gap > best%gap) best = choice
@@ -274,7 +275,7 @@ contains
       hidden = .false.
       if (choice%gap >= 0.0_wp) return
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         other = examine(blocks, choice%vertex, neighbours%edge(i))
+         call examine(blocks, choice%vertex, neighbours%edge(i), other)
          if (other%overshoot > size .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) cycle
          across = blocks%next(other%edge) == choice%edge .and. neighbours%convex(choice%edge)
          across = across .or. (blocks%next(choice%edge) == other%edge .and. neighbours%convex(other%edge))
@@ -296,7 +297,7 @@ contains
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      choice = corner_choices(blocks, v, w)
+      call list_choices(blocks, v, w, choice)
       skin = skin_of(detection, blocks, v, w)
       grazed = grazes(choice, skin, detection%travel) .and. (choice%past_end .eqv. [.true., .false., .true., .false.])
       if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return

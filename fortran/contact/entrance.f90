@@ -11,7 +11,7 @@ module dda_entrance
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: choice_type, examine, corner_choices, grazes, entrance
+   public :: choice_type, examine, list_choices, grazes, entrance
 
    real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp  !< edges nearer than this are parallel
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
@@ -31,10 +31,10 @@ module dda_entrance
 contains
 
    !> A vertex against one edge of another block.
-   pure function examine(blocks, vertex, edge) result(choice)
+   pure subroutine examine(blocks, vertex, edge, choice)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: vertex, edge
-      type(choice_type) :: choice
+      type(choice_type), intent(out) :: choice
       real(wp) :: along(2), from(2), length, foot
 
       along = blocks%along(:, edge)
@@ -48,30 +48,30 @@ contains
       choice%overshoot = max(-foot, foot - length)
       choice%past_end = foot > 0.5_wp*length
       choice%separation = 0.0_wp
-   end function examine
+   end subroutine examine
 
    !> The up to four choices at corners v and w: v on the edges before and after w, w on those before and after v.
-   pure function corner_choices(blocks, v, w) result(choice)
+   pure subroutine list_choices(blocks, v, w, choice)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: v, w
-      type(choice_type) :: choice(4)
+      type(choice_type), intent(out) :: choice(4)
 
-      choice(1) = examine_corner(blocks, v, blocks%previous(w))
-      choice(2) = examine_corner(blocks, v, w)
-      choice(3) = examine_corner(blocks, w, blocks%previous(v))
-      choice(4) = examine_corner(blocks, w, v)
-   end function corner_choices
+      call examine_corner(blocks, v, blocks%previous(w), choice(1))
+      call examine_corner(blocks, v, w, choice(2))
+      call examine_corner(blocks, w, blocks%previous(v), choice(3))
+      call examine_corner(blocks, w, v, choice(4))
+   end subroutine list_choices
 
    !> As `examine`, with how well the edge separates the vertex' own block from it.
-   pure function examine_corner(blocks, vertex, edge) result(choice)
+   pure subroutine examine_corner(blocks, vertex, edge, choice)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: vertex, edge
-      type(choice_type) :: choice
+      type(choice_type), intent(out) :: choice
 
-      choice = examine(blocks, vertex, edge)
+      call examine(blocks, vertex, edge, choice)
       choice%separation = min(-dot_product(choice%normal, blocks%along(:, blocks%previous(vertex))), &
          dot_product(choice%normal, blocks%along(:, vertex)))
-   end function examine_corner
+   end subroutine examine_corner
 
    !> The vertex is still outside, within the skin, and its foot is on the edge, but hardly.
    elemental logical function grazes(choice, skin, travel)

@@ -16,7 +16,7 @@ module dda_line_search
    public :: descend
 
    integer, parameter :: most_looks = 40
-   real(wp), parameter :: flat = 1.0e-6_wp        !< a slope below this share of the first one is none
+   real(wp), parameter :: flat = 1.0e-2_wp        !< a slope below this share of the first one is none
    real(wp), parameter :: rounding = 1.0e-10_wp  !< a slope below this share of the curvature is none
 
 contains

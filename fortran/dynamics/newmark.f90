@@ -6,7 +6,7 @@ module dda_newmark
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
-   public :: carry_velocity, integrate, kinetic_energy, farthest_move
+   public :: carry_velocity, predict, integrate, kinetic_energy, farthest_move
 
 contains
 
@@ -23,6 +23,15 @@ contains
       blocks%velocity = dynamic_factor*blocks%velocity
       loss = before - kinetic_energy(blocks)
    end subroutine carry_velocity
+
+   !> A first guess of the step for solvers that iterate: the acceleration of the last one goes on.
+   pure subroutine predict(blocks, d, time_step)
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(out) :: d(6, blocks%n)
+      real(wp), intent(in) :: time_step
+
+      d = time_step*(blocks%velocity + 0.5_wp*time_step*blocks%acceleration)
+   end subroutine predict
 
    !> Accept the step: new coordinates, velocities, accelerations and vertices.
    subroutine integrate(blocks, d, time_step)

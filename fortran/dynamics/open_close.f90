@@ -59,22 +59,25 @@ contains
       type(laws_type), intent(in) :: laws
       type(error_type), allocatable, intent(out) :: error
       integer :: changed, runaway, i
-      logical :: new_matrix, tightened
+      logical :: new_matrix, tightened, exactly
 
       call begin_iteration(iteration, contacts)
       changed = 0
+      exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
+      if (.not. exactly) iteration%reduction = loose
       new_matrix = .true.
       do i = 1, iteration%max_iterations
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, new_matrix, changed, error)
          if (allocated(error)) return
-         call follow_normal_forces(iteration, system, solver, contacts, laws, changed == 0, runaway, error)
+         call follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
          if (allocated(error)) return
          call lap(system%watch, phase_solve)
          if (runaway > 0) then
             call hold(system, contacts, runaway)
             new_matrix = .true.
             changed = 1
+            exactly = .false.
             cycle
          end if
          call ask_contacts(iteration, system%d, contacts, laws)
@@ -89,6 +92,7 @@ contains
          call globalise(iteration, system, contacts, laws, new_matrix)
          call adopt_answers(contacts, iteration%past, changed)
          new_matrix = new_matrix .or. changed > 0
+         exactly = changed == 0
          iteration%changes = iteration%changes + changed
       end do
       call fail(error, error_convergence, 'the open–close iteration does not converge')

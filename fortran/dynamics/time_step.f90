@@ -6,7 +6,7 @@ module dda_time_step
    use dda_audit, only: book_step, book_motion
    use dda_contact_search, only: find_contacts
    use dda_model, only: half_size
-   use dda_newmark, only: carry_velocity, integrate, farthest_move
+   use dda_newmark, only: carry_velocity, predict, integrate, farthest_move
    use dda_open_close, only: close_contacts
    use dda_original_rules, only: close_by_original_rules
    use dda_simulation, only: simulation_type
@@ -58,6 +58,7 @@ contains
          call assemble_base(simulation%system, simulation%model, simulation%blocks, &
             simulation%time + simulation%time_step, simulation%time_step)
          call weigh_loads(simulation%solver, simulation%system%load)
+         call predict(simulation%blocks, simulation%system%d, simulation%time_step)
          call lap(simulation%system%watch, phase_assemble)
          if (simulation%model%contact%original_rules) then
             call close_by_original_rules(simulation%iteration, simulation%system, simulation%solver, contacts, &
@@ -103,7 +104,6 @@ contains
       end if
       ! The next attempt starts from the contacts of the last good step, not from what went wrong.
       simulation%now = 3 - simulation%now
-      simulation%system%d = 0.0_wp
    end subroutine retry
 
    !> Make the solution of the step the new state.

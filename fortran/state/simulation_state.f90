@@ -28,8 +28,6 @@ contains
       call carry_contacts(archive, simulation%contacts(simulation%now), simulation%blocks, simulation%neighbours, &
          size(simulation%model%joints))
       call carry_iteration(archive, simulation%iteration, simulation%contacts(simulation%now)%n)
-      call carry_label(archive, 'solution')
-      call carry(archive, simulation%system%d)
       if (archive%reading .and. .not. allocated(archive%trouble)) then
          call set_matrix_pattern(simulation%system, simulation%blocks%n, simulation%neighbours)
          call analyse(simulation%solver, simulation%system%matrix)

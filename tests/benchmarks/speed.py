@@ -32,7 +32,7 @@ PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "upda
 SETTLING, REST = 12, 15  # looks, steps between them: after each look all rates are set to zero
 LEAD = 60  # steps of shaking before the active phase is measured
 LONGEST = 4 * PERIOD  # steps of shaking
-LIMIT = 240  # s for a case
+LIMIT = 400  # s for a case
 SHORT = 5e-4  # s: steps shorter than this are timed in stretches
 
 
@@ -101,7 +101,9 @@ def arguments() -> argparse.Namespace:
 
 
 def machine() -> str:
-    """Processor and versions, in one line."""
+    """Processor, what it is able to do now, and versions, in one line."""
+    import numpy as np
+
     import sitedda
 
     name = platform.processor() or platform.machine()
@@ -109,8 +111,21 @@ def machine() -> str:
         for entry in Path("/proc/cpuinfo").read_text().splitlines():
             if entry.startswith("model name"):
                 name = entry.split(":")[1].strip()
-    load = f"load {os.getloadavg()[0]:.1f}"
-    return f"{name}, {os.cpu_count()} cores, {load}, sitedda {sitedda.__version__}"
+    square, long = np.ones((512, 512)), np.ones(30_000_000, np.float32)
+    products = 2e-9 * 512**3 / best_time(lambda: square @ square)
+    reads = 1e-9 * long.nbytes / best_time(lambda: long @ long)
+    able = f"dgemm {products:.0f} GFlop/s, reads {reads:.0f} GB/s, load {os.getloadavg()[0]:.1f}"
+    return f"{name}, {os.cpu_count()} cores, {able}, sitedda {sitedda.__version__}"
+
+
+def best_time(action) -> float:
+    """Seconds, the best of a few."""
+    times = []
+    for _ in range(7):
+        begun = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - begun)
+    return min(times)
 
 
 def measured_apart(case: Case) -> dict:
@@ -158,8 +173,20 @@ def measure(case: Case) -> dict:
                 run.advance(rest - run.steps + LEAD)
                 result["active"] = watch(run, min(steps, LONGEST), budget)
                 result["active"] |= beside(run, model, case, rest)
-    result["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    result["memory"] = most_memory()
     return result
+
+
+def most_memory() -> float:
+    """The most that this process has used, MB.
+
+    On Linux, not what it was forked from, which is in ru_maxrss.
+    """
+    status = Path("/proc/self/status")
+    if not status.exists():
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    lines = dict(line.split(":", 1) for line in status.read_text().splitlines() if ":" in line)
+    return int(lines["VmHWM"].split()[0]) / 1024
 
 
 def beside(run, model, case: Case, rest: int) -> dict:
@@ -196,7 +223,9 @@ def watch(run, most: int, budget: float) -> dict:
     run.phase_times()
     times, counts, phases = [], run.counts, run.phase_times()
     begun = time.perf_counter()
-    while len(times) * stretch < most - 3 and time.perf_counter() - begun < budget:
+    while not times or (
+        len(times) * stretch < most - 3 and time.perf_counter() - begun < budget
+    ):
         start = time.perf_counter()
         run.advance(stretch)
         times.append((time.perf_counter() - start) / stretch)
@@ -223,7 +252,8 @@ def line(result: dict) -> str:
         name += f" | {phase} {1e3 * it['step']:9.4f} ms {1 / it['step']:9.1f}/s"
         name += f" oc {it['counts']['iterations']:.1f} cg {it['counts']['solver_iterations']:.0f}"
         if "plain" in it:
-            name += f" plain {1e3 * it['plain']:.1f} ms for {1e3 * it['own']:.3f}"
+            name += f" plain {1e3 * it['plain']:.1f} ms ({it['plain_iterations']:.0f} its)"
+            name += f" for {1e3 * it['own']:.3f}"
             if it["difference"] is not None:
                 name += f", differs by {it['difference']:.0e}"
     return f"{name} | {result['memory']:.0f} MB"

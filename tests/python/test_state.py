@@ -34,6 +34,7 @@ REMADE = {
         "base": "made in each step",
         "load": "made in each step",
         "rhs": "made in each step",
+        "d": "guessed at the start of each step",
         "previous_d": "set before it is used",
         "watch": "a clock for those who measure",
     },

@@ -35,7 +35,7 @@ def pile(blocks: int, friction: float = 30.0) -> str:
 
 @pytest.mark.parametrize("penalty", [YOUNG / 25, YOUNG, 300 * YOUNG])
 def test_penetration_tolerance(penalty):
-    """Whatever the penalty, contacts penetrate by no more than asked; forces are those of statics."""
+    """At any penalty, contacts penetrate by no more than asked; forces are those of statics."""
     text = control(5e-3, 400, dynamic_factor=0.0) + pile(3)
     text += contact(penalty, penetration_tolerance=TOLERANCE)
     with simulation(text) as run:
@@ -74,7 +74,7 @@ def test_same_as_stiff_penalty():
 
 @pytest.mark.parametrize(("friction", "slides"), [(40.0, False), (20.0, True)])
 def test_original_rules(friction, slides):
-    """By the original's rules a block on a slope of 30° holds at 40° and slides at 20° as it should."""
+    """By the original's rules a block on a slope of 30° holds at 40° and slides at 20°."""
     slope = np.radians(30.0)
     text = control(1e-3, 500) + contact(1e9, contact_rules="original")
     text += material("stone", DENSITY, YOUNG, 0.0) + group(
