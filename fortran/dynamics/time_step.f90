@@ -122,6 +122,7 @@ contains
          contacts%state(:contacts%n) = contacts%answer(:contacts%n)
       end associate
       simulation%neighbours%travel = simulation%neighbours%travel + simulation%speed*simulation%time_step
+      simulation%path = simulation%path + simulation%speed*simulation%time_step
       simulation%counters%broken = simulation%counters%broken + simulation%iteration%broken
       simulation%step = simulation%step + 1
       call move_clock(simulation, end_time)

@@ -77,20 +77,22 @@ contains
       if (abs(balance(simulation%energy)) > allowed) then
          text = 'the energy audit does not balance: '//to_text(balance(simulation%energy))//' of '//to_text(scale)// &
             ' J/m are unexplained, allowed '//to_text(allowed)//'; try a lower force_tolerance'
-      else if (abs(simulation%energy%geometric) > most_geometric*scale) then
+      else if (abs(simulation%energy%geometric) > max(most_geometric*scale, allowed)) then
          text = 'the geometry of contacts changed by so much in a step that their springs got '// &
             to_text(simulation%energy%geometric)//' of '//to_text(scale)//' J/m between steps; try a smaller time_step'
       end if
    end function audit_warning
 
-   !> Work of the weight over the rounding of places in all steps, J/m: a model at rest balances no better.
+   !> What rounding of places leaves open, J/m: work of the weight over it in all steps, of the forces that it makes in
+   !> contacts over the path, and velocities.  A model at rest, or without weight, balances no better.
    pure real(wp) function rounding(simulation)
       type(simulation_type), intent(in) :: simulation
+      real(wp) :: places, mass
 
-      associate (blocks => simulation%blocks)
-         rounding = real(simulation%step, wp)*16*epsilon(1.0_wp)*half_size(simulation%model%blocks) &
-            *norm2(simulation%model%control%gravity)*sum(blocks%mass)
-      end associate
+      places = 16*epsilon(1.0_wp)*half_size(simulation%model%blocks)
+      mass = sum(simulation%blocks%mass)
+      rounding = real(simulation%step, wp)*places*norm2(simulation%model%control%gravity)*mass &
+         + simulation%iteration%noise*simulation%path + 0.5_wp*mass*(places/simulation%time_step)**2
    end function rounding
 
 end module dda_trouble

@@ -46,6 +46,7 @@ contains
       call carry(archive, simulation%time_step)
       call carry(archive, simulation%last_time_step)
       call carry(archive, simulation%speed)
+      call carry(archive, simulation%path)
       call carry_number(archive, simulation%now, 1, size(simulation%contacts))
    end subroutine carry_clock
 

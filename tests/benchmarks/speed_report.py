@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 AGAINST_PLAIN = """Against the same step in numpy and scipy (`tests/benchmarks/plain_step.py`),
-which begins with the contacts that the engine has found and keeps its factor while no spring changes; it
-has no line search and is given up after 25 open–close iterations.  Places differ by so much of the
-largest move (– where no plain iteration converged):
+which begins with the contacts that the engine has found and keeps its factor while no spring
+changes; it has no line search and is given up after 25 open–close iterations.  Places differ by so
+much of the largest move (– where no plain iteration converged):
 
 """
 NOTES = """

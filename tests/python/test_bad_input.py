@@ -558,6 +558,7 @@ def test_nothing_in_an_input_is_executed(name, write_input, native, tmp_path):
     assert not list(tmp_path.rglob("harm"))
 
 
+@pytest.mark.filterwarnings("error::sitedda.AuditWarning")
 def test_touching_blocks_do_not_overlap(write_input):
     outlines = [rectangle(0.1 * i, 0.0, 0.1, 0.3) for i in range(20)]
     assert sitedda.run(write_input(blocks(*outlines, steps=2))).complete
