@@ -33,6 +33,7 @@ SETTLING, REST = 12, 15  # looks, steps between them: after each look all rates 
 LEAD = 60  # steps of shaking before the active phase is measured
 LONGEST = 4 * PERIOD  # steps of shaking
 LIMIT = 400  # s for a case
+QUIET_FROM = 50000  # blocks from which no active phase is measured; nor is one of the rivals
 SHORT = 5e-4  # s: steps shorter than this are timed in stretches
 
 
@@ -169,7 +170,7 @@ def measure(case: Case) -> dict:
             result["quiet"] = watch(run, steps, budget)
             result["quiet"] |= beside(run, model, case, rest)
             result["solver"] = run.solver
-            if case.solver_asked == "auto":  # the rival is too slow to be shaken
+            if case.solver_asked == "auto" and len(model.polygons) < QUIET_FROM:
                 run.advance(rest - run.steps + LEAD)
                 result["active"] = watch(run, min(steps, LONGEST), budget)
                 result["active"] |= beside(run, model, case, rest)
@@ -224,7 +225,7 @@ def watch(run, most: int, budget: float) -> dict:
     times, counts, phases = [], run.counts, run.phase_times()
     begun = time.perf_counter()
     while not times or (
-        len(times) * stretch < most - 3 and time.perf_counter() - begun < budget
+        (len(times) + 1) * stretch <= most - 3 and time.perf_counter() - begun < budget
     ):
         start = time.perf_counter()
         run.advance(stretch)
