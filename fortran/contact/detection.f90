@@ -25,7 +25,7 @@ module dda_detection
       real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact that presses, m
       real(wp) :: largest_corner = 0.0_wp !< m
       real(wp) :: pressed = 0.0_wp       !< the same beyond the depth at which a contact was met first, m
-      real(wp), allocatable :: skin(:)   !< [blocks] how deep something may be in and pass a corner of the block, m
+      real(wp), allocatable :: depth(:)  !< [vertices] deepest penetration of each vertex where it presses, m
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       type(find_type), allocatable :: find(:) !< [edges of the probes] a probe finds no more than it has edges
       integer, allocatable :: finds(:)   !< [pieces of the probes] found in each
@@ -43,7 +43,7 @@ contains
 
       detection%least = distance
       detection%distance = distance
-      allocate (detection%skin(blocks%n), source=0.0_wp)
+      allocate (detection%depth(size(blocks%owner)), source=0.0_wp)
       allocate (detection%corner(size(blocks%owner)))
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
@@ -54,29 +54,32 @@ contains
    end subroutine prepare_detection
 
    !> How deep the last step's contacts went.
-   !>
-   !> What is pressed in so deep at one block may come to the next one, which is pressed in less.
    pure subroutine measure_depths(detection, contacts)
       type(detection_type), intent(inout) :: detection
       type(contacts_type), intent(in) :: contacts
       real(wp) :: depth, pressed
-      integer :: c, i, j
+      integer :: c
 
       detection%deepest = 0.0_wp
       detection%pressed = 0.0_wp
-      detection%skin = 0.0_wp
+      detection%depth = 0.0_wp
       do c = 1, contacts%n
          pressed = -contacts%new_gap(c)
          if (pressed <= 0.0_wp) cycle
          depth = pressed - contacts%offset(c)
          detection%deepest = max(detection%deepest, depth)
          detection%pressed = max(detection%pressed, pressed)
-         i = contacts%block_v(c)
-         j = contacts%block_e(c)
-         detection%skin(i) = max(detection%skin(i), depth + pressed)
-         detection%skin(j) = max(detection%skin(j), depth + pressed)
+         call deepen(detection%depth(contacts%vertex(c)), depth)
+         if (contacts%corner(c) > 0) call deepen(detection%depth(contacts%corner(c)), depth)
       end do
    end subroutine measure_depths
+
+   elemental subroutine deepen(deepest, depth)
+      real(wp), intent(inout) :: deepest
+      real(wp), intent(in) :: depth
+
+      deepest = max(deepest, depth)
+   end subroutine deepen
 
    !> List all contacts nearer than the distance of this step, with geometry; history is left blank.
    !>
@@ -243,20 +246,18 @@ contains
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
       faces = choice%overshoot <= 0.0_wp
-      if (faces .and. .not. grazes(choice, skin_of(detection, blocks, choice%vertex, end_vertex), detection%travel)) return
+      if (faces .and. .not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), detection%travel)) return
       if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
       faces = .not. neighbours%convex(end_vertex)
    end function faces
 
-   !> Depth, m, of what is passed over where two corners meet: little more than the depth of contacts of their
-   !> blocks, less than their size.
-   pure real(wp) function skin_of(detection, blocks, v, w)
+   !> Depth, m, of what is passed over where two corners meet: twice that to which they are pressed into others now,
+   !> less than their size.
+   pure real(wp) function skin_of(detection, v, w)
       type(detection_type), intent(in) :: detection
-      type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: v, w
 
-      skin_of = min(max(detection%skin(blocks%owner(v)), detection%skin(blocks%owner(w))), &
-         detection%corner(v), detection%corner(w))
+      skin_of = min(2*max(detection%depth(v), detection%depth(w)), detection%corner(v), detection%corner(w))
    end function skin_of
 
    !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
@@ -298,7 +299,7 @@ contains
 
       v = neighbours%probe(1, p)
       call list_choices(blocks, v, w, choice)
-      skin = skin_of(detection, blocks, v, w)
+      skin = skin_of(detection, v, w)
       grazed = grazes(choice, skin, detection%travel) .and. (choice%past_end .eqv. [.true., .false., .true., .false.])
       if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return
       best = entrance(blocks, choice, detection%corner(v), skin, grazed)

@@ -424,7 +424,7 @@ contains
          call find_neighbours(near, blocks, 2*distance)
          call prepare_detection(detection, blocks, distance)
          detection%travel = distance
-         detection%skin = skin
+         detection%depth = 0.5_wp*skin
          call detect_contacts(contacts, blocks, near, detection)
          met = met + contacts%n
          call check(all(contacts%gap(:contacts%n) >= -skin), 'apart')
