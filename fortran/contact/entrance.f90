@@ -4,8 +4,8 @@
 !> entrance edges (Shi's first-entrance theory), and the one of least penetration acts.
 !>
 !> A vertex that presses on one block and comes to the next one of the same height is a little lower than
-!> that one's corner.  It must not run into its side: what would be hit by less than the depth to which contacts
-!> of the two blocks are pressed now is grazed, and passed over.
+!> that one's corner.  It must not run into its side: what would be hit by little more than that depth is grazed,
+!> and passed over.
 module dda_entrance
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
