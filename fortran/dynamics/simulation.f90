@@ -47,7 +47,7 @@ module dda_simulation
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
       real(wp) :: last_time_step = 0.0_wp      !< Δt of the last step, s
       real(wp) :: speed = 0.0_wp               !< bound on the farthest move of a vertex in the last step / Δt, m/s
-      real(wp) :: path = 0.0_wp             !< sum of the farthest moves of all steps, m
+      real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
    end type simulation_type
 
 contains
