@@ -399,21 +399,32 @@ contains
    !> Two blocks that pass each other, corner by corner, so fast that a step leads beyond the corner: as long as
    !> an edge line separates them, none of what is listed is deep in.
    subroutine fast_corners()
+      call case('corners that pass each other fast')
+      call pass_by(reshape([-0.13_wp, -0.08_wp, -0.04_wp, -0.13_wp, 0.0_wp, 0.0_wp, -0.10_wp, -0.05_wp], [2, 4]), &
+         reshape([0.14_wp, 0.09_wp, 0.06_wp, 0.14_wp, 0.03_wp, 0.13_wp, 0.0_wp, 0.0_wp, 0.10_wp, 0.025_wp], [2, 5]), &
+         0.01_wp, distance)
+      call case('corners on two sides of a thin block')
+      call pass_by(reshape([0.128_wp, -0.068_wp, 0.134_wp, -0.022_wp, 0.0_wp, 0.0_wp, -0.007_wp, -0.022_wp, &
+         0.045_wp, -0.058_wp], [2, 5]), reshape([0.098_wp, -0.016_wp, 0.145_wp, 0.121_wp, 0.086_wp, 0.139_wp, &
+         -0.018_wp, 0.142_wp, -0.076_wp, 0.126_wp, -0.040_wp, 0.055_wp, 0.001_wp, 0.0_wp], [2, 7]), &
+         0.005_wp, 1.5_wp*distance)
+   end subroutine fast_corners
+
+   !> The second block at many places about its own, where a step may lead as far as contacts are listed.
+   subroutine pass_by(first, place, about, within)
+      real(wp), intent(in) :: first(:,:), place(:,:), about, within
       real(wp), parameter :: skin = 4.0e-4_wp
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
       type(neighbours_type) :: near
       type(detection_type) :: detection
-      real(wp) :: first(2, 4), second(2, 5)
+      real(wp) :: second(2, size(place, 2))
       integer :: i, met
 
-      call case('corners that pass each other fast')
-      first = reshape([-0.13_wp, -0.08_wp, -0.04_wp, -0.13_wp, 0.0_wp, 0.0_wp, -0.10_wp, -0.05_wp], [2, 4])
       met = 0
       do i = 1, 1000
-         second = reshape([0.14_wp, 0.09_wp, 0.06_wp, 0.14_wp, 0.03_wp, 0.13_wp, 0.0_wp, 0.0_wp, 0.10_wp, 0.025_wp], [2, 5])
-         second = shifted(second, 0.01_wp*random_vector(2))
+         second = shifted(place, about*random_vector(2))
          if (separation_of(first, second) < 0.0_wp) cycle
          outlines%n = 0
          outlines%n_vertices = 0
@@ -421,16 +432,16 @@ contains
          call add_outline(outlines, second, 1, 1, 1, '')
          call blocks_of(outlines, blocks)
          blocks%velocity(1:2, :) = reshape(random_vector(4), [2, 2])
-         call find_neighbours(near, blocks, 2*distance)
-         call prepare_detection(detection, blocks, distance)
-         detection%travel = distance
+         call find_neighbours(near, blocks, 2*within)
+         call prepare_detection(detection, blocks, within)
+         detection%travel = within
          detection%depth = 0.5_wp*skin
          call detect_contacts(contacts, blocks, near, detection)
          met = met + contacts%n
          call check(all(contacts%gap(:contacts%n) >= -skin), 'apart')
       end do
       call check(met > 500, 'many meet')
-   end subroutine fast_corners
+   end subroutine pass_by
 
    !> Distance of two convex outlines along the best of their edges' normals, < 0 where they overlap.
    pure real(wp) function separation_of(first, second)
