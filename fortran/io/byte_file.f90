@@ -8,7 +8,7 @@ module dda_byte_file
    use dda_text, only: to_text
    implicit none
    private
-   public :: byte_file_type, open_to_write, open_to_append, open_to_read, lock_file, size_of_file
+   public :: byte_file_type, open_to_write, open_to_overwrite, open_to_append, open_to_read, lock_file, size_of_file
    public :: write_bytes, read_bytes, cut_file, flush_to_system, flush_to_disk, close_file, reserve_room, settle_file
 
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
@@ -118,6 +118,17 @@ contains
       call open_stream(file, name, 'wb', 'cannot be written', error)
    end subroutine open_to_write
 
+   !> A file to be written from its beginning, in the room of one that was there; `cut_file` takes off what is left of it.
+   subroutine open_to_overwrite(file, name, error)
+      type(byte_file_type), intent(out) :: file
+      character(len=*), intent(in) :: name
+      type(error_type), allocatable, intent(inout) :: error
+
+      file%name = name
+      file%stream = c_fopen(name//c_null_char, 'r+b'//c_null_char)
+      if (.not. c_associated(file%stream)) call open_to_write(file, name, error)
+   end subroutine open_to_overwrite
+
    !> A file that grows at its end; what it holds stays.
    subroutine open_to_append(file, name, error)
       type(byte_file_type), intent(out) :: file
@@ -185,7 +196,7 @@ contains
          file%name//': it ends too early')
    end subroutine read_bytes
 
-   !> Cut a file that is open to append to a length.
+   !> Cut a file that is open to be written to a length.
    subroutine cut_file(file, bytes, error)
       type(byte_file_type), intent(in) :: file
       integer(long), intent(in) :: bytes

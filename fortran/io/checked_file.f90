@@ -4,8 +4,8 @@ module dda_checked_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
    use dda_archive, only: archive_type
-   use dda_byte_file, only: byte_file_type, open_to_write, open_to_read, size_of_file, read_bytes, write_bytes, &
-      flush_to_disk, close_file
+   use dda_byte_file, only: byte_file_type, open_to_overwrite, open_to_read, size_of_file, read_bytes, write_bytes, &
+      cut_file, flush_to_disk, close_file
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes
    use dda_errors, only: error_type, error_file, fail
    use dda_text, only: to_text
@@ -19,7 +19,7 @@ module dda_checked_file
 
 contains
 
-   !> Write an archive; on the disk itself if asked for, else in the hands of the system.
+   !> Write an archive, in the room of a file that was there; on the disk itself if asked for, else in the hands of the system.
    subroutine write_checked(name, archive, to_disk, error)
       character(len=*), intent(in) :: name
       type(archive_type), intent(in) :: archive
@@ -29,10 +29,11 @@ contains
       integer(int8) :: head(head_bytes)
 
       head = transfer([transfer(mark, 0_long), format_version, archive%at], head)
-      call open_to_write(file, name, error)
+      call open_to_overwrite(file, name, error)
       call write_bytes(file, head, error)
       call write_bytes(file, archive%bytes(:archive%at), error)
       call write_bytes(file, sum_of(head, archive%bytes(:archive%at)), error)
+      call cut_file(file, head_bytes + archive%at + sum_bytes, error)
       if (to_disk) call flush_to_disk(file, error)
       call close_file(file, error)
    end subroutine write_checked

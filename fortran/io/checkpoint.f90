@@ -1,9 +1,11 @@
 !> Checkpoints of a run: FILE.checkpoint, and FILE.checkpoint.previous until it has been replaced.
 !>
-!> A checkpoint is written under a third name and then renamed, so that at every moment a whole one is there.  It
-!> says which input, records, version and build made it, and is taken by no other.  Each outlives the process;
-!> flushing to the disk, which only a failing machine asks for, is done as often as it costs little of the run's
-!> time, and a checkpoint on the disk becomes the previous one only when the next is on the disk as well.
+!> A checkpoint is written under a third name and then changes names with the newest, so that at every moment a whole
+!> one is there; the older of the two is written over next, as making and removing files takes the system longer than
+!> all else.  A checkpoint says which input, records, version and build made it, and is taken by no other.  Each
+!> outlives the process; flushing to the disk, which only a failing machine asks for, is done as often as it costs
+!> little of the run's time, and a checkpoint on the disk becomes the previous one, which is never written over, only
+!> when the next is on the disk as well.
 module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
@@ -11,7 +13,7 @@ module dda_checkpoint
    use dda_checked_file, only: write_checked, read_checked
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, fail
-   use dda_file_system, only: is_file, rename_file, remove_file
+   use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
    use dda_journal, only: journal_type, carry_mark, return_to_mark, settle_journal
    use dda_model, only: model_type
    use dda_motion_curve, only: motion_curve_type
@@ -23,7 +25,8 @@ module dda_checkpoint
    use dda_version, only: version
    implicit none
    private
-   public :: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, has_checkpoint, remove_checkpoints
+   public :: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, has_checkpoint, remove_spare, &
+      remove_checkpoints
 
    !> The checkpoints of an output.
    type :: checkpoints_type
@@ -82,10 +85,17 @@ contains
       if (.not. has_checkpoint) has_checkpoint = is_file(checkpoints%previous)
    end function has_checkpoint
 
-   subroutine remove_checkpoints(checkpoints)
+   !> Remove the file that the next checkpoint would be written in.
+   subroutine remove_spare(checkpoints)
       type(checkpoints_type), intent(in) :: checkpoints
 
       call remove_file(checkpoints%coming)
+   end subroutine remove_spare
+
+   subroutine remove_checkpoints(checkpoints)
+      type(checkpoints_type), intent(in) :: checkpoints
+
+      call remove_spare(checkpoints)
       call remove_file(checkpoints%newest)
       call remove_file(checkpoints%previous)
    end subroutine remove_checkpoints
@@ -107,7 +117,7 @@ contains
       call settle_journal(journal, to_disk, error)
       if (.not. allocated(error)) call write_checked(checkpoints%coming, checkpoints%archive, to_disk, error)
       if (allocated(error)) then
-         call remove_file(checkpoints%coming)
+         call remove_spare(checkpoints)
       else
          call put_in_place(checkpoints, to_disk, error)
       end if
@@ -118,12 +128,17 @@ contains
       type(checkpoints_type), intent(inout) :: checkpoints
       logical, intent(in) :: on_disk
       type(error_type), allocatable, intent(inout) :: error
-      logical :: unused
+      logical :: done
 
-      if (checkpoints%newest_on_disk) unused = rename_file(checkpoints%newest, checkpoints%previous)
+      if (checkpoints%newest_on_disk) then
+         done = rename_file(checkpoints%newest, checkpoints%previous)
+         done = rename_file(checkpoints%coming, checkpoints%newest)
+      else
+         done = exchange_files(checkpoints%coming, checkpoints%newest)
+         if (.not. done) done = rename_file(checkpoints%coming, checkpoints%newest)
+      end if
       checkpoints%newest_on_disk = on_disk
-      if (.not. rename_file(checkpoints%coming, checkpoints%newest)) call fail(error, error_file, &
-         checkpoints%coming//' cannot be renamed to '//checkpoints%newest)
+      if (.not. done) call fail(error, error_file, checkpoints%coming//' cannot be renamed to '//checkpoints%newest)
    end subroutine put_in_place
 
    !> Put a run that has just been started where the newest good checkpoint says; `notice` tells which.

@@ -3,15 +3,22 @@ module dda_file_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
    implicit none
    private
-   public :: rename_file, remove_file, same_file, is_file, is_folder, folder_of
+   public :: rename_file, exchange_files, remove_file, same_file, is_file, is_folder, folder_of
 
    integer, parameter :: longest_path = 4096
+   integer(c_int), parameter :: working_folder = -100_c_int, exchange = 2_c_int  !< AT_FDCWD, RENAME_EXCHANGE
 
    interface
       integer(c_int) function c_rename(from, to) bind(c, name='rename')
          import :: c_char, c_int
          character(kind=c_char), intent(in) :: from(*), to(*)
       end function c_rename
+
+      integer(c_int) function c_renameat2(from_folder, from, to_folder, to, flags) bind(c, name='renameat2')
+         import :: c_char, c_int
+         integer(c_int), value :: from_folder, to_folder, flags
+         character(kind=c_char), intent(in) :: from(*), to(*)
+      end function c_renameat2
 
       integer(c_int) function c_unlink(path) bind(c, name='unlink')
          import :: c_char, c_int
@@ -33,6 +40,13 @@ contains
 
       done = c_rename(from//c_null_char, to//c_null_char) == 0
    end function rename_file
+
+   !> Let two files have each other's name, atomically; .false. if one is not there or the file system cannot do it.
+   logical function exchange_files(first, second) result(done)
+      character(len=*), intent(in) :: first, second
+
+      done = c_renameat2(working_folder, first//c_null_char, working_folder, second//c_null_char, exchange) == 0
+   end function exchange_files
 
    !> Remove a file if it is there.
    subroutine remove_file(name)

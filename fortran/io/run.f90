@@ -5,7 +5,7 @@
 module dda_run
    use dda_kinds, only: wp, long
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, has_checkpoint, &
-      remove_checkpoints
+      remove_spare, remove_checkpoints
    use dda_errors, only: error_type
    use dda_file_system, only: remove_file
    use dda_journal, only: journal_type, open_journal, empty_journal, append_sample, append_frame, settle_journal, close_journal, &
@@ -229,6 +229,7 @@ contains
          call remove_leftovers(run)
       else
          call save_run(run, trouble)
+         call remove_spare(run%checkpoints)
          if (.not. allocated(error)) call publish(run, error)
          if (allocated(trouble)) error = trouble
       end if
