@@ -20,8 +20,9 @@ module dda_solver
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_conjugate_gradients, only: workspace_type, make_workspace, iterate_to_solution
    use dda_ordered_sums, only: inner_product
+   use dda_rank_one, only: rank_one_type
    use dda_relaxation, only: relax_to_solution
-   use dda_stale_factor, only: stale_factor_type, analyse_stale, refresh
+   use dda_stale_factor, only: stale_factor_type, analyse_stale, refresh, follow
    implicit none
    private
    public :: solver_type, choose_solver, analyse, plan_method, renew, weigh_loads, solve, work_done, solver_names
@@ -33,7 +34,6 @@ module dda_solver
    integer, parameter :: few = 30                    !< Jacobi iterations that cost no more than a stale solve
    integer, parameter :: most_stale = 60, most_jacobi = 3000, most_sweeps = 200000
    real(wp), parameter :: accuracy = 1.0e-11_wp      !< ‖r‖/‖b‖ that iterations reach
-   integer, parameter :: few_changes = 2             !< springs whose change an older factor bears
    integer, parameter :: fresh = 4                   !< iterations that a good factor may take
    integer, parameter :: worth = 8                   !< iterations beyond it that cost as much as a new factor
    real(wp), parameter :: acceptable = 1.0e-9_wp     !< ‖r‖/‖b‖ above which a solve has failed
@@ -119,7 +119,7 @@ contains
       type(solver_type), intent(inout) :: solver
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: alone(6, 6, matrix%n)  !< diagonal blocks without contacts
-      integer, intent(in) :: changes                 !< springs that differ from the last values
+      type(rank_one_type), intent(in) :: changes     !< springs that differ from the last values
       type(error_type), allocatable, intent(out) :: error
 
       if (solver%name == 'auto' .and. matrix%n > small) call decide(solver, matrix, alone)
@@ -157,15 +157,18 @@ contains
       call plan_method(solver, matrix)
    end subroutine decide
 
-   !> Keep the old factor while few springs differ and it has not yet cost as many iterations as a new one.
+   !> Keep the old factor while it can follow the springs that change and has not yet cost as many iterations as a
+   !> new one.
    subroutine renew_stale(solver, matrix, changes, error)
       type(solver_type), intent(inout) :: solver
       type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: changes
+      type(rank_one_type), intent(in) :: changes
       type(error_type), allocatable, intent(out) :: error
+      logical :: good
 
-      solver%stale%changes = solver%stale%changes + changes
-      if (solver%stale%made .and. solver%stale%changes <= few_changes .and. solver%stale%excess <= worth) return
+      good = solver%stale%made .and. solver%stale%excess <= worth
+      if (good .and. changes%n > 0) call follow(solver%stale, changes, good)
+      if (good) return
       call refresh(solver%stale, matrix, error)
       solver%factors = solver%factors + 1
       if (.not. allocated(error)) return

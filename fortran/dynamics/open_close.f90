@@ -11,9 +11,11 @@ module dda_open_close
    use dda_cycles, only: cycle_type, note_states, may_change
    use dda_friction, only: laws_type, response_type, law_of, respond
    use dda_line_search, only: descend
+   use dda_rank_one, only: rank_one_type, forget_changes, note_many
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_slide_forces, only: slides_type, list_slides, ask_slides, difference_of, farthest_off, follow
    use dda_solver, only: solver_type, renew, solve
+   use dda_spring_changes, only: note_change
    use dda_stopwatch, only: lap, phase_factorise, phase_solve
    implicit none
    private
@@ -44,6 +46,7 @@ module dda_open_close
       real(wp) :: penetration_tolerance = 0.0_wp   !< m; > 0: augmented Lagrangian, else penalty alone
       real(wp) :: kept = 0.0_wp                    !< share of the shear springs under sliding contacts
       real(wp) :: reduction = 0.0_wp               !< `loose` where the next solve is not likely to be the last
+      type(rank_one_type) :: springs               !< that the next matrix has more or less than the last
       type(slides_type) :: slides                  !< contacts that slide, whose forces follow
       type(cycle_type) :: past                     !< states that have been assumed in this step
    end type iteration_type
@@ -62,21 +65,19 @@ contains
       logical :: new_matrix, tightened, exactly
 
       call begin_iteration(iteration, contacts)
-      changed = 0
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
       new_matrix = .true.
       do i = 1, iteration%max_iterations
          iteration%iterations = i
-         call solve_assumed(iteration, system, solver, contacts, laws, new_matrix, changed, error)
+         call solve_assumed(iteration, system, solver, contacts, laws, new_matrix, error)
          if (allocated(error)) return
          call follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
          if (allocated(error)) return
          call lap(system%watch, phase_solve)
          if (runaway > 0) then
-            call hold(system, contacts, runaway)
+            call hold(iteration, system, contacts, laws, runaway)
             new_matrix = .true.
-            changed = 1
             exactly = .false.
             cycle
          end if
@@ -90,7 +91,7 @@ contains
             if (changed == 0 .and. .not. tightened) return
          end if
          call globalise(iteration, system, contacts, laws, new_matrix)
-         call adopt_answers(contacts, iteration%past, changed)
+         call adopt_answers(iteration, contacts, laws, changed)
          new_matrix = new_matrix .or. changed > 0
          exactly = changed == 0
          iteration%changes = iteration%changes + changed
@@ -110,6 +111,7 @@ contains
       iteration%short_ways = 0
       iteration%past = cycle_type()
       iteration%worst = 0  ! of the last step's list
+      call forget_changes(iteration%springs)
       contacts%closings(:contacts%n) = 0
    end subroutine begin_iteration
 
@@ -141,22 +143,23 @@ contains
       if (part > short_way) iteration%kept = before/10
       if (iteration%kept < 0.1_wp*least_kept) iteration%kept = 0.0_wp
       new_matrix = iteration%kept /= before
+      if (new_matrix) call note_many(iteration%springs)
    end subroutine globalise
 
    !> Solve for d with the contacts in their assumed states.
-   subroutine solve_assumed(iteration, system, solver, contacts, laws, new_matrix, changes, error)
-      type(iteration_type), intent(in) :: iteration
+   subroutine solve_assumed(iteration, system, solver, contacts, laws, new_matrix, error)
+      type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
       type(solver_type), intent(inout) :: solver
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       logical, intent(in) :: new_matrix  !< .false. if only slide forces changed since the last solve
-      integer, intent(in) :: changes     !< springs changed since the last solve
       type(error_type), allocatable, intent(out) :: error
 
       call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept, new_matrix)
-      if (new_matrix) call renew(solver, system%matrix, system%base, changes, error)
+      if (new_matrix) call renew(solver, system%matrix, system%base, iteration%springs, error)
       if (allocated(error)) return
+      call forget_changes(iteration%springs)
       call lap(system%watch, phase_factorise)
       system%previous_d = system%d
       call solve(solver, system%matrix, system%rhs, system%d, error, iteration%reduction)
@@ -214,11 +217,14 @@ contains
 
    !> Stick the contact whose slide force runs away from its normal force: sliding as assumed has no solution,
    !> which happens where friction is high enough to lock.  The solution that ran away is dropped.
-   pure subroutine hold(system, contacts, runaway)
+   pure subroutine hold(iteration, system, contacts, laws, runaway)
+      type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
       integer, intent(in) :: runaway
 
+      call note_change(iteration%springs, contacts, laws, runaway, contact_stick)
       contacts%state(runaway) = contact_stick
       contacts%slide_force(:contacts%n) = 0.0_wp
       system%d = system%previous_d
@@ -380,19 +386,23 @@ contains
       end do
    end subroutine tighten
 
-   !> Assume what the contacts answered; count the changes that alter the matrix.
-   pure subroutine adopt_answers(contacts, past, changed)
+   !> Assume what the contacts answered; note the springs and count the states that change.
+   pure subroutine adopt_answers(iteration, contacts, laws, changed)
+      type(iteration_type), intent(inout) :: iteration
       type(contacts_type), intent(inout) :: contacts
-      type(cycle_type), intent(inout) :: past
+      type(laws_type), intent(in) :: laws
       integer, intent(out) :: changed
       integer :: n, c
 
       n = contacts%n
-      call note_states(past, contacts%state(:n))
+      changed = 0
+      call note_states(iteration%past, contacts%state(:n))
       do c = 1, n
-         if (.not. may_change(past, c)) contacts%answer(c) = contacts%state(c)
+         if (.not. may_change(iteration%past, c)) contacts%answer(c) = contacts%state(c)
+         if (contacts%answer(c) == contacts%state(c)) cycle
+         changed = changed + 1
+         call note_change(iteration%springs, contacts, laws, c, contacts%answer(c))
       end do
-      changed = count(contacts%answer(:n) /= contacts%state(:n))
       where (contacts%state(:n) == contact_open .and. contacts%answer(:n) /= contact_open) &
          contacts%closings(:n) = contacts%closings(:n) + 1
       contacts%state(:n) = contacts%answer(:n)

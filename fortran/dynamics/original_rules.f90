@@ -41,7 +41,7 @@ contains
       iteration%kept = 0.0_wp
       do i = 1, most_iterations
          iteration%iterations = i
-         call solve_assumed(iteration, system, solver, contacts, laws, .true., 0, error)
+         call solve_assumed(iteration, system, solver, contacts, laws, .true., error)
          if (allocated(error)) return
          call measure_contacts(contacts, system%d)
          do c = 1, contacts%n

@@ -1,7 +1,10 @@
 !> The state of the linear solver: what it has chosen and counted, and the older factor that it still uses.
 module dda_solver_state
-   use dda_archive, only: archive_type, carry, carry_label, spoil
+   use dda_kinds, only: wp
+   use dda_archive, only: archive_type, carry, carry_label, carry_list, carry_number, spoil
    use dda_block_matrix, only: block_matrix_type
+   use dda_low_rank, only: follow_again
+   use dda_rank_one, only: most_changes
    use dda_solver, only: solver_type, solver_names, plan_method
    use dda_stale_factor, only: stale_factor_type, analyse_stale
    implicit none
@@ -41,12 +44,33 @@ contains
 
       call carry_label(archive, 'factor')
       call carry(archive, stale%made)
-      call carry(archive, stale%changes)
       call carry(archive, stale%excess)
       if (.not. stale%made .or. allocated(archive%trouble)) return
       if (archive%reading) call analyse_stale(stale, matrix)
       call carry(archive, stale%factor%panel)
       stale%made = .true.
+      call carry_changes(archive, stale)
    end subroutine carry_stale
+
+   !> The springs that have changed since the factor was made; what follows from them is made again.
+   subroutine carry_changes(archive, stale)
+      type(archive_type), intent(inout) :: archive
+      type(stale_factor_type), intent(inout) :: stale
+      logical :: done
+      integer :: i
+
+      associate (springs => stale%low%springs)
+         call carry_number(archive, springs%n, 0, most_changes)
+         do i = 1, springs%n
+            call carry_list(archive, springs%block(:, i), 1, stale%factor%plan%n)
+         end do
+         call carry(archive, springs%u(:, :, :springs%n))
+         call carry(archive, springs%k(:springs%n))
+         if (.not. archive%reading .or. allocated(archive%trouble)) return
+         done = all(abs(springs%k(:springs%n)) > 0.0_wp)
+      end associate
+      if (done) call follow_again(stale%low, stale%factor, done)
+      if (.not. done) call spoil(archive, 'its changed springs do not fit its factor')
+   end subroutine carry_changes
 
 end module dda_solver_state

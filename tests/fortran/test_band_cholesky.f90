@@ -4,6 +4,7 @@ module test_band_cholesky
    use dda_band_cholesky, only: band_cholesky_type, analyse_band, factorise_band, solve_band
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_errors, only: error_type, error_input, error_solver
+   use dda_rank_one, only: rank_one_type
    use dda_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
    use models, only: random, random_vector, sow
    use testing, only: case, check, check_close, check_no_error, check_fails
@@ -168,7 +169,7 @@ contains
       do pass = 1, 3
          call fill_definite(matrix, dense)
          b = reshape(random_vector(24), [6, 4])
-         call renew(solver, matrix, matrix%diagonal, 3, error)
+         call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
          call check_no_error(error, 'takes the values')
          call solve(solver, matrix, b, x, error)
          call check_no_error(error, 'solves')

@@ -6,6 +6,7 @@ module test_solver
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
    use dda_errors, only: error_solver, error_type
+   use dda_rank_one, only: rank_one_type
    use dda_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
    use models, only: random_vector, sow
    use testing, only: case, check, check_fails, check_no_error
@@ -90,7 +91,7 @@ contains
       call choose_solver(solver, name, error)
       call check_no_error(error, name)
       call analyse(solver, matrix)
-      call renew(solver, matrix, matrix%diagonal, 0, error)
+      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
    end subroutine prepare
 
    subroutine solves(name, n, least)
@@ -154,7 +155,7 @@ contains
       x = 0.0_wp
       call prepare(solver, 'stale', matrix, error)
       matrix%diagonal(:, :, ::2) = 1.0e7_wp*matrix%diagonal(:, :, ::2)
-      call renew(solver, matrix, matrix%diagonal, 1, error)
+      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, 'stale')
       call check(solver%method == 'stale' .and. solver%factors == 2, 'a second factor')
@@ -175,11 +176,11 @@ contains
       call chain(n, 1.0e-3_wp, matrix)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
-      call renew(solver, matrix, matrix%diagonal, 1, error)
+      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
       call check(solver%method == 'jacobi', 'not yet known')
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, 'jacobi')
-      call renew(solver, matrix, matrix%diagonal, 1, error)
+      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
       call check(solver%method == 'stale', 'a matrix that was slow')
       x = 0.0_wp
       call solve(solver, matrix, b, x, error)

@@ -48,6 +48,14 @@ REMADE = {
         "direct_planned": "planned when the method is",
     },
     ("algebra/stale_factor.f90", "stale_factor_type"): {},
+    ("algebra/low_rank.f90", "low_rank_type"): {
+        name: "follows from the springs and the factor"
+        for name in (
+            *("place", "front_of", "touched", "path", "length", "w"),
+            *("gram", "order", "pivot", "t"),
+        )
+    },
+    ("algebra/rank_one.f90", "rank_one_type"): {},
     ("algebra/cholesky_body.inc", "factor_type"): {
         name: "follows from the pattern, or is workspace"
         for name in ("plan", "update", "vector", "part", "bad_place")
@@ -58,6 +66,7 @@ REMADE = {
         "weight": "the input",
         "noise": "the input",
         "penetration_tolerance": "the input",
+        "springs": "noted in each iteration",
         "slides": "listed in each iteration",
         "past": "forgotten in each step",
     },

@@ -1,0 +1,47 @@
+!> Changes of a symmetric matrix of 6×6 blocks, each k u uᵀ with a u that has two blocks: springs put in, taken out.
+module dda_rank_one
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: rank_one_type, most_changes, forget_changes, add_change, note_many
+
+   integer, parameter :: most_changes = 160   !< that are kept; more are only counted
+
+   !> The changes, in the order in which they were made.
+   type :: rank_one_type
+      integer :: n = 0                        !< may exceed `most_changes`
+      integer :: block(2, most_changes) = 0    !< rows of blocks that u touches
+      real(wp) :: u(6, 2, most_changes) = 0.0_wp
+      real(wp) :: k(most_changes) = 0.0_wp    !< negative for a spring taken out
+   end type rank_one_type
+
+contains
+
+   pure subroutine forget_changes(changes)
+      type(rank_one_type), intent(inout) :: changes
+
+      changes%n = 0
+   end subroutine forget_changes
+
+   !> Note k u uᵀ, u = (a, −b) in two rows of blocks.
+   pure subroutine add_change(changes, block_a, a, block_b, b, k)
+      type(rank_one_type), intent(inout) :: changes
+      integer, intent(in) :: block_a, block_b
+      real(wp), intent(in) :: a(6), b(6), k
+
+      changes%n = changes%n + 1
+      if (changes%n > most_changes) return
+      changes%block(:, changes%n) = [block_a, block_b]
+      changes%u(:, 1, changes%n) = a
+      changes%u(:, 2, changes%n) = -b
+      changes%k(changes%n) = k
+   end subroutine add_change
+
+   !> More has changed than is worth following.
+   pure subroutine note_many(changes)
+      type(rank_one_type), intent(inout) :: changes
+
+      changes%n = most_changes + 1
+   end subroutine note_many
+
+end module dda_rank_one

@@ -1,0 +1,299 @@
+!> A factor that follows springs put in and taken out, against the changed matrix itself.
+module test_low_rank
+   use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
+   use dda_errors, only: error_type
+   use dda_low_rank, only: follow_again
+   use dda_rank_one, only: add_change, forget_changes, most_changes, note_many, rank_one_type
+   use dda_solver, only: analyse, choose_solver, renew, solve, solver_type
+   use dda_stale_factor, only: analyse_stale, follow, refresh, stale_factor_type
+   use models, only: random, random_vector, sow
+   use testing, only: case, check, check_no_error
+   !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+   implicit none
+   private
+   public :: low_rank_suite
+
+   real(wp), parameter :: stiff = 1.0e4_wp   !< of a spring, where each block is held by 1 to 2
+
+contains
+
+   subroutine low_rank_suite()
+      integer, parameter :: counts(6) = [1, 15, 16, 17, 90, most_changes]
+      integer :: i
+
+      call sow(11)
+      do i = 1, size(counts)
+         call follows(12, 9, counts(i), 1)
+         call follows(40, 30, counts(i), min(4, counts(i)))
+      end do
+      call to_and_fro()
+      call too_many()
+      call not_definite()
+      call same_bits()
+      call solver_keeps_its_factor()
+   end subroutine low_rank_suite
+
+   !> A wall of blocks, each held softly and joined to its neighbours by some stiff springs.
+   subroutine wall(across, up, matrix)
+      integer, intent(in) :: across, up
+      type(block_matrix_type), intent(out) :: matrix
+      integer :: pairs(2, 2*across*up), i, j, n, k
+
+      n = 0
+      do j = 1, up
+         do i = 1, across
+            if (i < across) call add_pair(i + across*(j - 1), i + 1 + across*(j - 1))
+            if (j < up) call add_pair(i + across*(j - 1), i + across*j)
+         end do
+      end do
+      call set_pattern(matrix, across*up, pairs(:, :n))
+      do i = 1, across*up
+         do k = 1, 6
+            matrix%diagonal(k, k, i) = random(1.0_wp, 2.0_wp)
+         end do
+      end do
+      do i = 1, n
+         do k = 1, 3
+            call put_spring(matrix, pairs(1, i), pairs(2, i), random_vector(6), random_vector(6), stiff)
+         end do
+      end do
+   contains
+      subroutine add_pair(a, b)
+         integer, intent(in) :: a, b
+
+         n = n + 1
+         pairs(:, n) = [a, b]
+      end subroutine add_pair
+   end subroutine wall
+
+   !> matrix += k u uᵀ, u = (a, −b).
+   subroutine put_spring(matrix, i, j, a, b, k)
+      type(block_matrix_type), intent(inout) :: matrix
+      integer, intent(in) :: i, j
+      real(wp), intent(in) :: a(6), b(6), k
+
+      matrix%diagonal(:, :, i) = matrix%diagonal(:, :, i) + k*outer(a, a)
+      matrix%diagonal(:, :, j) = matrix%diagonal(:, :, j) + k*outer(b, b)
+      associate (e => entry_of(matrix, max(i, j), min(i, j)))
+         if (i > j) then
+            matrix%lower(:, :, e) = matrix%lower(:, :, e) - k*outer(a, b)
+         else
+            matrix%lower(:, :, e) = matrix%lower(:, :, e) - k*outer(b, a)
+         end if
+      end associate
+   end subroutine put_spring
+
+   pure function outer(a, b) result(product)
+      real(wp), intent(in) :: a(6), b(6)
+      real(wp) :: product(6, 6)
+
+      product = spread(a, 2, 6)*spread(b, 1, 6)
+   end function outer
+
+   !> Change a matrix by some springs between neighbours; half of them are put in, half taken out again later.
+   subroutine change(matrix, changes, count)
+      type(block_matrix_type), intent(inout) :: matrix
+      type(rank_one_type), intent(inout) :: changes
+      integer, intent(in) :: count
+      real(wp) :: a(6), b(6)
+      integer :: i, row, e
+
+      do i = 1, count
+         row = 1
+         do while (matrix%row_start(row) == matrix%row_start(row + 1))
+            row = 1 + int(random(0.0_wp, 0.999_wp)*matrix%n)
+         end do
+         e = matrix%row_start(row)
+         a = random_vector(6)
+         b = random_vector(6)
+         if (modulo(i, 2) == 0) then
+            call exchange(row, matrix%column(e))
+         else
+            call exchange(matrix%column(e), row)
+         end if
+      end do
+   contains
+      subroutine exchange(from, to)
+         integer, intent(in) :: from, to
+
+         call put_spring(matrix, from, to, a, b, stiff)
+         call add_change(changes, from, a, to, b, stiff)
+      end subroutine exchange
+   end subroutine change
+
+   !> A preconditioner that has followed all changes is the inverse of the changed matrix, to single precision.
+   subroutine follows(across, up, count, parts)
+      integer, intent(in) :: across, up, count
+      integer, intent(in) :: parts  !< in which the changes come
+      type(block_matrix_type) :: matrix
+      type(stale_factor_type) :: stale
+      type(rank_one_type) :: changes
+      type(error_type), allocatable :: error
+      logical :: done
+      integer :: part
+
+      call case('springs put in')
+      call wall(across, up, matrix)
+      call analyse_stale(stale, matrix)
+      call refresh(stale, matrix, error)
+      call check_no_error(error, 'the factor')
+      do part = 1, parts
+         call forget_changes(changes)
+         call change(matrix, changes, part*count/parts - (part - 1)*count/parts)
+         call follow(stale, changes, done)
+         call check(done, 'followed')
+         call check_inverse(stale, matrix)
+      end do
+      call check(stale%low%springs%n == count, 'all springs')
+   end subroutine follows
+
+   !> P⁻¹ A x is x, as far as single precision can tell.
+   subroutine check_inverse(stale, matrix)
+      type(stale_factor_type), intent(inout) :: stale
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), parameter :: tolerance = 1.0e-2_wp  ! rounding in single precision gives 5e-4 to 2e-3
+      real(wp) :: x(6, matrix%n), image(6, matrix%n), back(6, matrix%n)
+
+      x = reshape(random_vector(6*matrix%n), [6, matrix%n])
+      call multiply(matrix, x, image)
+      call stale%apply(matrix%n, image, back)
+      call check(norm2(back - x) <= tolerance*norm2(x), 'the inverse of the changed matrix')
+   end subroutine check_inverse
+
+   !> Springs taken out again leave the first matrix; so does a spring that the factor itself holds.
+   subroutine to_and_fro()
+      type(block_matrix_type) :: matrix, first
+      type(stale_factor_type) :: stale
+      type(rank_one_type) :: changes, back
+      type(error_type), allocatable :: error
+      logical :: done
+
+      call case('springs put in and taken out')
+      call wall(20, 15, matrix)
+      first = matrix
+      call change(matrix, changes, 60)
+      call analyse_stale(stale, matrix)
+      call refresh(stale, matrix, error)
+      back = changes
+      back%k = -back%k
+      call follow(stale, back, done)
+      call check(done, 'taken out')
+      call check_inverse(stale, first)
+      call follow(stale, changes, done)
+      call check(done, 'put in again')
+      call check_inverse(stale, matrix)
+   end subroutine to_and_fro
+
+   !> What is too much to follow is refused.
+   subroutine too_many()
+      type(block_matrix_type) :: matrix
+      type(stale_factor_type) :: stale
+      type(rank_one_type) :: changes
+      type(error_type), allocatable :: error
+      logical :: done
+
+      call case('more changes than can be followed')
+      call wall(12, 9, matrix)
+      call analyse_stale(stale, matrix)
+      call refresh(stale, matrix, error)
+      call change(matrix, changes, most_changes + 1)
+      call check(changes%n == most_changes + 1, 'counted')
+      call follow(stale, changes, done)
+      call check(.not. done, 'refused')
+      call forget_changes(changes)
+      call change(matrix, changes, most_changes - 3)
+      call follow(stale, changes, done)
+      call check(done, 'the most')
+      call forget_changes(changes)
+      call change(matrix, changes, 4)
+      call follow(stale, changes, done)
+      call check(.not. done, 'one more')
+      call note_many(changes)
+      call follow(stale, changes, done)
+      call check(.not. done, 'many')
+   end subroutine too_many
+
+   !> A spring that was never there cannot be taken out.
+   subroutine not_definite()
+      type(block_matrix_type) :: matrix
+      type(stale_factor_type) :: stale
+      type(rank_one_type) :: changes
+      type(error_type), allocatable :: error
+      logical :: done
+
+      call case('a spring that was never there')
+      call wall(12, 9, matrix)
+      call analyse_stale(stale, matrix)
+      call refresh(stale, matrix, error)
+      call add_change(changes, 5, random_vector(6), 6, random_vector(6), -100.0_wp*stiff)
+      call follow(stale, changes, done)
+      call check(.not. done, 'refused')
+   end subroutine not_definite
+
+   !> Neither threads nor the parts in which the changes came alter a bit.
+   subroutine same_bits()
+      type(block_matrix_type) :: matrix
+      type(stale_factor_type) :: stale
+      type(rank_one_type) :: changes
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: b(:,:), one(:,:), more(:,:)
+      logical :: done
+      integer :: before, threads, part
+
+      call case('the same bits on 1 to 4 threads, in one or three parts')
+      before = 1
+      !$ before = omp_get_max_threads()
+      call wall(60, 40, matrix)
+      allocate (b(6, matrix%n), one(6, matrix%n), more(6, matrix%n))
+      b = reshape(random_vector(6*matrix%n), [6, matrix%n])
+      call analyse_stale(stale, matrix)
+      call check(stale%factor%plan%sharing%is_shared, 'large enough for threads')
+      call refresh(stale, matrix, error)
+      do part = 1, 3
+         call forget_changes(changes)
+         call change(matrix, changes, 25)
+         call follow(stale, changes, done)
+      end do
+      call stale%apply(matrix%n, b, one)
+      do threads = 1, 4
+         !$ call omp_set_num_threads(threads)
+         call follow_again(stale%low, stale%factor, done)
+         call check(done, 'followed again')
+         call stale%apply(matrix%n, b, more)
+         call check(all(abs(one - more) <= 0.0_wp), 'the same bits')
+      end do
+      !$ call omp_set_num_threads(before)
+   end subroutine same_bits
+
+   !> The solver follows changes without a new factor, and needs no more iterations than with one.
+   subroutine solver_keeps_its_factor()
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(rank_one_type) :: changes
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: b(:,:), x(:,:), image(:,:)
+      integer :: round
+
+      call case('the stale solver follows changes')
+      call wall(20, 15, matrix)
+      allocate (b(6, matrix%n), x(6, matrix%n), image(6, matrix%n))
+      b = reshape(random_vector(6*matrix%n), [6, matrix%n])
+      call choose_solver(solver, 'stale', error)
+      call analyse(solver, matrix)
+      call renew(solver, matrix, matrix%diagonal, changes, error)
+      do round = 1, 8
+         call forget_changes(changes)
+         call change(matrix, changes, 30)
+         call renew(solver, matrix, matrix%diagonal, changes, error)
+         x = 0.0_wp
+         call solve(solver, matrix, b, x, error)
+         call check_no_error(error, 'stale')
+         call multiply(matrix, x, image)
+         call check(norm2(image - b) <= 1.0e-9_wp*norm2(b), 'the residual')
+         call check(solver%last_iterations <= 6, 'few iterations')
+      end do
+      call check(solver%factors == 2, 'a new factor only where 160 springs are passed')
+   end subroutine solver_keeps_its_factor
+
+end module test_low_rank
