@@ -1,9 +1,13 @@
 !> All that a multifrontal Cholesky factor knows before it sees a number.
 !>
 !> A front is a dense matrix of 6×6 blocks: its own columns, then the rows below them that they
-!> touch.  Its own columns become a panel of the factor; what they take from the rest is an update
-!> that its parent adds.  The plan says where every panel, update and matrix block lies, so that the
-!> numeric work allocates nothing and no front looks for another.
+!> touch.  Its own columns are eliminated in a panel and become a part of the factor; what they take
+!> from the rest is an update that its parent adds.  The plan says where every panel, part, update and
+!> matrix block lies, so that the numeric work allocates nothing and no front looks for another.
+!>
+!> The factor is kept as a solve reads it, in slices of a few rows and six columns, one after the other:
+!> for each own column of blocks the inverse of its pivot block and the own rows below that; then, column
+!> by column, the rows below the front.  Zeros pad each to whole slices.
 !>
 !> References: I. S. Duff, J. K. Reid, ACM TOMS 9 (1983) 302 (multifrontal);
 !> J. W. H. Liu, SIAM Review 34 (1992) 82.
@@ -14,7 +18,10 @@ module dda_front_plan
    use dda_task_plan, only: plan_tasks, task_plan_type
    implicit none
    private
-   public :: front_plan_type, make_plan
+   public :: front_plan_type, make_plan, slice_rows, slice_size, slices_of, own_slices, widest_part
+
+   integer, parameter :: slice_rows = 8               !< rows of a slice: a vector register
+   integer, parameter :: slice_size = 6*slice_rows    !< numbers in it
 
    !> Symbolic Cholesky factor.  "Place" means place in the order of elimination.
    type :: front_plan_type
@@ -34,7 +41,9 @@ module dda_front_plan
       integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each place begin
       integer, allocatable :: entry(:)     !< [entries] which one; negative if it enters transposed
       integer, allocatable :: entry_row(:) !< [entries] its row, counted in the front
-      integer(long), allocatable :: panel_start(:)  !< [fronts+1] first number of each panel
+      integer(long), allocatable :: part_start(:)   !< [fronts+1] first number of each front's part of the factor
+      integer(long), allocatable :: panel_start(:)  !< [fronts] first number of the panel it is eliminated in
+      integer(long) :: panel_size = 0      !< numbers in the workspace for panels
       integer(long), allocatable :: update_start(:) !< [fronts] first number of each update
       integer(long) :: update_size = 0     !< numbers in the workspace for updates
       type(task_plan_type) :: sharing      !< division between threads
@@ -229,20 +238,68 @@ contains
       call plan_tasks(plan%parent, cost, plan%sharing)
    end subroutine share_out
 
-   !> Panels lie one after the other, in the order in which a solve reads them.
+   !> Parts of the factor lie one after the other, in the order in which a solve reads them; each task, and the
+   !> top, eliminates its fronts in a panel of its own.
    pure subroutine place_panels(plan)
       type(front_plan_type), intent(inout) :: plan
-      integer :: front
-      integer(long) :: own, below
+      integer :: front, t
 
-      allocate (plan%panel_start(plan%fronts + 1))
-      plan%panel_start(1) = 1
+      allocate (plan%part_start(plan%fronts + 1), plan%panel_start(plan%fronts))
+      plan%part_start(1) = 1
       do front = 1, plan%fronts
-         own = own_columns(plan, front)
-         below = rows_below(plan, front)
-         plan%panel_start(front + 1) = plan%panel_start(front) + 36*own*(own + below)
+         associate (own => own_columns(plan, front))
+            plan%part_start(front + 1) = plan%part_start(front) &
+               + slice_size*(own_slices(own) + int(own, long)*slices_of(rows_below(plan, front)))
+         end associate
       end do
+      plan%panel_size = 0
+      do t = 1, plan%sharing%tasks
+         call share_panel([(front, front=plan%sharing%first(t), plan%sharing%last(t))], plan)
+      end do
+      call share_panel(plan%sharing%top, plan)
    end subroutine place_panels
+
+   !> One panel for some fronts, as large as the largest of them needs.
+   pure subroutine share_panel(fronts, plan)
+      integer, intent(in) :: fronts(:)
+      type(front_plan_type), intent(inout) :: plan
+      integer(long) :: largest
+      integer :: i
+
+      largest = 0
+      do i = 1, size(fronts)
+         associate (own => int(own_columns(plan, fronts(i)), long), below => rows_below(plan, fronts(i)))
+            plan%panel_start(fronts(i)) = plan%panel_size + 1
+            largest = max(largest, 36*own*(own + below))
+         end associate
+      end do
+      plan%panel_size = plan%panel_size + largest
+   end subroutine share_panel
+
+   !> Slices that hold so many rows of blocks.
+   pure integer function slices_of(rows)
+      integer, intent(in) :: rows
+
+      slices_of = (6*rows + slice_rows - 1)/slice_rows
+   end function slices_of
+
+   !> Slices of the pivots and own rows of a front.
+   pure integer function own_slices(own)
+      integer, intent(in) :: own
+      integer :: j
+
+      own_slices = 0
+      do j = 1, own
+         own_slices = own_slices + 1 + slices_of(own - j)
+      end do
+   end function own_slices
+
+   !> Numbers that a front's part of a vector takes at most: own rows and rows below, each with room for half a slice.
+   pure integer function widest_part(plan)
+      type(front_plan_type), intent(in) :: plan
+
+      widest_part = 6*plan%widest + 2*slice_rows
+   end function widest_part
 
    !> Give each task, and the top, a workspace of its own for updates.
    pure subroutine place_updates(plan)

@@ -13,7 +13,7 @@ module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_blas, only: sgemm
    use dda_cholesky_single, only: factor_type
-   use dda_front_plan, only: front_plan_type
+   use dda_front_plan, only: front_plan_type, slice_rows, slices_of, widest_part
    use dda_rank_one, only: rank_one_type, most_changes
    implicit none
    private
@@ -32,6 +32,7 @@ module dda_low_rank
       integer, allocatable :: path(:,:)           !< [fronts, chunks] the touched fronts, in postorder
       integer :: length(chunks) = 0               !< how many
       real(sp), allocatable :: w(:,:,:,:)         !< [lanes, 6, n, chunks] W, in touched fronts
+      real(sp), allocatable :: part(:,:,:)        !< [lanes, widest part, chunks] the part of W that a front sees
       real(wp) :: gram(most_changes, most_changes) = 0.0_wp      !< WᵀW, its lower triangle of chunks
       integer :: order(most_changes) = 0          !< springs put in, then those taken out
       real(wp) :: pivot(most_changes) = 0.0_wp    !< C = T D Tᵀ in that order
@@ -47,9 +48,9 @@ contains
       integer :: front, i
 
       call forget_low_rank(low)
-      if (allocated(low%w)) deallocate (low%place, low%front_of, low%touched, low%path, low%w)
+      if (allocated(low%w)) deallocate (low%place, low%front_of, low%touched, low%path, low%w, low%part)
       allocate (low%place(plan%n), low%front_of(plan%n), low%touched(plan%fronts, chunks), low%path(plan%fronts, chunks))
-      allocate (low%w(lanes, 6, plan%n, chunks))
+      allocate (low%w(lanes, 6, plan%n, chunks), low%part(lanes, widest_part(plan), chunks))
       do front = 1, plan%fronts
          do i = plan%first(front), plan%first(front + 1) - 1
             low%place(plan%order(i)) = i
@@ -120,7 +121,8 @@ contains
       do chunk = first, last
          call find_path(low, factor%plan, chunk)
          call lay_springs(low, factor%plan, chunk)
-         call climb(factor%plan, factor%panel, low%length(chunk), low%path(:, chunk), low%w(:, :, :, chunk))
+         call climb(factor%plan, factor%sliced, low%length(chunk), low%path(:, chunk), low%part(:, :, chunk), &
+            low%w(:, :, :, chunk))
       end do
    end subroutine make_columns
 
@@ -172,10 +174,11 @@ contains
    end subroutine lay_springs
 
    !> L w = u up the fronts of a path.
-   subroutine climb(plan, panel, length, path, w)
+   pure subroutine climb(plan, sliced, length, path, part, w)
       type(front_plan_type), intent(in) :: plan
-      real(sp), intent(in) :: panel(*)
+      real(sp), intent(in) :: sliced(*)
       integer, intent(in) :: length, path(length)
+      real(sp), intent(inout) :: part(lanes, widest_part(plan))  !< workspace
       real(sp), intent(inout) :: w(lanes, 6, plan%n)
       integer :: i, own, below
 
@@ -183,34 +186,65 @@ contains
          associate (front => path(i))
             own = plan%first(front + 1) - plan%first(front)
             below = plan%row_start(front + 1) - plan%row_start(front)
-            call climb_front(own, below, panel(plan%panel_start(front)), plan%row(plan%row_start(front)), &
-               plan%first(front), w)
+            call climb_front(own, below, sliced(plan%part_start(front)), plan%row(plan%row_start(front)), &
+               plan%first(front), part, w)
          end associate
       end do
    end subroutine climb
 
-   pure subroutine climb_front(own, below, panel, row, first, w)
+   !> Solve with the pivots of a front, subtract from the rows below.
+   pure subroutine climb_front(own, below, sliced, row, first, part, w)
       integer, intent(in) :: own, below, row(below), first
-      real(sp), intent(in) :: panel(6*(own + below), 6*own)
+      real(sp), intent(in) :: sliced(slice_rows, 6, *)
+      real(sp), intent(inout) :: part(lanes, 6*(own + below) + 2*slice_rows)
       real(sp), intent(inout) :: w(lanes, 6, *)
-      integer :: j, r, ld
+      integer :: j, s, r, at, under
 
-      ld = 6*(own + below)
+      under = 6*own + slice_rows
+      call fetch(own, below, row, first, w, part)
+      at = 1
       do j = 1, own
-         call multiply_lanes(ld, panel(6*j - 5, 6*j - 5), w(1, 1, first + j - 1))
-         do r = j + 1, own
-            call subtract_lanes(ld, panel(6*r - 5, 6*j - 5), w(1, 1, first + j - 1), w(1, 1, first + r - 1))
+         call multiply_lanes(sliced(1, 1, at), part(1, 6*j - 5))
+         do s = 1, slices_of(own - j)
+            call subtract_lanes(sliced(1, 1, at + s), part(1, 6*j - 5), part(1, 6*j + 1 + slice_rows*(s - 1)))
          end do
-         do r = 1, below
-            call subtract_lanes(ld, panel(6*(own + r) - 5, 6*j - 5), w(1, 1, first + j - 1), w(1, 1, row(r)))
+         at = at + 1 + slices_of(own - j)
+      end do
+      do j = 1, own
+         do s = 1, slices_of(below)
+            call subtract_lanes(sliced(1, 1, at + s - 1), part(1, 6*j - 5), part(1, under + 1 + slice_rows*(s - 1)))
          end do
+         at = at + slices_of(below)
+      end do
+      do r = 1, own
+         w(:, :, first + r - 1) = part(:, 6*r - 5:6*r)
+      end do
+      do r = 1, below
+         w(:, :, row(r)) = part(:, under + 6*r - 5:under + 6*r)
       end do
    end subroutine climb_front
 
+   !> The rows of W that a front sees; zeros behind own rows and behind the last, where slices reach.
+   pure subroutine fetch(own, below, row, first, w, part)
+      integer, intent(in) :: own, below, row(below), first
+      real(sp), intent(in) :: w(lanes, 6, *)
+      real(sp), intent(inout) :: part(lanes, 6*(own + below) + 2*slice_rows)
+      integer :: r, under
+
+      under = 6*own + slice_rows
+      do r = 1, own
+         part(:, 6*r - 5:6*r) = w(:, :, first + r - 1)
+      end do
+      part(:, 6*own + 1:under) = 0.0_sp
+      do r = 1, below
+         part(:, under + 6*r - 5:under + 6*r) = w(:, :, row(r))
+      end do
+      part(:, under + 6*below + 1:) = 0.0_sp
+   end subroutine fetch
+
    !> x = T x in all lanes, T lower triangular with zeros above.
-   pure subroutine multiply_lanes(ld, t, x)
-      integer, intent(in) :: ld
-      real(sp), intent(in) :: t(ld, *)
+   pure subroutine multiply_lanes(t, x)
+      real(sp), intent(in) :: t(slice_rows, 6)
       real(sp), intent(inout) :: x(lanes, 6)
       real(sp) :: z(lanes, 6)
       integer :: i
@@ -221,14 +255,13 @@ contains
       end do
    end subroutine multiply_lanes
 
-   !> y = y − A x in all lanes, A one block.
-   pure subroutine subtract_lanes(ld, a, x, y)
-      integer, intent(in) :: ld
-      real(sp), intent(in) :: a(ld, *), x(lanes, 6)
-      real(sp), intent(inout) :: y(lanes, 6)
+   !> y = y − A x in all lanes, A one slice.
+   pure subroutine subtract_lanes(a, x, y)
+      real(sp), intent(in) :: a(slice_rows, 6), x(lanes, 6)
+      real(sp), intent(inout) :: y(lanes, slice_rows)
       integer :: i
 
-      do i = 1, 6
+      do i = 1, slice_rows
          y(:, i) = y(:, i) - (a(i, 1)*x(:, 1) + a(i, 2)*x(:, 2) + a(i, 3)*x(:, 3) &
             + a(i, 4)*x(:, 4) + a(i, 5)*x(:, 5) + a(i, 6)*x(:, 6))
       end do

@@ -47,7 +47,7 @@ contains
       call carry(archive, stale%excess)
       if (.not. stale%made .or. allocated(archive%trouble)) return
       if (archive%reading) call analyse_stale(stale, matrix)
-      call carry(archive, stale%factor%panel)
+      call carry(archive, stale%factor%sliced)
       stale%made = .true.
       call carry_changes(archive, stale)
    end subroutine carry_stale

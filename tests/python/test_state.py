@@ -51,14 +51,14 @@ REMADE = {
     ("algebra/low_rank.f90", "low_rank_type"): {
         name: "follows from the springs and the factor"
         for name in (
-            *("place", "front_of", "touched", "path", "length", "w"),
+            *("place", "front_of", "touched", "path", "length", "w", "part"),
             *("gram", "order", "pivot", "t"),
         )
     },
     ("algebra/rank_one.f90", "rank_one_type"): {},
     ("algebra/cholesky_body.inc", "factor_type"): {
         name: "follows from the pattern, or is workspace"
-        for name in ("plan", "update", "vector", "part", "bad_place")
+        for name in ("plan", "panel", "update", "vector", "part", "bad_place")
     },
     ("dynamics/open_close.f90", "iteration_type"): {
         "max_iterations": "the input",
