@@ -28,6 +28,8 @@ module dda_history
       integer, allocatable :: next(:)   !< [2·contacts+1] the next one
       logical, allocatable :: taken(:)  !< [contacts] already handed on
       logical, allocatable :: found(:)  !< [new contacts] the same vertex was on the same edge
+      integer :: n_strays = 0
+      integer, allocatable :: stray(:)  !< places, ascending, where not the same contact stands in both lists
    end type history_type
 
 contains
@@ -39,7 +41,7 @@ contains
 
       history%touching = touching
       allocate (history%head(vertices), source=0)
-      allocate (history%next(1), history%taken(0), history%found(0))
+      allocate (history%next(1), history%taken(0), history%found(0), history%stray(0))
    end subroutine prepare_history
 
    !> Give the new list the histories of the old one; contacts without one start unbonded, and are
@@ -49,33 +51,17 @@ contains
       type(contacts_type), intent(in) :: old
       type(history_type), intent(inout) :: history
       logical, intent(in) :: begun  !< .false. at the start, where penetration is part of the first state
-      integer :: c, from
 
       call make_room(history, new%n, old%n)
       call hand_on_in_place(new, old, history, begun)
-      call index_by_vertex(history, new, old)
-      do c = 1, new%n
-         if (history%found(c)) cycle
-         from = exact_predecessor(new, old, history, c)
-         if (from == 0) cycle
-         call hand_on(new, old, c, from)
-         history%taken(from) = .true.
-         history%found(c) = .true.
-         new%offset(c) = min(0.0_wp, max(old%offset(from), new%gap(c)))
-      end do
-      do c = 1, new%n
-         if (history%found(c)) cycle
-         from = near_predecessor(new, old, history, c)
-         if (from == 0) cycle
-         call hand_on(new, old, c, from)
-         history%taken(from) = .true.
-         history%found(c) = .true.
-         new%offset(c) = carried(new%gap(c), min(0.0_wp, old%new_gap(from)), old%offset(from))
-         if (new%bonded(c)) new%offset(c) = 0.0_wp  ! a bond holds from its true length
-      end do
-      new%gap(:new%n) = new%gap(:new%n) - new%offset(:new%n)
-      call adopt_orphans(new, old, history)
-      call forget_index(history, new, old)
+      call list_strays(history, new%n, old%n)
+      if (history%n_strays == 0) return
+      call index_by_vertex(history, old)
+      call hand_on_exactly(new, old, history)
+      call hand_on_nearly(new, old, history)
+      call press_strays(new, history)
+      if (orphans_left(old, history)) call adopt_orphans(new, old, history)
+      call forget_index(history, old)
       if (begun) call refuse_deep(new, history)
    end subroutine inherit
 
@@ -91,7 +77,10 @@ contains
          deallocate (history%next, history%taken)
          allocate (history%next(4*old + 1), history%taken(2*old))
       end if
-      history%taken(:old) = .false.
+      if (size(history%stray) < max(new, old)) then
+         deallocate (history%stray)
+         allocate (history%stray(2*max(new, old)))
+      end if
    end subroutine make_room
 
    !> Most contacts stand in the new list where they stood in the old one; the others begin without a history.
@@ -118,28 +107,115 @@ contains
       type(history_type), intent(inout) :: history
       logical, intent(in) :: begun
       integer, intent(in) :: first, last
-      integer :: c
+      integer :: c, both
 
+      both = min(last, old%n)
+      history%found(first:both) = new%vertex(first:both) == old%vertex(first:both) &
+         .and. new%edge(first:both) == old%edge(first:both)
+      history%found(max(first, both + 1):last) = .false.
+      history%taken(first:both) = history%found(first:both)
+      call hand_on_all(new, old, first, both)
       do c = first, last
-         history%found(c) = in_place(new, old, c)
          if (history%found(c)) then
-            call hand_on(new, old, c, c)
-            history%taken(c) = .true.
             new%offset(c) = min(0.0_wp, max(old%offset(c), new%gap(c)))
+            new%gap(c) = new%gap(c) - new%offset(c)
          else
             call begin(new, c, history%touching, begun)
          end if
       end do
    end subroutine hand_on_some
 
-   !> Contact c is the same vertex on the same edge in both lists.
-   pure logical function in_place(new, old, c)
-      type(contacts_type), intent(in) :: new, old
+   !> As `hand_on`, from the same places of the old list: array by array, which is quick.
+   pure subroutine hand_on_all(new, old, first, last)
+      type(contacts_type), intent(inout) :: new
+      type(contacts_type), intent(in) :: old
+      integer, intent(in) :: first, last
+
+      new%state(first:last) = old%state(first:last)
+      new%bonded(first:last) = old%bonded(first:last)
+      new%bond_length(first:last) = old%bond_length(first:last)
+      new%stretch(first:last) = old%stretch(first:last)
+      new%pressure(first:last) = old%pressure(first:last)
+      new%slide_force(first:last) = old%slide_force(first:last)
+      new%direction(first:last) = old%direction(first:last)
+   end subroutine hand_on_all
+
+   !> Where the lists differ, which is all that is left to look at: in most steps little or nothing.
+   pure subroutine list_strays(history, new, old)
+      type(history_type), intent(inout) :: history
+      integer, intent(in) :: new, old  !< numbers of contacts
+      integer :: c
+
+      history%n_strays = 0
+      do c = 1, new
+         if (.not. history%found(c)) call note_stray(history, c)
+      end do
+      do c = new + 1, old
+         history%taken(c) = .false.
+         call note_stray(history, c)
+      end do
+   end subroutine list_strays
+
+   pure subroutine note_stray(history, c)
+      type(history_type), intent(inout) :: history
       integer, intent(in) :: c
 
-      in_place = c <= new%n .and. c <= old%n
-      if (in_place) in_place = new%vertex(c) == old%vertex(c) .and. new%edge(c) == old%edge(c)
-   end function in_place
+      history%n_strays = history%n_strays + 1
+      history%stray(history%n_strays) = c
+   end subroutine note_stray
+
+   !> From the same vertex on the same edge, elsewhere in the old list.
+   subroutine hand_on_exactly(new, old, history)
+      type(contacts_type), intent(inout) :: new
+      type(contacts_type), intent(in) :: old
+      type(history_type), intent(inout) :: history
+      integer :: k, c, from
+
+      do k = 1, history%n_strays
+         c = history%stray(k)
+         if (c > new%n) exit
+         from = exact_predecessor(new, old, history, c)
+         if (from == 0) cycle
+         call hand_on(new, old, c, from)
+         history%taken(from) = .true.
+         history%found(c) = .true.
+         new%offset(c) = min(0.0_wp, max(old%offset(from), new%gap(c)))
+      end do
+   end subroutine hand_on_exactly
+
+   !> From a contact of the same two blocks, whose place the new one takes.
+   subroutine hand_on_nearly(new, old, history)
+      type(contacts_type), intent(inout) :: new
+      type(contacts_type), intent(in) :: old
+      type(history_type), intent(inout) :: history
+      integer :: k, c, from
+
+      do k = 1, history%n_strays
+         c = history%stray(k)
+         if (c > new%n) exit
+         if (history%found(c)) cycle
+         from = near_predecessor(new, old, history, c)
+         if (from == 0) cycle
+         call hand_on(new, old, c, from)
+         history%taken(from) = .true.
+         history%found(c) = .true.
+         new%offset(c) = carried(new%gap(c), min(0.0_wp, old%new_gap(from)), old%offset(from))
+         if (new%bonded(c)) new%offset(c) = 0.0_wp  ! a bond holds from its true length
+      end do
+   end subroutine hand_on_nearly
+
+   !> What presses is the distance beyond the offset.
+   pure subroutine press_strays(new, history)
+      type(contacts_type), intent(inout) :: new
+      type(history_type), intent(in) :: history
+      integer :: k, c
+
+      do k = 1, history%n_strays
+         c = history%stray(k)
+         if (c > new%n) exit
+         new%gap(c) = new%gap(c) - new%offset(c)
+      end do
+   end subroutine press_strays
 
    !> A contact without a history.
    pure subroutine begin(new, c, touching, begun)
@@ -159,13 +235,14 @@ contains
    end subroutine begin
 
    !> Chain the other old contacts to their vertices (the one that touches and the corner it met).
-   subroutine index_by_vertex(history, new, old)
+   subroutine index_by_vertex(history, old)
       type(history_type), intent(inout) :: history
-      type(contacts_type), intent(in) :: new, old
-      integer :: c
+      type(contacts_type), intent(in) :: old
+      integer :: k, c
 
-      do c = old%n, 1, -1
-         if (in_place(new, old, c)) cycle
+      do k = history%n_strays, 1, -1
+         c = history%stray(k)
+         if (c > old%n) cycle
          history%next(2*c) = history%head(old%vertex(c))
          history%head(old%vertex(c)) = 2*c
          if (old%corner(c) == 0) cycle
@@ -174,13 +251,14 @@ contains
       end do
    end subroutine index_by_vertex
 
-   subroutine forget_index(history, new, old)
+   subroutine forget_index(history, old)
       type(history_type), intent(inout) :: history
-      type(contacts_type), intent(in) :: new, old
-      integer :: c
+      type(contacts_type), intent(in) :: old
+      integer :: k, c
 
-      do c = 1, old%n
-         if (in_place(new, old, c)) cycle
+      do k = 1, history%n_strays
+         c = history%stray(k)
+         if (c > old%n) exit
          history%head(old%vertex(c)) = 0
          if (old%corner(c) > 0) history%head(old%corner(c)) = 0
       end do
@@ -246,6 +324,20 @@ contains
       if (distance - carried < (1.0_wp + slack)*pressed) carried = min(0.0_wp, distance - pressed)
    end function carried
 
+   !> An old contact without a successor still pressed.
+   pure logical function orphans_left(old, history)
+      type(contacts_type), intent(in) :: old
+      type(history_type), intent(in) :: history
+      integer :: k, c
+
+      orphans_left = .false.
+      do k = 1, history%n_strays
+         c = history%stray(k)
+         if (c > old%n) exit
+         orphans_left = orphans_left .or. (.not. history%taken(c) .and. old%new_gap(c) < 0.0_wp)
+      end do
+   end function orphans_left
+
    !> What still pressed in a contact that has no successor goes over to a contact of the same vertex that pushes
    !> the same way: so a vertex slides across the joint between two blocks.
    subroutine adopt_orphans(new, old, history)
@@ -274,8 +366,15 @@ contains
       type(contacts_type), intent(inout) :: new
       type(history_type), intent(in) :: history
 
-      if (any(.not. history%found(:new%n) .and. new%offset(:new%n) < -history%deepest)) call keep_contacts(new, &
-         history%found(:new%n) .or. new%offset(:new%n) >= -history%deepest)
+      integer :: k, c
+
+      do k = 1, history%n_strays
+         c = history%stray(k)
+         if (c > new%n) exit
+         if (history%found(c) .or. .not. new%offset(c) < -history%deepest) cycle
+         call keep_contacts(new, history%found(:new%n) .or. new%offset(:new%n) >= -history%deepest)
+         exit
+      end do
    end subroutine refuse_deep
 
    !> Old contact without a successor that pressed the vertex of a new one that now penetrates; 0 if there is none.
