@@ -5,7 +5,7 @@ module dda_contact_geometry
    use dda_contact, only: contacts_type
    implicit none
    private
-   public :: find_type, set_contact
+   public :: find_type, set_contacts
 
    !> A contact that was found.
    type :: find_type
@@ -15,6 +15,20 @@ module dda_contact_geometry
    end type find_type
 
 contains
+
+   !> What was found becomes contacts from place `first` on.
+   pure subroutine set_contacts(contacts, first, blocks, n, find)
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: first
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: n
+      type(find_type), intent(in) :: find(n)
+      integer :: k
+
+      do k = 1, n
+         call set_contact(contacts, first + k - 1, blocks, find(k))
+      end do
+   end subroutine set_contacts
 
    !> A contact with its gap and the rows that move gap and slip.
    !>

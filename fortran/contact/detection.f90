@@ -7,7 +7,7 @@ module dda_detection
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, reserve
-   use dda_contact_geometry, only: find_type, set_contact
+   use dda_contact_geometry, only: find_type, set_contacts
    use dda_entrance, only: choice_type, examine, list_choices, grazes, entrance
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -57,21 +57,23 @@ contains
    pure subroutine measure_depths(detection, contacts)
       type(detection_type), intent(inout) :: detection
       type(contacts_type), intent(in) :: contacts
-      real(wp) :: depth, pressed
+      real(wp) :: depth, pressed, deepest, hardest
       integer :: c
 
-      detection%deepest = 0.0_wp
-      detection%pressed = 0.0_wp
+      deepest = 0.0_wp
+      hardest = 0.0_wp
       detection%depth = 0.0_wp
       do c = 1, contacts%n
          pressed = -contacts%new_gap(c)
          if (pressed <= 0.0_wp) cycle
          depth = pressed - contacts%offset(c)
-         detection%deepest = max(detection%deepest, depth)
-         detection%pressed = max(detection%pressed, pressed)
+         deepest = max(deepest, depth)
+         hardest = max(hardest, pressed)
          call deepen(detection%depth(contacts%vertex(c)), depth)
          if (contacts%corner(c) > 0) call deepen(detection%depth(contacts%corner(c)), depth)
       end do
+      detection%deepest = deepest
+      detection%pressed = hardest
    end subroutine measure_depths
 
    elemental subroutine deepen(deepest, depth)
@@ -123,13 +125,11 @@ contains
       type(neighbours_type), intent(in) :: neighbours
       type(detection_type), intent(in) :: detection
       integer, intent(in) :: piece
-      integer :: k, listed, found
+      integer :: listed, found
 
       listed = sum(detection%finds(:piece - 1))
       found = neighbours%first_edge(first_of(piece, neighbours%n_probes)) - 1
-      do k = 1, detection%finds(piece)
-         call set_contact(contacts, listed + k, blocks, detection%find(found + k))
-      end do
+      call set_contacts(contacts, listed + 1, blocks, detection%finds(piece), detection%find(found + 1))
    end subroutine take_over
 
    subroutine make_room(detection, neighbours)
@@ -184,9 +184,10 @@ contains
       nearest = 0
       least = distance**2
       here = blocks%vertex(:, neighbours%probe(1, p))
+      w = 0
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         w = neighbours%edge(i)
-         do k = 1, 2
+         do k = merge(2, 1, w == neighbours%edge(i)), 2  ! the end of the edge before has been looked at
+            w = neighbours%edge(i)
             if (k == 2) w = blocks%next(w)
             apart = (here(1) - blocks%vertex(1, w))**2 + (here(2) - blocks%vertex(2, w))**2
             if (apart >= least .or. .not. neighbours%convex(w)) cycle
@@ -213,23 +214,27 @@ contains
       integer, intent(in) :: p
       type(detection_type), intent(inout) :: detection
       logical, intent(out) :: met
-      type(choice_type) :: choice, best
-      integer :: i
+      type(choice_type) :: choice
+      real(wp) :: least
+      integer :: i, entered
 
       met = .false.
-      best%gap = -huge(1.0_wp)
+      entered = 0
+      least = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          call examine(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, detection)) cycle
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
-            if (choice%gap > best%gap) best = choice
+            if (choice%gap <= least) cycle
+            least = choice%gap
+            entered = choice%edge
          else if (.not. hidden(blocks, neighbours, p, choice, detection%corner(choice%vertex))) then
-            call note(detection, last, choice, neighbours%probe(2, p), 0)
+            call note(detection, last, choice%vertex, choice%edge, neighbours%probe(2, p), 0)
             met = .true.
          end if
       end do
-      if (best%gap > -huge(1.0_wp)) then
-         call note(detection, last, best, neighbours%probe(2, p), 0)
+      if (entered > 0) then
+         call note(detection, last, neighbours%probe(1, p), entered, neighbours%probe(2, p), 0)
          met = .true.
       end if
    end subroutine meet_edges
@@ -243,9 +248,10 @@ contains
       type(detection_type), intent(in) :: detection
       integer :: end_vertex
 
+      faces = choice%overshoot <= 0.0_wp
+      if (choice%overshoot <= -detection%largest_corner) return  ! far from both ends: nothing to graze
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
-      faces = choice%overshoot <= 0.0_wp
       if (faces .and. .not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), detection%travel)) return
       if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
       faces = .not. neighbours%convex(end_vertex)
@@ -294,29 +300,28 @@ contains
       logical, intent(in) :: close
       type(choice_type) :: choice(4)
       real(wp) :: skin
-      logical :: grazed(4)  !< at the corner that is met, not at the other end of the edge
+      logical :: grazed(4)
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      call list_choices(blocks, v, w, choice)
       skin = skin_of(detection, v, w)
-      grazed = grazes(choice, skin, detection%travel) .and. (choice%past_end .eqv. [.true., .false., .true., .false.])
+      call list_choices(blocks, v, w, skin, detection%travel, choice, grazed)
       if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return
       best = entrance(blocks, choice, detection%corner(v), skin, grazed)
       if (choice(best)%gap > detection%distance) return
       ! A corner that is in, has its foot on an edge.
       if (.not. close .and. choice(best)%gap < -skin) return
-      call note(detection, last, choice(best), neighbours%probe(2, p), merge(w, v, choice(best)%vertex == v))
+      call note(detection, last, choice(best)%vertex, choice(best)%edge, neighbours%probe(2, p), &
+         merge(w, v, choice(best)%vertex == v))
    end subroutine meet_corner
 
-   pure subroutine note(detection, last, choice, pair, corner)
+   pure subroutine note(detection, last, vertex, edge, pair, corner)
       type(detection_type), intent(inout) :: detection
       integer, intent(inout) :: last
-      type(choice_type), intent(in) :: choice
-      integer, intent(in) :: pair, corner
+      integer, intent(in) :: vertex, edge, pair, corner
 
       last = last + 1
-      detection%find(last) = find_type(choice%vertex, choice%edge, corner, pair)
+      detection%find(last) = find_type(vertex, edge, corner, pair)
    end subroutine note
 
 end module dda_detection

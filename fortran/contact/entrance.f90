@@ -51,15 +51,18 @@ contains
    end subroutine examine
 
    !> The up to four choices at corners v and w: v on the edges before and after w, w on those before and after v.
-   pure subroutine list_choices(blocks, v, w, choice)
+   pure subroutine list_choices(blocks, v, w, skin, travel, choice, grazed)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: v, w
+      real(wp), intent(in) :: skin, travel
       type(choice_type), intent(out) :: choice(4)
+      logical, intent(out) :: grazed(4)  !< at the corner that is met, not at the other end of the edge
 
       call examine_corner(blocks, v, blocks%previous(w), choice(1))
       call examine_corner(blocks, v, w, choice(2))
       call examine_corner(blocks, w, blocks%previous(v), choice(3))
       call examine_corner(blocks, w, v, choice(4))
+      grazed = grazes(choice, skin, travel) .and. (choice%past_end .eqv. [.true., .false., .true., .false.])
    end subroutine list_choices
 
    !> As `examine`, with how well the edge separates the vertex' own block from it.
@@ -90,26 +93,38 @@ contains
       real(wp), intent(in) :: skin        !< depth that is passed over, m
       logical, intent(in) :: grazed(4)
       real(wp) :: small
-      integer :: i, j
-      logical :: displaced, passed(4)
+      integer :: i
+      logical :: at_hand(4)
 
-      passed = .false.
-      if (any(grazed)) passed = passed_over(blocks, choice, skin, grazed)
+      at_hand = .not. choice%separation < -parallel_sine
+      if (any(grazed)) at_hand = at_hand .and. .not. passed_over(blocks, choice, skin, grazed)
       small = tie*corner
       best = 0
       do i = 1, 4
-         if (choice(i)%separation < -parallel_sine .or. passed(i)) cycle
-         displaced = .false.
-         do j = 1, 4
-            if (choice(j)%separation < -parallel_sine .or. passed(j) .or. .not. parallel(choice, i, j)) cycle
-            if (choice(j)%overshoot < choice(i)%overshoot - small .and. choice(i)%overshoot > small) displaced = .true.
-         end do
-         if (displaced) cycle
+         if (.not. at_hand(i)) cycle
+         if (choice(i)%overshoot > small) then
+            if (displaced(choice, at_hand, i, small)) cycle
+         end if
          if (best == 0) best = i
          if (choice(i)%gap > choice(best)%gap + small) best = i
       end do
       if (best == 0) best = maxloc(choice%separation, 1)
    end function entrance
+
+   !> The foot on the edge of choice i is farther off than that on a parallel edge.
+   pure logical function displaced(choice, at_hand, i, small)
+      type(choice_type), intent(in) :: choice(4)
+      logical, intent(in) :: at_hand(4)
+      integer, intent(in) :: i
+      real(wp), intent(in) :: small
+      integer :: j
+
+      displaced = .false.
+      do j = 1, 4
+         if (.not. at_hand(j) .or. .not. choice(j)%overshoot < choice(i)%overshoot - small) cycle
+         displaced = displaced .or. parallel(choice, i, j)
+      end do
+   end function displaced
 
    !> Choices that are grazed where another one, which pushes another way, is neither that nor deep in; where there is
    !> none, those of the grazed ones along which the corners do not move.
