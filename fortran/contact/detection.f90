@@ -179,21 +179,17 @@ contains
       integer, intent(in) :: p
       real(wp), intent(in) :: distance
       real(wp) :: here(2), least, apart
-      integer :: i, k, w
+      integer :: i, w
 
       nearest = 0
       least = distance**2
       here = blocks%vertex(:, neighbours%probe(1, p))
-      w = 0
-      do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         do k = merge(2, 1, w == neighbours%edge(i)), 2  ! the end of the edge before has been looked at
-            w = neighbours%edge(i)
-            if (k == 2) w = blocks%next(w)
-            apart = (here(1) - blocks%vertex(1, w))**2 + (here(2) - blocks%vertex(2, w))**2
-            if (apart >= least .or. .not. neighbours%convex(w)) cycle
-            least = apart
-            nearest = w
-         end do
+      do i = neighbours%first_corner(p), neighbours%first_corner(p + 1) - 1
+         w = neighbours%corner(i)
+         apart = (here(1) - blocks%vertex(1, w))**2 + (here(2) - blocks%vertex(2, w))**2
+         if (apart >= least) cycle
+         least = apart
+         nearest = w
       end do
    end function nearest_corner
 

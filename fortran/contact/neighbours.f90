@@ -7,7 +7,7 @@ module dda_neighbours
    use dda_blocks, only: blocks_type, next_vertex, is_convex
    implicit none
    private
-   public :: neighbours_type, find_neighbours, find_near_pairs
+   public :: neighbours_type, find_neighbours, find_near_pairs, find_corners
 
    integer, parameter :: most_pairs = 1000000    !< that a small model may have; a large one this and 100 per block
 
@@ -19,6 +19,8 @@ module dda_neighbours
       integer, allocatable :: probe(:,:)     !< [2, probes] vertex, pair
       integer, allocatable :: first_edge(:)  !< [probes+1] first of a probe's edges
       integer, allocatable :: edge(:)        !< edges of the probes, named by first vertex
+      integer, allocatable :: first_corner(:) !< [probes+1] first of a probe's corners
+      integer, allocatable :: corner(:)      !< convex ends of a probe's edges that its vertex may come to meet
       logical :: crowded = .false.           !< more pairs than can be watched; the list is not complete
       logical, allocatable :: convex(:)      !< [vertices] angle below 180°
       logical, allocatable :: convex_block(:) !< [n] all its angles are
@@ -47,6 +49,7 @@ contains
       call find_probes(neighbours, blocks, reach)
       neighbours%reach = reach
       neighbours%travel = 0.0_wp
+      call find_corners(neighbours, blocks)
    end subroutine find_neighbours
 
    !> Pairs of blocks whose boxes come within `reach` (m); `crowded` if there are too many for all to be listed.
@@ -229,6 +232,37 @@ contains
          call append_number(neighbours%first_edge, e, edges)
       end do
    end subroutine probe_block
+
+   !> For each probe, the convex ends of its edges that are near, in the order of the edges.  What is still twice as far
+   !> as the rest of the reach is out of the question until the next search.
+   subroutine find_corners(neighbours, blocks)
+      type(neighbours_type), intent(inout) :: neighbours
+      type(blocks_type), intent(in) :: blocks
+      integer :: p, i, k, w, corners
+      real(wp) :: near
+
+      if (.not. allocated(neighbours%corner)) allocate (neighbours%first_corner(0), neighbours%corner(8*blocks%n + 8))
+      if (size(neighbours%first_corner) < neighbours%n_probes + 1) then
+         deallocate (neighbours%first_corner)
+         allocate (neighbours%first_corner(size(neighbours%first_edge)))
+      end if
+      near = 2*(neighbours%reach - 2*neighbours%travel)
+      corners = 0
+      do p = 1, neighbours%n_probes
+         neighbours%first_corner(p) = corners + 1
+         w = 0
+         do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
+            do k = merge(2, 1, w == neighbours%edge(i)), 2  ! the end of the edge before has had its turn
+               w = neighbours%edge(i)
+               if (k == 2) w = next_vertex(blocks, w)
+               if (.not. neighbours%convex(w)) cycle
+               if (norm2(blocks%vertex(:, neighbours%probe(1, p)) - blocks%vertex(:, w)) > near) cycle
+               call append_number(neighbours%corner, corners, w)
+            end do
+         end do
+      end do
+      neighbours%first_corner(neighbours%n_probes + 1) = corners + 1
+   end subroutine find_corners
 
    pure real(wp) function distance_to_edge(blocks, v, e)
       type(blocks_type), intent(in) :: blocks

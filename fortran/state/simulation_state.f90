@@ -5,6 +5,7 @@ module dda_simulation_state
    use dda_blocks, only: blocks_type
    use dda_contact_state, only: carry_contacts, carry_neighbours
    use dda_energy, only: energy_type
+   use dda_neighbours, only: find_corners
    use dda_open_close, only: iteration_type
    use dda_simulation, only: simulation_type
    use dda_solver, only: analyse
@@ -29,6 +30,7 @@ contains
          size(simulation%model%joints))
       call carry_iteration(archive, simulation%iteration, simulation%contacts(simulation%now)%n)
       if (archive%reading .and. .not. allocated(archive%trouble)) then
+         call find_corners(simulation%neighbours, simulation%blocks)
          call set_matrix_pattern(simulation%system, simulation%blocks%n, simulation%neighbours)
          call analyse(simulation%solver, simulation%system%matrix)
       end if
