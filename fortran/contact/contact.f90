@@ -6,7 +6,7 @@ module dda_contact
    use dda_kinds, only: wp
    implicit none
    private
-   public :: contacts_type, reserve, keep_contacts, contact_open, contact_slide, contact_stick
+   public :: contacts_type, reserve, exchange_rows, keep_contacts, contact_open, contact_slide, contact_stick
 
    integer, parameter :: contact_open = 0   !< no force
    integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
@@ -102,6 +102,26 @@ contains
       call grow_rows(contacts%shear_v, 6, room)
       call grow_rows(contacts%shear_e, 6, room)
    end subroutine reserve
+
+   !> Two lists of the same room exchange the memory of their rows.
+   pure subroutine exchange_rows(a, b)
+      type(contacts_type), intent(inout) :: a, b
+
+      if (size(a%vertex) /= size(b%vertex)) return
+      call exchange(a%normal_v, b%normal_v)
+      call exchange(a%normal_e, b%normal_e)
+      call exchange(a%shear_v, b%shear_v)
+      call exchange(a%shear_e, b%shear_e)
+   end subroutine exchange_rows
+
+   pure subroutine exchange(a, b)
+      real(wp), allocatable, intent(inout) :: a(:,:), b(:,:)
+      real(wp), allocatable :: kept(:,:)
+
+      call move_alloc(a, kept)
+      call move_alloc(b, a)
+      call move_alloc(kept, b)
+   end subroutine exchange
 
    !> Drop contacts from a list that has identities, geometry and history, and no answers yet.
    subroutine keep_contacts(contacts, kept)

@@ -4,10 +4,12 @@ module dda_contact_search
    use dda_errors, only: error_type, error_input, fail
    use dda_assembly, only: set_matrix_pattern
    use dda_audit, only: book_geometry
-   use dda_contact, only: contacts_type, contact_open
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type, reserve, exchange_rows, contact_open
    use dda_detection, only: detection_type, measure_depths, detect_contacts
    use dda_history, only: history_type, inherit
    use dda_neighbours, only: find_neighbours
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_simulation, only: simulation_type
    use dda_solver, only: analyse
    use dda_stopwatch, only: lap, phase_assemble, phase_detect, phase_search
@@ -60,15 +62,16 @@ contains
    !> A new list from geometry, with the histories of the old one.
    subroutine renew_contacts(simulation)
       type(simulation_type), intent(inout) :: simulation
-      integer :: old, c
+      integer :: old
 
       old = simulation%now
       simulation%now = 3 - old
       associate (contacts => simulation%contacts(simulation%now))
+         ! The rows of the old list are of no more use, and their memory is at hand in the cache.
+         call exchange_rows(contacts, simulation%contacts(old))
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, simulation%detection)
-         do c = 1, contacts%n
-            contacts%joint(c) = weaker_joint(simulation, contacts%block_v(c), contacts%block_e(c))
-         end do
+         call reserve(simulation%contacts(old), contacts%n)
+         call set_joints(contacts, simulation%blocks, simulation%laws%friction)
          call bound_history(simulation%history, simulation%detection)
          call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
@@ -88,15 +91,36 @@ contains
       history%leap = detection%travel + 2*detection%deepest + detection%largest_corner
    end subroutine bound_history
 
-   !> Of two joint materials that meet, the one with less friction governs.
-   pure integer function weaker_joint(simulation, i, j)
-      type(simulation_type), intent(in) :: simulation
-      integer, intent(in) :: i, j
+   !> Joint materials of all contacts.
+   subroutine set_joints(contacts, blocks, friction)
+      type(contacts_type), intent(inout) :: contacts
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: friction(:)  !< [joints]
+      integer :: p
 
-      weaker_joint = simulation%blocks%joint(i)
-      associate (friction => simulation%laws%friction)
-         if (friction(simulation%blocks%joint(j)) < friction(weaker_joint)) weaker_joint = simulation%blocks%joint(j)
-      end associate
-   end function weaker_joint
+      if (contacts%n < parallel_from) then
+         call set_some_joints(contacts, blocks, friction, 1, contacts%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         call set_some_joints(contacts, blocks, friction, first_of(p, contacts%n), last_of(p, contacts%n))
+      end do
+   end subroutine set_joints
+
+   !> Of two joint materials that meet, the one with less friction governs.
+   pure subroutine set_some_joints(contacts, blocks, friction, first, last)
+      type(contacts_type), intent(inout) :: contacts
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: friction(:)  !< [joints]
+      integer, intent(in) :: first, last
+      integer :: c, own, other
+
+      do c = first, last
+         own = blocks%joint(contacts%block_v(c))
+         other = blocks%joint(contacts%block_e(c))
+         contacts%joint(c) = merge(other, own, friction(other) < friction(own))
+      end do
+   end subroutine set_some_joints
 
 end module dda_contact_search
