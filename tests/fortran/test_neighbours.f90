@@ -90,7 +90,26 @@ contains
       call check(surplus == 0, 'none beyond reach')
       call check(repeated == 0, 'none twice')
       call check(wrong_pair == 0, 'probes name their pair, pairs ascend')
+      call check(all([(corners_listed(near, blocks, p, reach), p=1, near%n_probes)]), 'corners within reach are listed')
    end subroutine compare
+
+   !> Probe p lists every convex vertex of the other block that is within reach, and of the others only such as are convex.
+   pure logical function corners_listed(near, blocks, p, reach)
+      type(neighbours_type), intent(in) :: near
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: p
+      real(wp), intent(in) :: reach
+      integer :: w, other
+
+      associate (corner => near%corner(near%first_corner(p):near%first_corner(p + 1) - 1), v => near%probe(1, p))
+         other = blocks%owner(near%edge(near%first_edge(p)))
+         corners_listed = all(blocks%owner(corner) == other) .and. all(near%convex(corner))
+         do w = blocks%first(other), blocks%first(other + 1) - 1
+            if (.not. is_convex(blocks, w) .or. norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) > reach) cycle
+            corners_listed = corners_listed .and. any(corner == w)
+         end do
+      end associate
+   end function corners_listed
 
    pure logical function is_pair(pair, a, b)
       integer, intent(in) :: pair(2), a, b
