@@ -365,7 +365,6 @@ contains
    subroutine refuse_deep(new, history)
       type(contacts_type), intent(inout) :: new
       type(history_type), intent(in) :: history
-
       integer :: k, c
 
       do k = 1, history%n_strays
