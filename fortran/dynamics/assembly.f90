@@ -1,37 +1,29 @@
-!> The equations of one step, K̂ d = f̂ (paper eqs. 5–7).
+!> The equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their base.
 !>
-!> K̂ is the sum of a part that no contact state changes (inertia, elasticity, fixed points) and of the
-!> springs of the contacts in their assumed states.
+!> K̂ is the sum of a part that no contact state changes, the base (inertia, elasticity, fixed points), and of
+!> the springs of the contacts in their assumed states, which `dda_contact_assembly` puts on top.
 module dda_assembly
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of
    use dda_blocks, only: blocks_type, shape_matrix, place_of
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_held_springs, only: held_type, prepare_held
    use dda_model, only: model_type
    use dda_baseline, only: displacement_at, acceleration_at
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
-   use dda_stopwatch, only: stopwatch_type, lap, phase_assemble, phase_iterate
+   use dda_stopwatch, only: stopwatch_type
    use dda_support, only: load_at
    implicit none
    private
-   public :: system_type, prepare_system, set_matrix_pattern, set_inertia, assemble_base, assemble_contacts
-   public :: add_shear_force, base_force, support_target
-
-   integer, parameter :: rows_from = 500   !< block rows from which threads repay their start
-
-   !> Stiffness of all contacts.
-   type :: springs_type
-      real(wp) :: normal   !< k_n, N/m per metre of thickness
-      real(wp) :: shear    !< k_s
-      real(wp) :: kept     !< share of it under sliding contacts
-   end type springs_type
+   public :: system_type, prepare_system, set_matrix_pattern, set_inertia, assemble_base
+   public :: base_force, support_target
 
    !> Matrix, right-hand side and unknowns of a step.
    type :: system_type
       type(block_matrix_type) :: matrix            !< K̂
       integer, allocatable :: pair_of_entry(:)     !< near pair of each lower entry
       integer, allocatable :: first_contact(:)     !< [pairs+1] first contact of each near pair
+      type(held_type) :: held                      !< what K̂ and f̂ hold of the contacts
       real(wp), allocatable :: inertia(:,:,:)      !< [6,6,n] 2M/Δt² + elasticity
       real(wp), allocatable :: base(:,:,:)         !< [6,6,n] the same + fixed points
       real(wp), allocatable :: load(:,:)           !< [6,n] f̂ without contacts
@@ -50,6 +42,7 @@ contains
 
       allocate (system%inertia(6, 6, n), system%base(6, 6, n))
       allocate (system%load(6, n), system%rhs(6, n), system%d(6, n), system%previous_d(6, n), source=0.0_wp)
+      call prepare_held(system%held, n)
    end subroutine prepare_system
 
    !> Lay out K̂ for all near pairs, so that the pattern lasts as long as the neighbours do.
@@ -59,6 +52,7 @@ contains
       type(neighbours_type), intent(in) :: neighbours
       integer :: p
 
+      system%held%anew = .true.
       call set_pattern(system%matrix, n, neighbours%pair(:, :neighbours%n_pairs))
       if (allocated(system%pair_of_entry)) deallocate (system%pair_of_entry, system%first_contact)
       allocate (system%pair_of_entry(size(system%matrix%column)), system%first_contact(neighbours%n_pairs + 1))
@@ -103,6 +97,7 @@ contains
       end if
       call add_loads(system, model, blocks, time)
       call add_fixed_points(system, model, blocks, time)
+      system%held%anew = .true.
    end subroutine assemble_base
 
    !> Inertia, elasticity and body force of some blocks.
@@ -190,184 +185,5 @@ contains
          target(axis) = target(axis) + displacement_at(model%motions(model%fixed_points(i)%motion(axis))%curve, time)
       end do
    end function support_target
-
-   !> Put the springs and slide forces of the contacts, in their assumed states, on top of the base.
-   !>
-   !> A sliding contact may keep a part of its shear spring about the slip of the last iteration, which slows the
-   !> iteration where it would overshoot and leaves its solution as it is.  Every block gathers what its own contacts
-   !> give it, so threads write nothing in common and sums do not depend on their number.
-   subroutine assemble_contacts(system, contacts, normal_stiffness, shear_stiffness, kept, matrix_too)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
-      real(wp), intent(in) :: normal_stiffness, shear_stiffness
-      real(wp), intent(in) :: kept       !< share of the shear spring under sliding contacts
-      logical, intent(in) :: matrix_too  !< .false. if K̂ still holds these springs
-      type(springs_type) :: springs
-      integer :: p, n, entries
-
-      call lap(system%watch, phase_iterate)
-      springs = springs_type(normal_stiffness, shear_stiffness, kept)
-      n = system%matrix%n
-      entries = merge(size(system%pair_of_entry), 0, matrix_too)
-      if (matrix_too) call index_contacts(system, contacts)
-      if (n < rows_from) then
-         call gather(system, contacts, springs, matrix_too, 1, n)
-         call couple(system, contacts, springs, 1, entries)
-      else
-         !$omp parallel
-         !$omp do schedule(static)
-         do p = 1, pieces(n)
-            call gather(system, contacts, springs, matrix_too, first_of(p, n), last_of(p, n))
-         end do
-         !$omp end do nowait
-         !$omp do schedule(static)
-         do p = 1, pieces(entries)
-            call couple(system, contacts, springs, first_of(p, entries), last_of(p, entries))
-         end do
-         !$omp end do
-         !$omp end parallel
-      end if
-      call lap(system%watch, phase_assemble)
-   end subroutine assemble_contacts
-
-   !> Where the contacts of each near pair stand in the list, which is in the order of the pairs.
-   pure subroutine index_contacts(system, contacts)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
-      integer :: c, pair
-
-      pair = 0
-      do c = 1, contacts%n
-         if (contacts%pair(c) == pair) cycle
-         system%first_contact(pair + 1:contacts%pair(c)) = c
-         pair = contacts%pair(c)
-      end do
-      system%first_contact(pair + 1:) = contacts%n + 1
-   end subroutine index_contacts
-
-   !> Loads and diagonal blocks of some blocks: the base, and their sides of their contacts.
-   pure subroutine gather(system, contacts, springs, matrix_too, first, last)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
-      type(springs_type), intent(in) :: springs
-      logical, intent(in) :: matrix_too
-      integer, intent(in) :: first, last
-      real(wp) :: rhs(6), diagonal(6, 6)
-      integer :: b, k
-
-      do b = first, last
-         rhs = system%load(:, b)
-         if (matrix_too) diagonal = system%base(:, :, b)
-         do k = system%matrix%row_start(b), system%matrix%row_start(b + 1) - 1
-            call add_side(system, contacts, springs, b, system%pair_of_entry(k), matrix_too, rhs, diagonal)
-         end do
-         do k = system%matrix%below_start(b), system%matrix%below_start(b + 1) - 1
-            call add_side(system, contacts, springs, b, system%pair_of_entry(system%matrix%below_entry(k)), matrix_too, &
-               rhs, diagonal)
-         end do
-         system%rhs(:, b) = rhs
-         if (matrix_too) system%matrix%diagonal(:, :, b) = diagonal
-      end do
-   end subroutine gather
-
-   !> What the contacts of a near pair give to one of its blocks.
-   pure subroutine add_side(system, contacts, springs, b, pair, matrix_too, rhs, diagonal)
-      type(system_type), intent(in) :: system
-      type(contacts_type), intent(in) :: contacts
-      type(springs_type), intent(in) :: springs
-      integer, intent(in) :: b, pair
-      logical, intent(in) :: matrix_too
-      real(wp), intent(inout) :: rhs(6), diagonal(6, 6)
-      real(wp) :: normal(6), shear(6), push, drag
-      integer :: c
-
-      do c = system%first_contact(pair), system%first_contact(pair + 1) - 1
-         if (contacts%state(c) == contact_open) cycle
-         if (contacts%block_v(c) == b) then
-            normal = contacts%normal_v(:, c)
-            shear = contacts%shear_v(:, c)
-         else
-            normal = -contacts%normal_e(:, c)
-            shear = -contacts%shear_e(:, c)
-         end if
-         call forces_at_rest(contacts, springs, c, push, drag)
-         rhs = rhs + push*normal - drag*shear
-         if (matrix_too) call add_products(diagonal, normal, normal, springs%normal, shear, shear, &
-            shear_spring(contacts, springs, c))
-      end do
-   end subroutine add_side
-
-   !> Normal and shear force of contact c at d = 0 in its assumed state.
-   pure subroutine forces_at_rest(contacts, springs, c, push, drag)
-      type(contacts_type), intent(in) :: contacts
-      type(springs_type), intent(in) :: springs
-      integer, intent(in) :: c
-      real(wp), intent(out) :: push, drag
-
-      push = contacts%pressure(c) - springs%normal*contacts%gap(c)
-      drag = springs%shear*contacts%stretch(c)
-      if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) &
-         - springs%kept*springs%shear*contacts%slide_slip(c)
-   end subroutine forces_at_rest
-
-   !> More shear force in contact c, N/m, of the same assumed states.
-   pure subroutine add_shear_force(system, contacts, c, more)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
-      integer, intent(in) :: c
-      real(wp), intent(in) :: more
-
-      associate (i => contacts%block_v(c), j => contacts%block_e(c))
-         system%rhs(:, i) = system%rhs(:, i) - more*contacts%shear_v(:, c)
-         system%rhs(:, j) = system%rhs(:, j) + more*contacts%shear_e(:, c)
-      end associate
-   end subroutine add_shear_force
-
-   !> Shear stiffness of a closed contact in its assumed state.
-   pure real(wp) function shear_spring(contacts, springs, c)
-      type(contacts_type), intent(in) :: contacts
-      type(springs_type), intent(in) :: springs
-      integer, intent(in) :: c
-
-      shear_spring = merge(springs%shear, springs%kept*springs%shear, contacts%state(c) == contact_stick)
-   end function shear_spring
-
-   !> Blocks of K̂ that couple the two blocks of near pairs.
-   pure subroutine couple(system, contacts, springs, first, last)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
-      type(springs_type), intent(in) :: springs
-      integer, intent(in) :: first, last
-      real(wp) :: block(6, 6)
-      integer :: entry, c, pair
-
-      do entry = first, last
-         block = 0.0_wp
-         pair = system%pair_of_entry(entry)
-         do c = system%first_contact(pair), system%first_contact(pair + 1) - 1
-            if (contacts%state(c) == contact_open) cycle
-            associate (nv => contacts%normal_v(:, c), ne => contacts%normal_e(:, c), sv => contacts%shear_v(:, c), &
-               se => contacts%shear_e(:, c), shear => shear_spring(contacts, springs, c))
-               if (contacts%block_v(c) > contacts%block_e(c)) then
-                  call add_products(block, nv, ne, -springs%normal, sv, se, -shear)
-               else
-                  call add_products(block, ne, nv, -springs%normal, se, sv, -shear)
-               end if
-            end associate
-         end do
-         system%matrix%lower(:, :, entry) = block
-      end do
-   end subroutine couple
-
-   !> block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ
-   pure subroutine add_products(block, a1, b1, k1, a2, b2, k2)
-      real(wp), intent(inout) :: block(6, 6)
-      real(wp), intent(in) :: a1(6), b1(6), k1, a2(6), b2(6), k2
-      integer :: column
-
-      do column = 1, 6
-         block(:, column) = block(:, column) + (k1*b1(column))*a1 + (k2*b2(column))*a2
-      end do
-   end subroutine add_products
 
 end module dda_assembly

@@ -6,8 +6,9 @@
 module dda_open_close
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_convergence, fail
-   use dda_assembly, only: system_type, assemble_contacts
+   use dda_assembly, only: system_type
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact_assembly, only: assemble_contacts
    use dda_cycles, only: cycle_type, note_states, may_change
    use dda_friction, only: laws_type, response_type, law_of, respond
    use dda_line_search, only: descend
@@ -156,7 +157,7 @@ contains
       logical, intent(in) :: new_matrix  !< .false. if only slide forces changed since the last solve
       type(error_type), allocatable, intent(out) :: error
 
-      call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept, new_matrix)
+      call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept)
       if (new_matrix) call renew(solver, system%matrix, system%base, iteration%springs, error)
       if (allocated(error)) return
       call forget_changes(iteration%springs)

@@ -5,8 +5,9 @@
 module dda_slide_forces
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, forget, accelerate
-   use dda_assembly, only: system_type, add_shear_force
+   use dda_assembly, only: system_type
    use dda_contact, only: contacts_type, contact_slide
+   use dda_contact_assembly, only: add_shear_force
    use dda_friction, only: laws_type
    implicit none
    private

@@ -29,6 +29,7 @@ REMADE = {
         "matrix": "its pattern follows from the neighbours, its numbers are made in each step",
         "pair_of_entry": "the pattern",
         "first_contact": "listed in each step",
+        "held": "made anew in each step",
         "inertia": "made for a new time step",
         "inertia_step": "made for a new time step",
         "base": "made in each step",

@@ -1,0 +1,227 @@
+!> Assembling what has changed gives the bits of assembling everything, and that gives the sums of paper eq. 7.
+module test_contact_assembly
+   use dda_kinds, only: wp
+   !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+   use dda_assembly, only: prepare_system, set_matrix_pattern, system_type
+   use dda_block_matrix, only: entry_of
+   use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
+   use dda_contact_assembly, only: add_shear_force, assemble_contacts
+   use dda_neighbours, only: neighbours_type
+   use models, only: random, random_vector, sow
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: contact_assembly_suite
+
+   real(wp), parameter :: normal = 3.3_wp, shear = 1.7_wp, untouched = -7.0_wp
+
+contains
+
+   subroutine contact_assembly_suite()
+      call sow(44)
+      call against_dense_sums()
+      call any_number_of_threads()
+      call after_changes(40)
+      call after_changes(800)
+      call nothing_else()
+   end subroutine contact_assembly_suite
+
+   !> Blocks with random near pairs and up to three contacts in each, in random states.
+   subroutine random_contacts(system, contacts, n)
+      type(system_type), intent(out) :: system
+      type(contacts_type), intent(out) :: contacts
+      integer, intent(in) :: n
+      type(neighbours_type) :: near
+      integer :: i, j, p, c
+
+      call prepare_system(system, n)
+      near%pair = reshape([((merge([i, j], [j, i], modulo(i + j, 2) == 0), j=max(1, i - 3), i - 1), i=1, n)], [2, 3*n - 6])
+      near%pair = near%pair(:, pack([(i, i=1, size(near%pair, 2))], random_vector(size(near%pair, 2)) > -0.4_wp))
+      near%n_pairs = size(near%pair, 2)
+      call set_matrix_pattern(system, n, near)
+      system%base = reshape(random_vector(36*n), [6, 6, n])
+      system%load = reshape(random_vector(6*n), [6, n])
+      call reserve(contacts, 3*near%n_pairs)
+      do p = 1, near%n_pairs
+         do i = 1, int(random(0.0_wp, 4.0_wp))
+            contacts%n = contacts%n + 1
+            c = contacts%n
+            j = int(random(1.0_wp, 3.0_wp))
+            contacts%pair(c) = p
+            contacts%block_v(c) = near%pair(j, p)
+            contacts%block_e(c) = near%pair(3 - j, p)
+            call set_randomly(contacts, c)
+         end do
+      end do
+   end subroutine random_contacts
+
+   subroutine set_randomly(contacts, c)
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: c
+
+      contacts%normal_v(:, c) = random_vector(6)
+      contacts%normal_e(:, c) = random_vector(6)
+      contacts%shear_v(:, c) = random_vector(6)
+      contacts%shear_e(:, c) = random_vector(6)
+      contacts%gap(c) = random(-1.0_wp, 1.0_wp)
+      contacts%stretch(c) = random(-1.0_wp, 1.0_wp)
+      contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)
+      contacts%slide_slip(c) = random(-1.0_wp, 1.0_wp)
+      contacts%pressure(c) = random(-1.0_wp, 1.0_wp)
+      contacts%state(c) = int(random(0.0_wp, 3.0_wp))
+   end subroutine set_randomly
+
+   !> Everything, on top of values that must not be seen.
+   subroutine assemble_all(system, contacts, kept)
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(in) :: contacts
+      real(wp), intent(in) :: kept
+
+      system%matrix%diagonal = untouched
+      system%matrix%lower = untouched
+      system%rhs = untouched
+      system%held%anew = .true.
+      call assemble_contacts(system, contacts, normal, shear, kept)
+   end subroutine assemble_all
+
+   subroutine check_same(got, expected)
+      type(system_type), intent(in) :: got, expected
+
+      call check(all(got%rhs == expected%rhs), 'the right-hand side')
+      call check(all(got%matrix%diagonal == expected%matrix%diagonal), 'the diagonal blocks')
+      call check(all(got%matrix%lower == expected%matrix%lower), 'the coupling blocks')
+   end subroutine check_same
+
+   !> Springs along the rows of gap and slip, written out.
+   subroutine against_dense_sums()
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      real(wp), parameter :: kept = 0.3_wp
+      real(wp), allocatable :: k(:,:), f(:), gap_row(:), slip_row(:)
+      real(wp) :: spring, drag
+      integer, parameter :: n = 12
+      integer :: c, i, j
+
+      call case('against dense sums')
+      call random_contacts(system, contacts, n)
+      call assemble_all(system, contacts, kept)
+      allocate (k(6*n, 6*n), gap_row(6*n), slip_row(6*n), source=0.0_wp)
+      f = reshape(system%load, [6*n])
+      do i = 1, n
+         k(6*i - 5:6*i, 6*i - 5:6*i) = system%base(:, :, i)
+      end do
+      do c = 1, contacts%n
+         if (contacts%state(c) == contact_open) cycle
+         i = 6*contacts%block_v(c)
+         j = 6*contacts%block_e(c)
+         gap_row = 0.0_wp
+         slip_row = 0.0_wp
+         gap_row(i - 5:i) = contacts%normal_v(:, c)
+         gap_row(j - 5:j) = -contacts%normal_e(:, c)
+         slip_row(i - 5:i) = contacts%shear_v(:, c)
+         slip_row(j - 5:j) = -contacts%shear_e(:, c)
+         spring = merge(shear, kept*shear, contacts%state(c) == contact_stick)
+         drag = shear*contacts%stretch(c)
+         if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) - spring*contacts%slide_slip(c)
+         k = k + normal*spread(gap_row, 2, 6*n)*spread(gap_row, 1, 6*n) &
+            + spring*spread(slip_row, 2, 6*n)*spread(slip_row, 1, 6*n)
+         f = f + (contacts%pressure(c) - normal*contacts%gap(c))*gap_row - drag*slip_row
+      end do
+      call check_close(reshape(system%rhs, [6*n]), f, 'right-hand side', relative=1.0e-14_wp)
+      do i = 1, n
+         call check_close(system%matrix%diagonal(:, :, i), k(6*i - 5:6*i, 6*i - 5:6*i), 'diagonal', relative=1.0e-14_wp)
+         do j = 1, i - 1
+            c = entry_of(system%matrix, i, j)
+            if (c > 0) call check_close(system%matrix%lower(:, :, c), k(6*i - 5:6*i, 6*j - 5:6*j), 'coupling', &
+               relative=1.0e-14_wp, absolute=1.0e-14_wp)
+         end do
+      end do
+   end subroutine against_dense_sums
+
+   !> Rows are dealt out to the threads; their sums are not.
+   subroutine any_number_of_threads()
+      type(system_type) :: system, others
+      type(contacts_type) :: contacts
+      integer :: before, threads
+
+      call case('any number of threads')
+      call random_contacts(system, contacts, 520)
+      before = 1
+      !$ before = omp_get_max_threads()
+      !$ call omp_set_num_threads(1)
+      call assemble_all(system, contacts, 0.0_wp)
+      do threads = 2, 4
+         others = system
+         !$ call omp_set_num_threads(threads)
+         call assemble_all(others, contacts, 0.0_wp)
+         call check_same(others, system)
+      end do
+      !$ call omp_set_num_threads(before)
+   end subroutine any_number_of_threads
+
+   !> States, forces, multipliers and the kept share change, a few at a time, as in the iteration of a step.
+   subroutine after_changes(n)
+      integer, intent(in) :: n
+      type(system_type) :: system, whole
+      type(contacts_type) :: contacts
+      real(wp) :: kept
+      integer :: round, i, c
+
+      call case('after changes')
+      call random_contacts(system, contacts, n)
+      kept = 0.0_wp
+      call assemble_all(system, contacts, kept)
+      do round = 1, 40
+         do i = 1, modulo(round, 4)
+            c = 1 + int(random(0.0_wp, real(contacts%n, wp)))
+            select case (modulo(round + i, 5))
+            case (0, 1)
+               contacts%state(c) = int(random(0.0_wp, 3.0_wp))
+            case (2)
+               contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)
+            case (3)
+               contacts%pressure(c) = random(-1.0_wp, 1.0_wp)
+            case (4)  ! there and back: only rounding is left of it
+               call add_shear_force(system, contacts, c, 1.0e3_wp/3)
+               call add_shear_force(system, contacts, c, -1.0e3_wp/3)
+            end select
+         end do
+         if (modulo(round, 8) == 0) kept = merge(0.3_wp, 0.0_wp, modulo(round, 16) == 8)
+         call assemble_contacts(system, contacts, normal, shear, kept)
+         whole = system
+         call assemble_all(whole, contacts, kept)
+         call check_same(system, whole)
+      end do
+   end subroutine after_changes
+
+   !> A state changes: both its blocks and their coupling are assembled, and no others.  A force: no matrix.
+   subroutine nothing_else()
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      integer :: c
+
+      call case('nothing else')
+      call random_contacts(system, contacts, 40)
+      call assemble_all(system, contacts, 0.0_wp)
+      system%matrix%diagonal = untouched
+      system%matrix%lower = untouched
+      system%rhs = untouched
+      c = contacts%n/2
+      contacts%state(c) = modulo(contacts%state(c) + 1, 3)
+      call assemble_contacts(system, contacts, normal, shear, 0.0_wp)
+      call check(count(any(system%rhs /= untouched, 1)) == 2, 'two blocks of the right-hand side')
+      call check(count(any(any(system%matrix%diagonal /= untouched, 1), 1)) == 2, 'two diagonal blocks')
+      call check(count(any(any(system%matrix%lower /= untouched, 1), 1)) == 1, 'one coupling block')
+      system%matrix%diagonal = untouched
+      system%rhs = untouched
+      contacts%state(c) = contact_slide
+      call assemble_contacts(system, contacts, normal, shear, 0.0_wp)
+      system%matrix%diagonal = untouched
+      system%rhs = untouched
+      contacts%slide_force(c) = 2*contacts%slide_force(c)
+      call assemble_contacts(system, contacts, normal, shear, 0.0_wp)
+      call check(count(any(system%rhs /= untouched, 1)) == 2, 'two blocks for a force')
+      call check(all(system%matrix%diagonal == untouched), 'no matrix for a force')
+   end subroutine nothing_else
+
+end module test_contact_assembly
