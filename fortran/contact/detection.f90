@@ -26,6 +26,7 @@ module dda_detection
       real(wp) :: largest_corner = 0.0_wp !< m
       real(wp) :: pressed = 0.0_wp       !< the same beyond the depth at which a contact was met first, m
       real(wp), allocatable :: depth(:)  !< [vertices] deepest penetration of each vertex where it presses, m
+      integer, allocatable :: pressing(:,:) !< [2, vertices] edges on which each vertex presses, else 0
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       type(find_type), allocatable :: find(:) !< [edges of the probes] a probe finds no more than it has edges
       integer, allocatable :: finds(:)   !< [pieces of the probes] found in each
@@ -44,6 +45,7 @@ contains
       detection%least = distance
       detection%distance = distance
       allocate (detection%depth(size(blocks%owner)), source=0.0_wp)
+      allocate (detection%pressing(2, size(blocks%owner)), source=0)
       allocate (detection%corner(size(blocks%owner)))
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
@@ -53,7 +55,7 @@ contains
       detection%largest_corner = maxval(detection%corner)
    end subroutine prepare_detection
 
-   !> How deep the last step's contacts went.
+   !> How deep the last step's contacts went, and which of them press.
    pure subroutine measure_depths(detection, contacts)
       type(detection_type), intent(inout) :: detection
       type(contacts_type), intent(in) :: contacts
@@ -63,6 +65,7 @@ contains
       deepest = 0.0_wp
       hardest = 0.0_wp
       detection%depth = 0.0_wp
+      detection%pressing = 0
       do c = 1, contacts%n
          pressed = -contacts%new_gap(c)
          if (pressed <= 0.0_wp) cycle
@@ -71,6 +74,8 @@ contains
          hardest = max(hardest, pressed)
          call deepen(detection%depth(contacts%vertex(c)), depth)
          if (contacts%corner(c) > 0) call deepen(detection%depth(contacts%corner(c)), depth)
+         detection%pressing(2, contacts%vertex(c)) = detection%pressing(1, contacts%vertex(c))
+         detection%pressing(1, contacts%vertex(c)) = contacts%edge(c)
       end do
       detection%deepest = deepest
       detection%pressed = hardest
@@ -248,10 +253,22 @@ contains
       if (choice%overshoot <= -detection%largest_corner) return  ! far from both ends: nothing to graze
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
-      if (faces .and. .not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), detection%travel)) return
+      if (faces) then
+         if (presses(detection, choice)) return
+         if (.not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), detection%travel)) return
+      end if
       if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
       faces = .not. neighbours%convex(end_vertex)
    end function faces
+
+   !> The vertex pressed on the edge in the last step.  It is not grazed then: two corners that press on each other and
+   !> tremble would else change their edges for ever, and sink a little each time.
+   elemental logical function presses(detection, choice)
+      type(detection_type), intent(in) :: detection
+      type(choice_type), intent(in) :: choice
+
+      presses = any(detection%pressing(:, choice%vertex) == choice%edge)
+   end function presses
 
    !> Depth, m, of what is passed over where two corners meet: twice that to which they are pressed into others now,
    !> less than their size.
@@ -302,6 +319,7 @@ contains
       v = neighbours%probe(1, p)
       skin = skin_of(detection, v, w)
       call list_choices(blocks, v, w, skin, detection%travel, choice, grazed)
+      grazed = grazed .and. .not. presses(detection, choice)
       if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return
       best = entrance(blocks, choice, detection%corner(v), skin, grazed)
       if (choice(best)%gap > detection%distance) return

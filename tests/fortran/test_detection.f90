@@ -2,8 +2,8 @@
 module test_detection
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, next_vertex, update_geometry
-   use dda_contact, only: contacts_type
-   use dda_detection, only: detect_contacts, detection_type, prepare_detection
+   use dda_contact, only: contacts_type, reserve
+   use dda_detection, only: detect_contacts, detection_type, measure_depths, prepare_detection
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_layers, add_outline, add_wall, outlines_type
    use dda_text, only: to_text
@@ -30,6 +30,7 @@ contains
       call symmetry()
       call apart()
       call fast_corners()
+      call trembling_corners()
    end subroutine detection_suite
 
    !> All contacts of the present places.
@@ -442,6 +443,47 @@ contains
       end do
       call check(met > 500, 'many meet')
    end subroutine pass_by
+
+   !> Two corners that press on each other and tremble keep the edge that they press on.
+   subroutine trembling_corners()
+      integer, parameter :: vertex(2) = [11, 4], edge(2) = [4, 10]
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      type(neighbours_type) :: near
+      type(detection_type) :: detection
+      real(wp) :: first(2, 5), second(2, 6)
+      integer :: i, k
+
+      call case('corners that tremble')
+      first = reshape([-0.0134_wp, -0.1047_wp, 0.1038_wp, -0.0785_wp, 0.0670_wp, -0.0503_wp, 0.0_wp, 0.0_wp, &
+         -0.0139_wp, -0.0517_wp], [2, 5])
+      second = reshape([-0.1408_wp, 0.0662_wp, -0.1890_wp, -0.0403_wp, -0.1689_wp, -0.1029_wp, -0.1074_wp, -0.1008_wp, &
+         -0.0341_wp, -0.0571_wp, 0.00027_wp, -0.00014_wp], [2, 6])
+      do i = 1, 200
+         k = 1 + modulo(i, 2)
+         outlines%n = 0
+         outlines%n_vertices = 0
+         call add_outline(outlines, first, 1, 1, 1, '')
+         call add_outline(outlines, shifted(second, 2.0e-5_wp*random_vector(2)), 1, 1, 1, '')
+         call blocks_of(outlines, blocks)
+         blocks%velocity(1:3, :) = reshape(random_vector(6), [3, 2])
+         call find_neighbours(near, blocks, 0.02_wp)
+         call prepare_detection(detection, blocks, 0.01_wp)
+         detection%travel = 1.0e-3_wp
+         call reserve(contacts, 1)
+         contacts%n = 1
+         contacts%vertex(1) = vertex(k)
+         contacts%edge(1) = edge(k)
+         contacts%corner(1) = vertex(3 - k)
+         contacts%new_gap(1) = -3.0e-4_wp
+         contacts%offset(1) = 0.0_wp
+         call measure_depths(detection, contacts)
+         call detect_contacts(contacts, blocks, near, detection)
+         call check(contacts%n == 1, 'one contact')
+         call check(contacts%vertex(1) == vertex(k) .and. contacts%edge(1) == edge(k), 'the edge pressed on')
+      end do
+   end subroutine trembling_corners
 
    !> Distance of two convex outlines along the best of their edges' normals, < 0 where they overlap.
    pure real(wp) function separation_of(first, second)
