@@ -6,8 +6,9 @@ module dda_cholesky_single
    use dda_block_graph, only: block_graph_type, graph_of
    use dda_block_matrix, only: block_matrix_type
    use dda_errors, only: error_solver, error_type, fail
-   use dda_front_plan, only: front_plan_type, make_plan, slice_rows, slice_size, slices_of, own_slices, widest_part
+   use dda_front_plan, only: front_plan_type, make_plan, widest_part
    use dda_ordering, only: fill_order
+   use dda_slices, only: slice_rows, slice_size, slices_of, own_slices
    use dda_text, only: to_text
    !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
    include 'cholesky_body.inc'

@@ -5,9 +5,7 @@
 !> from the rest is an update that its parent adds.  The plan says where every panel, part, update and
 !> matrix block lies, so that the numeric work allocates nothing and no front looks for another.
 !>
-!> The factor is kept as a solve reads it, in slices of a few rows and six columns, one after the other:
-!> for each own column of blocks the inverse of its pivot block and the own rows below that; then, column
-!> by column, the rows below the front.  Zeros pad each to whole slices.
+!> A front's part of the factor is kept as a solve reads it (`dda_slices`).
 !>
 !> References: I. S. Duff, J. K. Reid, ACM TOMS 9 (1983) 302 (multifrontal);
 !> J. W. H. Liu, SIAM Review 34 (1992) 82.
@@ -15,13 +13,11 @@ module dda_front_plan
    use dda_kinds, only: long, wp
    use dda_block_graph, only: block_graph_type
    use dda_elimination, only: front_cost, front_tree_type, tree_of_fronts
+   use dda_slices, only: slice_rows, slice_size, slices_of, own_slices
    use dda_task_plan, only: plan_tasks, task_plan_type
    implicit none
    private
-   public :: front_plan_type, make_plan, slice_rows, slice_size, slices_of, own_slices, widest_part
-
-   integer, parameter :: slice_rows = 8               !< rows of a slice: a vector register
-   integer, parameter :: slice_size = 6*slice_rows    !< numbers in it
+   public :: front_plan_type, make_plan, widest_part
 
    !> Symbolic Cholesky factor.  "Place" means place in the order of elimination.
    type :: front_plan_type
@@ -275,24 +271,6 @@ contains
       end do
       plan%panel_size = plan%panel_size + largest
    end subroutine share_panel
-
-   !> Slices that hold so many rows of blocks.
-   pure integer function slices_of(rows)
-      integer, intent(in) :: rows
-
-      slices_of = (6*rows + slice_rows - 1)/slice_rows
-   end function slices_of
-
-   !> Slices of the pivots and own rows of a front.
-   pure integer function own_slices(own)
-      integer, intent(in) :: own
-      integer :: j
-
-      own_slices = 0
-      do j = 1, own
-         own_slices = own_slices + 1 + slices_of(own - j)
-      end do
-   end function own_slices
 
    !> Numbers that a front's part of a vector takes at most: own rows and rows below, each with room for half a slice.
    pure integer function widest_part(plan)

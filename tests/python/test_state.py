@@ -51,10 +51,7 @@ REMADE = {
     ("algebra/stale_factor.f90", "stale_factor_type"): {},
     ("algebra/low_rank.f90", "low_rank_type"): {
         name: "follows from the springs and the factor"
-        for name in (
-            *("place", "front_of", "touched", "path", "length", "w", "part"),
-            *("gram", "order", "pivot", "t"),
-        )
+        for name in ("columns", "gram", "order", "pivot", "t")
     },
     ("algebra/rank_one.f90", "rank_one_type"): {},
     ("algebra/cholesky_body.inc", "factor_type"): {
