@@ -21,6 +21,8 @@ REMADE = {
     },
     ("contact/neighbours.f90", "neighbours_type"): {
         "crowded": "a search that found too much, which ends the run",
+        "first_corner": "listed anew from the present places, which changes no decision",
+        "corner": "listed anew from the present places, which changes no decision",
         "convex": "the input",
         "convex_block": "the input",
     },
