@@ -22,10 +22,10 @@ module dda_low_rank
    type :: low_rank_type
       type(rank_one_type) :: springs
       type(columns_type) :: columns               !< W
-      real(wp) :: gram(most_changes, most_changes) = 0.0_wp  !< WᵀW, its lower triangle of chunks
       integer :: order(most_changes) = 0          !< springs put in, then those taken out
-      real(wp) :: pivot(most_changes) = 0.0_wp    !< C = T D Tᵀ in that order
-      real(wp) :: t(most_changes, most_changes) = 0.0_wp
+      real(wp), allocatable :: gram(:,:)          !< [most_changes, most_changes] WᵀW, its lower triangle of chunks
+      real(wp), allocatable :: t(:,:)             !< [most_changes, most_changes] C = T D Tᵀ in the order above
+      real(wp) :: pivot(most_changes) = 0.0_wp    !< D
    end type low_rank_type
 
 contains
@@ -37,6 +37,8 @@ contains
 
       call forget_low_rank(low)
       call plan_columns(low%columns, plan)
+      if (allocated(low%t)) return
+      allocate (low%gram(most_changes, most_changes), low%t(most_changes, most_changes), source=0.0_wp)
    end subroutine plan_low_rank
 
    !> The factor is new: nothing has changed since.

@@ -129,8 +129,8 @@ contains
          associate (front => path(i))
             own = plan%first(front + 1) - plan%first(front)
             below = plan%row_start(front + 1) - plan%row_start(front)
-            call climb_front(own, below, sliced(plan%part_start(front)), plan%row(plan%row_start(front)), &
-               plan%first(front), part, w)
+            call climb_front(own, below, sliced(plan%part_start(front)), &
+               plan%row(plan%row_start(front):plan%row_start(front + 1) - 1), plan%first(front), part, w)
          end associate
       end do
    end subroutine climb
