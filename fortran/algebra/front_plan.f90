@@ -272,7 +272,8 @@ contains
       plan%panel_size = plan%panel_size + largest
    end subroutine share_panel
 
-   !> Numbers that a front's part of a vector takes at most: own rows and rows below, each with room for half a slice.
+   !> Numbers that a front's part of a vector takes at most: own rows and rows below, each with room for what its last
+   !> slice holds beyond them.
    pure integer function widest_part(plan)
       type(front_plan_type), intent(in) :: plan
 

@@ -227,6 +227,7 @@ contains
       end do
    end subroutine multiply_columns
 
+   !> WᵀW of two chunks: sums over the fronts that both touch, in double precision from front to front.
    subroutine multiply_chunks(columns, plan, row, column, total)
       type(columns_type), intent(in) :: columns
       type(front_plan_type), intent(in) :: plan
