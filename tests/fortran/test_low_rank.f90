@@ -91,7 +91,7 @@ contains
       product = spread(a, 2, 6)*spread(b, 1, 6)
    end function outer
 
-   !> Change a matrix by some springs between neighbours; half of them are put in, half taken out again later.
+   !> Put some springs between neighbours into a matrix, and note them.
    subroutine change(matrix, changes, count)
       type(block_matrix_type), intent(inout) :: matrix
       type(rank_one_type), intent(inout) :: changes
