@@ -13,7 +13,8 @@ module dda_block_matrix
       integer :: n = 0                         !< block rows
       integer, allocatable :: row_start(:)     !< [n+1] first lower entry of each row
       integer, allocatable :: column(:)        !< [entries] column < row, ascending in a row
-      integer, allocatable :: below_start(:)   !< [n+1] first of the entries below the diagonal in each column
+      !> [n+1] first of the entries below the diagonal in each column
+      integer, allocatable :: below_start(:)
       integer, allocatable :: below_row(:)     !< [entries] their rows
       integer, allocatable :: below_entry(:)   !< [entries] their place in `lower`
       real(wp), allocatable :: diagonal(:,:,:) !< [6,6,n]
@@ -201,7 +202,8 @@ contains
          call add_product(matrix%lower(:, :, k), x(:, matrix%column(k)), row)
       end do
       do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
-         call add_transposed_product(matrix%lower(:, :, matrix%below_entry(k)), x(:, matrix%below_row(k)), row)
+         call add_transposed_product(matrix%lower(:, :, matrix%below_entry(k)), &
+            x(:, matrix%below_row(k)), row)
       end do
       y = row
    end subroutine multiply_row
@@ -219,7 +221,8 @@ contains
       real(wp), intent(in) :: b(6, 6), x(6)
       real(wp), intent(inout) :: row(6)
 
-      row = row + (b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) + b(:, 6)*x(6))
+      row = row + (b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) &
+         + b(:, 6)*x(6))
    end subroutine add_product
 
    !> row += Bᵀ x
@@ -229,7 +232,8 @@ contains
       integer :: j
 
       do j = 1, 6
-         row(j) = row(j) + (b(1, j)*x(1) + b(2, j)*x(2) + b(3, j)*x(3) + b(4, j)*x(4) + b(5, j)*x(5) + b(6, j)*x(6))
+         row(j) = row(j) + (b(1, j)*x(1) + b(2, j)*x(2) + b(3, j)*x(3) + b(4, j)*x(4) &
+            + b(5, j)*x(5) + b(6, j)*x(6))
       end do
    end subroutine add_transposed_product
 

@@ -1,7 +1,8 @@
 !> Sums in a fixed order: the same bits whatever the number of threads.
 !>
-!> Long loops are cut into pieces of fixed size, which threads take.  Short ones must not even open a parallel
-!> region: with one thread that still costs a microsecond, and a step of a small model has ten.
+!> Long loops are cut into pieces of fixed size, which threads take.  Short ones must not even open
+!> a parallel region: with one thread that still costs a microsecond, and a step of a small model
+!> has ten.
 module dda_ordered_sums
    use dda_kinds, only: wp, long
    implicit none
@@ -48,7 +49,8 @@ contains
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
-         part(p) = sum_of_piece(x(:, first_of(p, n):last_of(p, n)), y(:, first_of(p, n):last_of(p, n)))
+         part(p) = sum_of_piece(x(:, first_of(p, n):last_of(p, n)), &
+            y(:, first_of(p, n):last_of(p, n)))
       end do
       total = sum(part(:pieces(n)))
    end function inner_product

@@ -1,4 +1,5 @@
-!> Changes of a symmetric matrix of 6×6 blocks, each k u uᵀ with a u that has two blocks: springs put in, taken out.
+!> Changes of a symmetric matrix of 6×6 blocks, each k u uᵀ with a u that has two blocks: springs
+!> put in, taken out.
 module dda_rank_one
    use dda_kinds, only: wp
    implicit none

@@ -63,8 +63,9 @@ contains
 
       if (arguments%command == '') then
          arguments%command = word
-         if (.not. any(word == [character(len=6) :: 'run', 'resume', 'check'])) call fail(error, error_input, &
-            'there is no command '//quoted(word)//'; use run, resume or check')
+         if (.not. any(word == [character(len=6) :: 'run', 'resume', 'check'])) &
+            call fail(error, error_input, 'there is no command '//quoted(word)// &
+            '; use run, resume or check')
       else if (arguments%file == '' .and. word(1:1) /= '-') then
          arguments%file = word
       else
@@ -94,12 +95,12 @@ contains
    function usage() result(text)
       character(len=:), allocatable :: text
 
-      text = 'usage: sitedda-native run FILE.nml [--output FILE.nc] [--check] [--quiet]'//new_line('a')// &
-         '       sitedda-native resume FILE.nml [--output FILE.nc] [--quiet]'//new_line('a')// &
-         '       sitedda-native check FILE.nml'//new_line('a')// &
+      text = 'usage: sitedda-native run FILE.nml [--output FILE.nc] [--check] [--quiet]'// &
+         new_line('a')//'       sitedda-native resume FILE.nml [--output FILE.nc] [--quiet]'// &
+         new_line('a')//'       sitedda-native check FILE.nml'//new_line('a')// &
          '       sitedda-native --help | --version'//new_line('a')// &
-         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close, 4 linear solver, 5 file, '// &
-         '6 interrupted: resume goes on'
+         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close, 4 '// &
+         'linear solver, 5 file, '//'6 interrupted: resume goes on'
    end function usage
 
 end module dda_arguments

@@ -10,20 +10,20 @@ program sitedda_native
    use dda_output_file, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
-   use dda_signals, only: watch_signals, stop_requested
+   use dda_interrupts, only: watch_interrupts, stop_requested
    use dda_simulation, only: simulation_type, summary
    use dda_start, only: start
    use dda_site_response, only: amplification_peak, peak_text
    use dda_spectrum, only: peak_type
    use dda_text, only: to_text
-   use dda_trouble, only: audit_warning
+   use dda_diagnostics, only: audit_warning
    use dda_version, only: version
    implicit none
 
    type(arguments_type) :: arguments
    type(error_type), allocatable :: error
 
-   call watch_signals
+   call watch_interrupts
    call read_arguments(arguments, error)
    call leave_on(error)
    select case (arguments%command)
@@ -82,7 +82,8 @@ contains
       call close_run(run, error)
       if (allocated(error)) return
       print '(a)', summary(run%simulation)
-      if (audit_warning(run%simulation) /= '') write (error_unit, '(a)') 'warning: '//audit_warning(run%simulation)
+      if (audit_warning(run%simulation) /= '') write (error_unit, '(a)') 'warning: '// &
+         audit_warning(run%simulation)
       print '(a)', 'output: '//model%output%file
       call print_amplifications(model, error)
    end subroutine run_input
@@ -99,9 +100,10 @@ contains
          call continue_run(run, 1_long, error)
          if (allocated(error)) return
          if (stop_requested() .and. .not. is_done(run)) then
-            call fail(error, error_interrupted, 'interrupted at t = '//to_text(run%simulation%time)// &
-               ' s; the results so far are in '//partial_name(run%simulation%model%output%file)// &
-               '; to go on: '//resume_command(arguments))
+            call fail(error, error_interrupted, 'interrupted at t = '// &
+               to_text(run%simulation%time)//' s; the results so far are in '// &
+               partial_name(run%simulation%model%output%file)//'; to go on: '// &
+               resume_command(arguments))
             return
          end if
          associate (control => run%simulation%model%control)

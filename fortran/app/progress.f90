@@ -40,8 +40,8 @@ contains
       progress%shown = now
       spent = real(now - progress%begun, wp)/real(progress%rate, wp)
       left = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
-      print '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)', 't = ', time, ' of ', duration, ' s, ', 100*time/duration, &
-         ' %, spent ', spent, ' s, left ', left, ' s'
+      print '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)', 't = ', time, ' of ', duration, ' s, ', &
+         100*time/duration, ' %, spent ', spent, ' s, left ', left, ' s'
    end subroutine show_progress
 
 end module dda_progress

@@ -1,4 +1,5 @@
-!> CRC-64 of bytes, as xz computes it (polynomial of ECMA-182, reflected): finds every burst of errors up to 64 bits.
+!> CRC-64 of bytes, as xz computes it (polynomial of ECMA-182, reflected): finds every burst of
+!> errors up to 64 bits.
 module dda_checksum
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
@@ -11,7 +12,8 @@ module dda_checksum
    !> The sum of the bytes so far, and the tables that let it take eight at a time.
    type :: checksum_type
       integer(long) :: value = 0
-      integer(long) :: table(0:255, 0:7) = 0  !< remainders of a byte with 0 … 7 zero bytes behind it
+      !> remainders of a byte with 0 … 7 zero bytes behind it
+      integer(long) :: table(0:255, 0:7) = 0
    end type checksum_type
 
 contains
@@ -55,8 +57,9 @@ contains
          associate (table => checksum%table)
             rest = ieor(ieor(ieor(table(low_byte(rest), 7), table(low_byte(shiftr(rest, 8)), 6)), &
                ieor(table(low_byte(shiftr(rest, 16)), 5), table(low_byte(shiftr(rest, 24)), 4))), &
-               ieor(ieor(table(low_byte(shiftr(rest, 32)), 3), table(low_byte(shiftr(rest, 40)), 2)), &
-               ieor(table(low_byte(shiftr(rest, 48)), 1), table(low_byte(shiftr(rest, 56)), 0))))
+               ieor(ieor(table(low_byte(shiftr(rest, 32)), 3), table(low_byte(shiftr(rest, 40)), &
+               2)), ieor(table(low_byte(shiftr(rest, 48)), 1), table(low_byte(shiftr(rest, 56)), &
+               0))))
          end associate
       end do
       do i = whole + 1, size(bytes, kind=long)

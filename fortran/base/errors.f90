@@ -6,7 +6,8 @@ module dda_errors
    implicit none
    private
    public :: error_type, fail
-   public :: error_input, error_check, error_convergence, error_solver, error_file, error_interrupted
+   public :: error_input, error_check, error_convergence, error_solver, error_file, &
+      error_interrupted
 
    !> What went wrong, where, and what to try.
    type :: error_type

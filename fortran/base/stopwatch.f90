@@ -5,7 +5,8 @@ module dda_stopwatch
    implicit none
    private
    public :: stopwatch_type, begin_laps, lap, seconds_of, phase_names
-   public :: phase_search, phase_detect, phase_assemble, phase_factorise, phase_solve, phase_iterate, phase_update
+   public :: phase_search, phase_detect, phase_assemble, phase_factorise, phase_solve, &
+      phase_iterate, phase_update
 
    integer, parameter :: phase_search = 1     !< neighbours and the plan of the factor
    integer, parameter :: phase_detect = 2     !< contacts and their history
@@ -15,8 +16,8 @@ module dda_stopwatch
    integer, parameter :: phase_iterate = 6    !< open–close iteration without its solves
    integer, parameter :: phase_update = 7     !< new state and energy audit
 
-   character(len=*), parameter :: phase_names(7) = [character(len=9) :: 'search', 'detect', 'assemble', 'factorise', &
-      'solve', 'iterate', 'update']
+   character(len=*), parameter :: phase_names(7) = [character(len=9) :: 'search', 'detect', &
+      'assemble', 'factorise', 'solve', 'iterate', 'update']
 
    !> Clock counts by phases.
    type :: stopwatch_type

@@ -1,4 +1,5 @@
-!> The inverse questions: which time step gives a wanted damping, which penalty a wanted first frequency.
+!> The inverse questions: which time step gives a wanted damping, which penalty a wanted first
+!> frequency.
 module dda_advice
    use dda_kinds, only: wp, pi
    use dda_eigen, only: eigenpairs_type
@@ -15,7 +16,8 @@ module dda_advice
    !> A normal stiffness and what it gives.
    type :: penalty_type
       logical :: found = .false.
-      real(wp) :: normal_stiffness = 0.0_wp  !< k_n, N/m per metre of thickness; others keep their ratios to it
+      !> k_n, N/m per metre of thickness; others keep their ratios to it
+      real(wp) :: normal_stiffness = 0.0_wp
       real(wp) :: frequency = 0.0_wp         !< first frequency with it, Hz
       real(wp) :: target = 0.0_wp            !< wanted, Hz
       real(wp) :: limit = 0.0_wp             !< first frequency for k → ∞, Hz
@@ -59,15 +61,16 @@ contains
       if (pairs%n == 0) then
          call fail(error, error_input, 'the model has no mode with stiffness')
       else if (linear%springs%n == 0) then
-         call fail(error, error_input, 'no contact is closed and nothing is fixed: the penalty has no effect')
+         call fail(error, error_input, 'no contact is closed and nothing is fixed: the penalty '// &
+            'has no effect')
       else
          frequency = sqrt(pairs%value(1))/(2.0_wp*pi)
       end if
    end subroutine first_frequency
 
    !> First frequency of the same blocks for k → ∞, Hz.  Joint compliance adds to 1/f² almost in
-   !> proportion to 1/k: three stiff penalties and a parabola through them; the stiffest one alone where
-   !> rounding leaves no parabola.
+   !> proportion to 1/k: three stiff penalties and a parabola through them; the stiffest one alone
+   !> where rounding leaves no parabola.
    subroutine stiff_limit(linear, frequency, error)
       type(linear_model_type), intent(inout) :: linear
       real(wp), intent(out) :: frequency
@@ -99,7 +102,8 @@ contains
       real(wp) :: from
 
       if (.not. (percent > 0.0_wp .and. percent < 100.0_wp)) then
-         call fail(error, error_input, 'a shift of '//to_text(percent)//' % is not between 0 and 100')
+         call fail(error, error_input, 'a shift of '//to_text(percent)// &
+            ' % is not between 0 and 100')
          return
       end if
       if (present(reference)) then
@@ -112,7 +116,8 @@ contains
       call penalty_for_frequency(linear, (1.0_wp - 0.01_wp*percent)*from, penalty, error)
    end subroutine penalty_for_shift
 
-   !> The penalty that makes the first frequency match a target (the paper's Avdat calibration, §3.2).
+   !> The penalty that makes the first frequency match a target (the paper's Avdat calibration,
+   !> §3.2).
    subroutine penalty_for_frequency(linear, target, penalty, error)
       type(linear_model_type), intent(in) :: linear
       real(wp), intent(in) :: target  !< Hz
@@ -121,7 +126,8 @@ contains
       type(linear_model_type) :: work
 
       if (.not. target > 0.0_wp) then
-         call fail(error, error_input, 'a target frequency of '//to_text(target)//' Hz is not positive')
+         call fail(error, error_input, 'a target frequency of '//to_text(target)// &
+            ' Hz is not positive')
          return
       end if
       work = linear
@@ -130,22 +136,25 @@ contains
       if (allocated(error)) return
       penalty%solves = 3
       if (target >= penalty%limit) then
-         penalty%words = 'no penalty gives '//to_text(target)//' Hz: even rigid joints leave the first frequency '// &
-            'at '//to_text(penalty%limit)//' Hz; the blocks themselves are too soft or too heavy'
+         penalty%words = 'no penalty gives '//to_text(target)// &
+            ' Hz: even rigid joints leave the first frequency '//'at '//to_text(penalty%limit)// &
+            ' Hz; the blocks themselves are too soft or too heavy'
          return
       end if
       call find_root(work, linear%constants(1), penalty, error)
       if (allocated(error)) return
       if (penalty%found) then
-         penalty%words = 'normal_stiffness = '//to_text(penalty%normal_stiffness)//' gives a first frequency of '// &
-            to_text(penalty%frequency)//' Hz ('//to_text(penalty%limit)//' Hz with rigid joints)'
+         penalty%words = 'normal_stiffness = '//to_text(penalty%normal_stiffness)// &
+            ' gives a first frequency of '//to_text(penalty%frequency)//' Hz ('// &
+            to_text(penalty%limit)//' Hz with rigid joints)'
       else
-         penalty%words = 'no penalty gives '//to_text(target)//' Hz: the first frequency does not follow the penalty'
+         penalty%words = 'no penalty gives '//to_text(target)// &
+            ' Hz: the first frequency does not follow the penalty'
       end if
    end subroutine penalty_for_frequency
 
-   !> Root of 1/f² − 1/target² over s = 1/k, where it is almost a straight line: bracket, then regula
-   !> falsi with the Illinois weight.
+   !> Root of 1/f² − 1/target² over s = 1/k, where it is almost a straight line: bracket, then
+   !> regula falsi with the Illinois weight.
    subroutine find_root(work, first_guess, penalty, error)
       type(linear_model_type), intent(inout) :: work
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
@@ -177,8 +186,9 @@ contains
       end do
       penalty%normal_stiffness = 1.0_wp/new_s
       penalty%found = abs(penalty%frequency/penalty%target - 1.0_wp) < 1.0e-6_wp
-      if (.not. penalty%found) call fail(error, error_solver, 'the search for a penalty that gives '// &
-         to_text(penalty%target)//' Hz has stopped at '//to_text(penalty%frequency)//' Hz')
+      if (.not. penalty%found) call fail(error, error_solver, &
+         'the search for a penalty that gives '//to_text(penalty%target)//' Hz has stopped at '// &
+         to_text(penalty%frequency)//' Hz')
    end subroutine find_root
 
    !> g < 0 at s(1), stiffer than wanted, and g > 0 at s(2), softer.

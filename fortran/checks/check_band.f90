@@ -43,7 +43,8 @@ contains
       real(wp) :: total, sum
       integer :: i
 
-      call fourier_amplitude(motion%curve%acceleration, motion%curve%time_step, frequency, amplitude, error)
+      call fourier_amplitude(motion%curve%acceleration, motion%curve%time_step, frequency, &
+         amplitude, error)
       if (allocated(error)) return
       total = dot_product(amplitude, amplitude)
       if (.not. total > 0.0_wp) return

@@ -1,6 +1,7 @@
 !> The check report: what a run will meet, line by line, before it is started.
 !>
-!> Each line gives a verdict, a number with its limit, where the limit comes from, and what to change.
+!> Each line gives a verdict, a number with its limit, where the limit comes from, and what to
+!> change.
 module dda_check_report
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type
@@ -16,7 +17,8 @@ module dda_check_report
    use dda_unresolved, only: unresolved_type, count_unresolved
    implicit none
    private
-   public :: report_type, line_type, check_simulation, verdict_names, verdict_ok, verdict_warn, verdict_fail, report_text
+   public :: report_type, line_type, check_simulation, verdict_names, verdict_ok, verdict_warn, &
+      verdict_fail, report_text
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
    character(len=4), parameter :: verdict_names(3) = ['ok  ', 'warn', 'FAIL']
@@ -114,8 +116,8 @@ contains
          call add(report, verdict_warn, 'contacts', 'no contact is closed'//settled, 'model', &
             'blocks touch only where edges meet; check the vertices')
       else
-         call add(report, verdict_ok, 'contacts', to_text(linear%n)//' blocks, '//to_text(linear%closed)// &
-            ' closed contacts'//settled, 'model', '')
+         call add(report, verdict_ok, 'contacts', to_text(linear%n)//' blocks, '// &
+            to_text(linear%closed)//' closed contacts'//settled, 'model', '')
       end if
    end subroutine check_contacts
 
@@ -134,19 +136,22 @@ contains
          return
       end if
       report%has_highest = report%highest%omega > 0.0_wp
-      call add(report, verdict_ok, 'highest frequency', report%highest%words, 'ARPACK and bracket', '')
+      call add(report, verdict_ok, 'highest frequency', report%highest%words, &
+         'ARPACK and bracket', '')
       if (.not. report%has_highest) return
       limit = 4.0_wp/report%highest%omega
       call count_unresolved(linear, linear%time_step, report%unresolved, error)
       if (linear%time_step < limit) then
-         call add(report, verdict_ok, 'time step', to_text(linear%time_step)//' s < 4/omega_max = '//to_text(limit)//' s', &
-            'paper eq. 13', '')
+         call add(report, verdict_ok, 'time step', to_text(linear%time_step)// &
+            ' s < 4/omega_max = '//to_text(limit)//' s', 'paper eq. 13', '')
       else if (allocated(error)) then
-         call add(report, verdict_warn, 'time step', to_text(linear%time_step)//' s > 4/omega_max = '//to_text(limit)// &
-            ' s', 'paper eq. 13', 'stable, but stiff modes are damped, not resolved')
+         call add(report, verdict_warn, 'time step', to_text(linear%time_step)// &
+            ' s > 4/omega_max = '//to_text(limit)//' s', 'paper eq. 13', &
+            'stable, but stiff modes are damped, not resolved')
       else
-         call add(report, verdict_warn, 'time step', to_text(linear%time_step)//' s > 4/omega_max = '//to_text(limit)// &
-            ' s; '//report%unresolved%words, 'paper eq. 13', 'stable, but those modes are damped, not resolved')
+         call add(report, verdict_warn, 'time step', to_text(linear%time_step)// &
+            ' s > 4/omega_max = '//to_text(limit)//' s; '//report%unresolved%words, &
+            'paper eq. 13', 'stable, but those modes are damped, not resolved')
       end if
    end subroutine check_highest
 
@@ -170,17 +175,18 @@ contains
          list = list//short(report%modes%frequency(i))
       end do
       if (report%has_modes) list = list//' Hz; '
-      call add(report, merge(verdict_ok, verdict_warn, report%has_modes), 'lowest modes', list//report%modes%words, &
-         'ARPACK', '')
+      call add(report, merge(verdict_ok, verdict_warn, report%has_modes), 'lowest modes', list// &
+         report%modes%words, 'ARPACK', '')
       if (.not. report%has_modes) return
       if (report%modes%omega(1)*linear%time_step >= 4.0_wp) then
          call add(report, verdict_fail, 'first mode', 'it does not swing: omega dt = '// &
-            to_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', 'time_step below '// &
-            to_text(0.1_wp/report%modes%frequency(1))//' s')
+            to_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', &
+            'time_step below '//to_text(0.1_wp/report%modes%frequency(1))//' s')
       else
-         call add(report, merge(verdict_ok, verdict_warn, report%modes%elongation(1) < 0.01_wp), 'first mode', &
-            'period longer by '//to_text(100*report%modes%elongation(1))//' %, limit 1 %', 'scheme', &
-            advice_if(report%modes%elongation(1) >= 0.01_wp, 'a smaller time_step'))
+         call add(report, merge(verdict_ok, verdict_warn, report%modes%elongation(1) < 0.01_wp), &
+            'first mode', 'period longer by '//to_text(100*report%modes%elongation(1))// &
+            ' %, limit 1 %', 'scheme', advice_if(report%modes%elongation(1) >= 0.01_wp, &
+            'a smaller time_step'))
       end if
    end subroutine check_modes
 
@@ -211,7 +217,8 @@ contains
       if (linear%n <= stiff_limit_blocks) then
          call stiff_limit(linear, limit, error)
          if (allocated(error)) then
-            call add(report, verdict_ok, 'penalty', found//'; '//error%message, 'paper section 2.2: 40 E', '')
+            call add(report, verdict_ok, 'penalty', found//'; '//error%message, &
+               'paper section 2.2: 40 E', '')
             return
          end if
          report%shift = 1.0_wp - report%modes%frequency(1)/limit
@@ -219,11 +226,13 @@ contains
          report%shift = shift_by_energy(linear, report%modes)
       end if
       call add(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', found// &
-         '; joints lower the first frequency by '//to_text(100*report%shift)//' %, limit 5 %', 'stiff limit', &
-         advice_if(report%shift >= 0.05_wp, 'a higher normal_stiffness, unless the joints are meant to be that soft'))
+         '; joints lower the first frequency by '//to_text(100*report%shift)//' %, limit 5 %', &
+         'stiff limit', advice_if(report%shift >= 0.05_wp, &
+         'a higher normal_stiffness, unless the joints are meant to be that soft'))
    end subroutine check_penalty
 
-   !> Not so soft that blocks sink into each other, not so stiff that the rounding of places is a force.
+   !> Not so soft that blocks sink into each other, not so stiff that the rounding of places is a
+   !> force.
    subroutine check_penalty_bounds(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation
       type(linear_model_type), intent(in) :: linear
@@ -235,14 +244,16 @@ contains
       if (weight == 0.0_wp .or. linear%closed == 0) return
       depth = linear%penetration/report%block_size(1)
       noise = simulation%iteration%noise/weight
-      call add(report, merge(verdict_ok, verdict_warn, depth <= deepest .and. noise <= noisiest), 'penalty bounds', &
-         'settled contacts penetrate by '//to_text(100*depth)//' % of the smallest block, limit '//to_text(100*deepest)// &
-         ' %; rounding is worth '//to_text(100*noise)//' % of its weight, limit '//to_text(100*noisiest)//' %', 'statics', &
+      call add(report, merge(verdict_ok, verdict_warn, depth <= deepest .and. noise <= noisiest), &
+         'penalty bounds', 'settled contacts penetrate by '//to_text(100*depth)// &
+         ' % of the smallest block, limit '//to_text(100*deepest)//' %; rounding is worth '// &
+         to_text(100*noise)//' % of its weight, limit '//to_text(100*noisiest)//' %', 'statics', &
          advice_if(depth > deepest, 'a higher normal_stiffness, or penetration_tolerance')// &
          advice_if(noise > noisiest, 'a lower normal_stiffness'))
    end subroutine check_penalty_bounds
 
-   !> About the same from one mode: where joints hold a share s of its energy, ω² is 1 − s of the stiff limit's.
+   !> About the same from one mode: where joints hold a share s of its energy, ω² is 1 − s of the
+   !> stiff limit's.
    pure real(wp) function shift_by_energy(linear, modes) result(shift)
       type(linear_model_type), intent(in) :: linear
       type(modes_type), intent(in) :: modes
@@ -259,18 +270,20 @@ contains
       real(wp) :: crossing(2), eta, period
 
       crossing = report%block_size(1)/[report%speed(2), report%speed(1)]
-      call add(report, merge(verdict_ok, verdict_warn, time_step < crossing(1)), 'CFL', to_text(time_step)// &
-         ' s against dx/v = '//to_text(crossing(1))//' s (P), '//to_text(crossing(2))//' s (S)', 'paper eq. 14', &
-         advice_if(time_step >= crossing(1), 'needed only to follow P wave fronts; the scheme stays stable'))
+      call add(report, merge(verdict_ok, verdict_warn, time_step < crossing(1)), 'CFL', &
+         to_text(time_step)//' s against dx/v = '//to_text(crossing(1))//' s (P), '// &
+         to_text(crossing(2))//' s (S)', 'paper eq. 14', advice_if(time_step >= crossing(1), &
+         'needed only to follow P wave fronts; the scheme stays stable'))
       if (.not. report%band%known) return
       period = 1.0_wp/report%band%highest
       eta = report%block_size(2)*report%band%highest/report%speed(1)
-      call add(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), eta <= 1.0_wp/12), &
-         'element size', 'eta = 1/'//to_text(1/eta)//' at '//short(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20', &
-         'paper eq. 12', advice_if(eta > 1.0_wp/12, 'blocks no larger than '// &
+      call add(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
+         eta <= 1.0_wp/12), 'element size', 'eta = 1/'//to_text(1/eta)//' at '// &
+         short(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20', 'paper eq. 12', &
+         advice_if(eta > 1.0_wp/12, 'blocks no larger than '// &
          to_text(report%speed(1)/report%band%highest/12)//' m'))
-      call add(report, merge(verdict_ok, verdict_warn, time_step < eta*period), 'time resolution', to_text(time_step)// &
-         ' s against eta T = '//to_text(eta*period)//' s', 'paper eq. 15', &
+      call add(report, merge(verdict_ok, verdict_warn, time_step < eta*period), 'time resolution', &
+         to_text(time_step)//' s against eta T = '//to_text(eta*period)//' s', 'paper eq. 15', &
          advice_if(time_step >= eta*period, 'a smaller time_step'))
    end subroutine check_resolution
 
@@ -295,8 +308,9 @@ contains
          found = found//damping_over(report%band, time_step)
       end if
       if (found == '') return
-      call add(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), 'damping', 'by the scheme '//found, &
-         '2 zeta = tan(omega dt/2)', damping_advice(first, followed, report%band))
+      call add(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), 'damping', &
+         'by the scheme '//found, '2 zeta = tan(omega dt/2)', damping_advice(first, followed, &
+         report%band))
    end subroutine check_damping
 
    !> Damping ratio over a band, %; the part at or beyond the Nyquist frequency has none.
@@ -308,14 +322,15 @@ contains
 
       beyond = 'beyond 1/(2 dt) = '//short(nyquist(time_step))//' Hz, where steps follow no motion'
       if (band%lowest >= nyquist(time_step)) then
-         text = 'the band of the record, '//short(band%lowest)//' … '//short(band%highest)//' Hz, lies '//beyond
+         text = 'the band of the record, '//short(band%lowest)//' … '//short(band%highest)// &
+            ' Hz, lies '//beyond
       else if (band%highest >= nyquist(time_step)) then
          text = to_text(100*damping_at(band%lowest, time_step))//' % at '//short(band%lowest)// &
             ' Hz; the band of the record reaches '//short(band%highest)//' Hz, '//beyond
       else
          text = to_text(100*damping_at(band%lowest, time_step))//' … '// &
-            to_text(100*damping_at(band%highest, time_step))//' % over '//short(band%lowest)//' … '// &
-            short(band%highest)//' Hz'
+            to_text(100*damping_at(band%highest, time_step))//' % over '//short(band%lowest)// &
+            ' … '//short(band%highest)//' Hz'
       end if
    end function damping_over
 
@@ -325,7 +340,8 @@ contains
       type(band_type), intent(in) :: band
       character(len=:), allocatable :: advice
 
-      advice = advice_if(first >= 0.1_wp, 'time_step for a wanted ratio: sitedda.time_step_for_damping')
+      advice = advice_if(first >= 0.1_wp, 'time_step for a wanted ratio: '// &
+         'sitedda.time_step_for_damping')
       if (.not. followed) advice = 'time_step below '//to_text(0.5_wp/band%highest)//' s'
    end function damping_advice
 
@@ -344,17 +360,20 @@ contains
       real(wp) :: seconds
       character(len=:), allocatable :: found
 
-      ! Blocks with their matrices, contacts with their rows, K̂, and its factor at about three times K̂.
+      ! Blocks with their matrices, contacts with their rows, K̂, and its factor at about three
+      ! times K̂.
       report%memory = 8.0_wp*(linear%n*300.0_wp + 60.0_wp*simulation%contacts(simulation%now)%n &
          + 4*36.0_wp*(linear%n + size(linear%stiffness%column)))
-      found = to_text(simulation%model%control%steps)//' steps, about '//short(report%memory/2.0_wp**20)//' MiB'
+      found = to_text(simulation%model%control%steps)//' steps, about '// &
+         short(report%memory/2.0_wp**20)//' MiB'
       seconds = seconds_per_step(simulation)
-      if (seconds > 0.0_wp) found = found//', '//short(seconds*simulation%model%control%steps)//' s at the pace of the first '// &
-         to_text(timed_steps)//' steps'
+      if (seconds > 0.0_wp) found = found//', '//short(seconds*simulation%model%control%steps)// &
+         ' s at the pace of the first '//to_text(timed_steps)//' steps'
       call add(report, verdict_ok, 'cost', found, 'measured', '')
    end subroutine check_cost
 
-   !> Time of a step, s, from a few steps of a copy; 0 for models where that takes long, or if they fail.
+   !> Time of a step, s, from a few steps of a copy; 0 for models where that takes long, or if they
+   !> fail.
    real(wp) function seconds_per_step(simulation) result(seconds)
       type(simulation_type), intent(in) :: simulation
       type(simulation_type), allocatable :: copy
@@ -403,8 +422,9 @@ contains
       text = ''
       do i = 1, report%n
          associate (line => report%line(i))
-            text = text//verdict_names(line%verdict)//'  '//line%what//repeat(' ', max(1, indent - 6 - len(line%what)))// &
-               wrapped(line%found//' ['//line%source//']')
+            text = text//verdict_names(line%verdict)//'  '//line%what// &
+               repeat(' ', max(1, indent - 6 - len(line%what)))//wrapped(line%found//' ['// &
+               line%source//']')
             if (line%advice /= '') text = text//repeat(' ', indent)//wrapped('-> '//line%advice)
          end associate
       end do
@@ -420,7 +440,8 @@ contains
       from = 1
       do
          to = len(words)
-         if (to - from >= width) to = from + index(words(from:from + width - 1), ' ', back=.true.) - 1
+         if (to - from >= width) to = from + index(words(from:from + width - 1), ' ', back=.true.) &
+            - 1
          if (to < from) to = min(len(words), from + width - 1)
          if (from > 1) text = text//repeat(' ', indent)
          text = text//trim(words(from:to))//new_line('a')

@@ -1,15 +1,16 @@
-!> The linearised model of a simulation: mass, elasticity, and the springs of closed contacts and fixed
-!> points, without inertia in the stiffness.
+!> The linearised model of a simulation: mass, elasticity, and the springs of closed contacts and
+!> fixed points, without inertia in the stiffness.
 !>
-!> Contacts count as one of: 'closed', all contacts in touch stick; 'present', as their states are now;
-!> 'settled', as gravity closes them (`dda_settling`); 'auto', settled if there is gravity, else closed.
+!> Contacts count as one of: 'closed', all contacts in touch stick; 'present', as their states are
+!> now; 'settled', as gravity closes them (`dda_equilibrium`); 'auto', settled if there is gravity,
+!> else closed.
 module dda_linear_model
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_blocks, only: shape_matrix, place_of
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_errors, only: error_type, error_input, fail
-   use dda_settling, only: settling_type, settle
+   use dda_equilibrium, only: equilibrium_type, settle
    use dda_simulation, only: simulation_type
    use dda_springs, only: springs_type, reserve_springs, add_spring, stretch_of, add_to_matrix, &
       spring_normal, spring_shear, spring_fixed, spring_kinds
@@ -17,13 +18,15 @@ module dda_linear_model
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: linear_model_type, energy_type, linearise, set_constants, block_label, spring_label, energy_of
+   public :: linear_model_type, energy_type, linearise, set_constants, block_label, spring_label, &
+      energy_of
    public :: strain_energy, energy_kinds, kind_names, point_row
 
    integer, parameter :: strain_energy = spring_kinds + 1  !< kind of energy that is not in a spring
    integer, parameter :: energy_kinds = spring_kinds + 1
-   character(len=*), parameter :: kind_names(energy_kinds) = [character(len=22) :: 'normal contact springs', &
-      'shear contact springs', 'fixed points', 'strain of blocks']
+   character(len=*), parameter :: kind_names(energy_kinds) = &
+      [character(len=22) :: 'normal contact springs', 'shear contact springs', 'fixed points', &
+      'strain of blocks']
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the smaller block: no gap
 
    !> K x and M x of small motions, and what they are made of.
@@ -33,7 +36,8 @@ module dda_linear_model
       real(wp), allocatable :: mass(:,:,:)          !< [6,6,n] M
       real(wp), allocatable :: elastic(:,:,:)       !< [3,3,n] of the strains
       type(springs_type) :: springs
-      real(wp) :: constants(spring_kinds) = 0.0_wp  !< of each kind of spring, N/m per metre of thickness
+      !> of each kind of spring, N/m per metre of thickness
+      real(wp) :: constants(spring_kinds) = 0.0_wp
       real(wp) :: shear_ratio = 1.0_wp              !< k_n / k_s
       real(wp) :: fixed_point_ratio = 1.0_wp        !< fixed points / k_n
       real(wp) :: modulus = 0.0_wp                  !< stiffest block material, Pa
@@ -49,14 +53,16 @@ module dda_linear_model
       integer :: base_motion(2) = 0                 !< motions of the base as body force
       type(point_type), allocatable :: points(:)    !< measured points
       real(wp), allocatable :: point_rows(:,:,:)    !< [2,6,points] their shape matrices
-      type(settling_type) :: settling               !< of 'settled'
+      type(equilibrium_type) :: settling               !< of 'settled'
    end type linear_model_type
 
    !> Where the energy of a motion is.
    type :: energy_type
-      real(wp) :: total = 0.0_wp                  !< xᵀKx, sum of all springs and strains without cancellation
+      !> xᵀKx, sum of all springs and strains without cancellation
+      real(wp) :: total = 0.0_wp
       real(wp) :: share(energy_kinds) = 0.0_wp    !< of each kind, sum 1 (0 if there is no energy)
-      integer :: holder(energy_kinds) = 0         !< spring, or block for strain, that holds the most of its kind
+      !> spring, or block for strain, that holds the most of its kind
+      integer :: holder(energy_kinds) = 0
       real(wp) :: most(energy_kinds) = 0.0_wp     !< its share of all
    end type energy_type
 
@@ -110,7 +116,8 @@ contains
          linear%points = model%points
          allocate (linear%point_rows(2, 6, size(model%points)))
          do p = 1, size(model%points)
-            linear%point_rows(:, :, p) = shape_matrix(blocks, model%points(p)%block, model%points(p)%reference)
+            linear%point_rows(:, :, p) = shape_matrix(blocks, model%points(p)%block, &
+               model%points(p)%reference)
          end do
       end associate
       associate (contacts => simulation%contacts(simulation%now))
@@ -146,18 +153,19 @@ contains
             state = contacts%state(c)
             if (all_closed) then
                reach = touching*min(simulation%blocks%radius(v), simulation%blocks%radius(e))
-               state = merge(contact_stick, contact_open, contacts%gap(c) <= reach .or. contacts%bonded(c))
+               state = merge(contact_stick, contact_open, contacts%gap(c) <= reach &
+                  .or. contacts%bonded(c))
             end if
             if (state == contact_open) cycle
             place = simulation%blocks%vertex(:, contacts%vertex(c)) + simulation%model%origin
             linear%closed = linear%closed + 1
-            call add_spring(linear%springs, spring_normal, c, [v, e], contacts%normal_v(:, c), contacts%normal_e(:, c), &
-               place)
+            call add_spring(linear%springs, spring_normal, c, [v, e], contacts%normal_v(:, c), &
+               contacts%normal_e(:, c), place)
             if (state == contact_slide) then
                linear%sliding = linear%sliding + 1
             else
-               call add_spring(linear%springs, spring_shear, c, [v, e], contacts%shear_v(:, c), contacts%shear_e(:, c), &
-                  place)
+               call add_spring(linear%springs, spring_shear, c, [v, e], contacts%shear_v(:, c), &
+                  contacts%shear_e(:, c), place)
             end if
          end associate
       end do
@@ -173,10 +181,12 @@ contains
       do i = 1, size(linear%fixed_points)
          associate (point => linear%fixed_points(i))
             t = shape_matrix(simulation%blocks, point%block, point%reference)
-            place = place_of(simulation%blocks, point%block, point%reference) + simulation%model%origin
+            place = place_of(simulation%blocks, point%block, point%reference) &
+               + simulation%model%origin
             do axis = 1, 2
                row = t(axis, :)
-               if (point%held(axis)) call add_spring(linear%springs, spring_fixed, i, [point%block, 0], row, nothing, place)
+               if (point%held(axis)) call add_spring(linear%springs, spring_fixed, i, &
+                  [point%block, 0], row, nothing, place)
             end do
          end associate
       end do
@@ -204,7 +214,8 @@ contains
       real(wp), intent(in) :: normal_stiffness  !< k_n, N/m per metre of thickness
       integer :: b
 
-      linear%constants = normal_stiffness*[1.0_wp, 1.0_wp/linear%shear_ratio, linear%fixed_point_ratio]
+      linear%constants = normal_stiffness*[1.0_wp, 1.0_wp/linear%shear_ratio, &
+         linear%fixed_point_ratio]
       linear%stiffness%lower = 0.0_wp
       linear%stiffness%diagonal = 0.0_wp
       do b = 1, linear%n
@@ -272,7 +283,8 @@ contains
          end select
          label = label//block_label(linear, springs%block_a(i))
          if (springs%block_b(i) > 0) label = label//' and '//block_label(linear, springs%block_b(i))
-         label = label//' at ('//to_text(springs%place(1, i))//', '//to_text(springs%place(2, i))//') m'
+         label = label//' at ('//to_text(springs%place(1, i))//', '// &
+            to_text(springs%place(2, i))//') m'
       end associate
    end function spring_label
 

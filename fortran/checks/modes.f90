@@ -1,5 +1,5 @@
-!> The lowest modes of a linearised model: frequencies, shapes, what base motion excites them, and what
-!> the time integration makes of them.
+!> The lowest modes of a linearised model: frequencies, shapes, what base motion excites them, and
+!> what the time integration makes of them.
 module dda_modes
    use dda_kinds, only: wp, pi
    use dda_deflation, only: null_space_type
@@ -17,15 +17,19 @@ module dda_modes
    type :: modes_type
       integer :: n = 0                              !< modes found
       integer :: rigid = 0                          !< free motions of loose parts as rigid bodies
-      integer :: mechanisms = 0                     !< further motions without stiffness, as hinges and slides
+      !> further motions without stiffness, as hinges and slides
+      integer :: mechanisms = 0
       real(wp), allocatable :: omega(:)             !< rad/s
       real(wp), allocatable :: frequency(:)         !< Hz
       real(wp), allocatable :: residual(:)          !< relative, of the inverse that was iterated
       real(wp), allocatable :: shape(:,:,:)         !< [6,blocks,n] mass-normalised
-      real(wp), allocatable :: participation(:,:)   !< [2,n] Γ = φᵀMr for base motion in x and y, √kg
-      real(wp), allocatable :: effective_mass(:,:)  !< [2,n] Γ² / total mass; sums to 1 over all modes
+      !> [2,n] Γ = φᵀMr for base motion in x and y, √kg
+      real(wp), allocatable :: participation(:,:)
+      !> [2,n] Γ² / total mass; sums to 1 over all modes
+      real(wp), allocatable :: effective_mass(:,:)
       real(wp), allocatable :: damping(:)           !< ζ by the scheme in free vibration at Δt
-      real(wp), allocatable :: elongation(:)        !< of the period by the scheme, relative; −1: no swing
+      !> of the period by the scheme, relative; −1: no swing
+      real(wp), allocatable :: elongation(:)
       real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
       character(len=:), allocatable :: words        !< on what is singular, and on contacts
    end type modes_type
@@ -65,7 +69,8 @@ contains
       call put_in_words(linear, count, modes)
    end subroutine find_modes
 
-   !> Γ = φᵀMr for r = a unit translation of all blocks, which is how rigid supports carry the model.
+   !> Γ = φᵀMr for r = a unit translation of all blocks, which is how rigid supports serialise the
+   !> model.
    pure function participation_of(linear, shape) result(participation)
       type(linear_model_type), intent(in) :: linear
       real(wp), intent(in) :: shape(:,:)  !< [6,n]
@@ -78,8 +83,8 @@ contains
       end do
    end function participation_of
 
-   !> Lowest eigenpairs with stiffness.  Their values are taken anew from the energies of springs and
-   !> strains, where nothing cancels, so a motion without stiffness shows as one.
+   !> Lowest eigenpairs with stiffness.  Their values are taken anew from the energies of springs
+   !> and strains, where nothing cancels, so a motion without stiffness shows as one.
    subroutine find_elastic(linear, count, pairs, rigid, mechanisms, error)
       type(linear_model_type), intent(in) :: linear
       integer, intent(in) :: count
@@ -178,13 +183,16 @@ contains
 
       modes%words = to_text(linear%closed)//' contacts are closed'
       if (linear%closed == 0) modes%words = 'no contact is closed: each block stands alone'
-      if (linear%sliding > 0) modes%words = modes%words//', '//to_text(linear%sliding)//' of them slide'
+      if (linear%sliding > 0) modes%words = modes%words//', '//to_text(linear%sliding)// &
+         ' of them slide'
       if (allocated(linear%settling%words)) modes%words = modes%words//'; '//linear%settling%words
-      if (modes%rigid > 0) modes%words = modes%words//'; the stiffness is singular: loose parts move freely as '// &
-         'rigid bodies in '//to_text(modes%rigid)//' ways'
-      if (modes%mechanisms > 0) modes%words = modes%words//'; at least '//to_text(modes%mechanisms)// &
-         ' further motions meet no stiffness (hinges or slides)'
-      if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)//' modes have stiffness'
+      if (modes%rigid > 0) modes%words = modes%words// &
+         '; the stiffness is singular: loose parts move freely as '//'rigid bodies in '// &
+         to_text(modes%rigid)//' ways'
+      if (modes%mechanisms > 0) modes%words = modes%words//'; at least '// &
+         to_text(modes%mechanisms)//' further motions meet no stiffness (hinges or slides)'
+      if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)// &
+         ' modes have stiffness'
    end subroutine put_in_words
 
 end module dda_modes

@@ -1,7 +1,7 @@
 !> The highest frequency of a model: what Δt < 4/ω_max (paper eq. 13) asks for.
 !>
-!> ω_max by ARPACK is a Ritz value, at most the true one.  The bracket needs no iteration: with K_ii the
-!> 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each contact spring,
+!> ω_max by ARPACK is a Ritz value, at most the true one.  The bracket needs no iteration: with K_ii
+!> the 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each contact spring,
 !>
 !>     max λ(M⁻¹ K_ii) ≤ ω_max² ≤ max λ(M⁻¹ (2 K_ii^contact + K_ii^elastic + K_ii^fixed)) over i .
 module dda_omega_max
@@ -9,15 +9,16 @@ module dda_omega_max
    use dda_dense_eigen, only: block_eigen, is_above
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type, error_solver, fail
-   use dda_linear_model, only: linear_model_type, energy_type, energy_of, energy_kinds, kind_names, block_label, &
-      spring_label, strain_energy
+   use dda_linear_model, only: linear_model_type, energy_type, energy_of, energy_kinds, &
+      kind_names, block_label, spring_label, strain_energy
    use dda_springs, only: spring_fixed
    use dda_text, only: to_text
    implicit none
    private
    public :: omega_max_type, bracket_type, find_omega_max, find_bracket, upper_blocks
 
-   real(wp), parameter :: tie = 1.0_wp + 1.0e-12_wp  !< eigenvalues of blocks that differ by less are equal
+   !> eigenvalues of blocks that differ by less are equal
+   real(wp), parameter :: tie = 1.0_wp + 1.0e-12_wp
 
    !> Guaranteed bounds of ω_max and the blocks that give them.
    type :: bracket_type
@@ -37,7 +38,8 @@ module dda_omega_max
       type(energy_type) :: energy        !< of its mode
       integer :: kind = 0                !< what governs: the kind that holds most of that energy
       integer :: spring = 0              !< spring of that kind that holds the most, else 0
-      integer :: block(2) = 0            !< blocks of that spring, or the block whose strain holds the most
+      !> blocks of that spring, or the block whose strain holds the most
+      integer :: block(2) = 0
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
       character(len=:), allocatable :: governs     !< the same in words
       character(len=:), allocatable :: words       !< all in words
@@ -50,7 +52,8 @@ contains
       type(linear_model_type), intent(in) :: linear
       type(omega_max_type), intent(out) :: result
       type(error_type), allocatable, intent(out) :: error
-      real(wp), intent(in), optional :: tolerance  !< of the relative residual; default: what the size affords
+      !> of the relative residual; default: what the size affords
+      real(wp), intent(in), optional :: tolerance
       type(eigenpairs_type) :: pairs
 
       result%tolerance = suggested_tolerance(linear%n)
@@ -59,7 +62,8 @@ contains
       if (allocated(error)) return
       call largest_eigenvalue(linear%stiffness, linear%mass, result%tolerance, pairs, error)
       if (allocated(error)) then
-         error%message = 'omega_max is not known (it lies between '//bracket_text(result%bracket)//'): '//error%message
+         error%message = 'omega_max is not known (it lies between '// &
+            bracket_text(result%bracket)//'): '//error%message
          return
       end if
       result%omega = sqrt(max(pairs%value(1), 0.0_wp))
@@ -79,7 +83,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: upper(:,:,:)
 
-      call largest_of_blocks(linear%stiffness%diagonal, linear%mass, bracket%lower, bracket%lower_block, error)
+      call largest_of_blocks(linear%stiffness%diagonal, linear%mass, bracket%lower, &
+         bracket%lower_block, error)
       if (allocated(error)) return
       call upper_blocks(linear, upper)
       call largest_of_blocks(upper, linear%mass, bracket%upper, bracket%upper_block, error)
@@ -101,7 +106,8 @@ contains
             if (springs%kind(i) /= spring_fixed) cycle
             b = springs%block_a(i)
             do j = 1, 6
-               upper(:, j, b) = upper(:, j, b) - linear%constants(spring_fixed)*springs%row_a(j, i)*springs%row_a(:, i)
+               upper(:, j, b) = upper(:, j, b) - linear%constants(spring_fixed)*springs%row_a(j, &
+                  i)*springs%row_a(:, i)
             end do
          end do
       end associate
@@ -130,8 +136,8 @@ contains
       omega = sqrt(largest)
    end subroutine largest_of_blocks
 
-   !> The kind that holds most of the energy of the highest mode, and the spring or block of that kind
-   !> that holds the most.
+   !> The kind that holds most of the energy of the highest mode, and the spring or block of that
+   !> kind that holds the most.
    subroutine name_governing(linear, result)
       type(linear_model_type), intent(in) :: linear
       type(omega_max_type), intent(inout) :: result
@@ -156,11 +162,12 @@ contains
 
       associate (energy => result%energy)
          result%words = 'omega_max = '//to_text(result%omega)//' rad/s, guaranteed between '// &
-            bracket_text(result%bracket)//'; relative residual '//to_text(result%residual)//'; governed by '// &
-            result%governs//' with '//percent(energy%most(result%kind))//' of the energy of its mode ('
+            bracket_text(result%bracket)//'; relative residual '//to_text(result%residual)// &
+            '; governed by '//result%governs//' with '//percent(energy%most(result%kind))// &
+            ' of the energy of its mode ('
          do kind = 1, energy_kinds
-            result%words = result%words//trim(kind_names(kind))//' '//percent(energy%share(kind))// &
-               merge(', ', ') ', kind < energy_kinds)
+            result%words = result%words//trim(kind_names(kind))//' '// &
+               percent(energy%share(kind))//merge(', ', ') ', kind < energy_kinds)
          end do
          result%words = trim(result%words)//'; the largest bound comes from '// &
             block_label(linear, result%bracket%upper_block)
@@ -176,8 +183,9 @@ contains
       slack = result%residual + 1.0e-10_wp
       if (result%omega >= (1.0_wp - slack)*result%bracket%lower .and. &
          result%omega <= (1.0_wp + slack)*result%bracket%upper) return
-      call fail(error, error_solver, 'omega_max = '//to_text(result%omega)//' rad/s lies outside its bounds '// &
-         bracket_text(result%bracket)//'; the eigenvalue search has failed')
+      call fail(error, error_solver, 'omega_max = '//to_text(result%omega)// &
+         ' rad/s lies outside its bounds '//bracket_text(result%bracket)// &
+         '; the eigenvalue search has failed')
    end subroutine check_bracket
 
    pure function bracket_text(bracket) result(text)

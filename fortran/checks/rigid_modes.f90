@@ -1,7 +1,7 @@
 !> Motions without any stiffness that can be written down: loose parts of a model as rigid bodies.
 !>
-!> Blocks joined by springs form parts.  A part moves rigidly in up to three ways, as many as its fixed
-!> points leave free; these are exact null vectors of the linearised stiffness.
+!> Blocks joined by springs form parts.  A part moves rigidly in up to three ways, as many as its
+!> fixed points leave free; these are exact null vectors of the linearised stiffness.
 module dda_rigid_modes
    use dda_kinds, only: wp
    use dda_deflation, only: null_space_type
@@ -100,7 +100,8 @@ contains
       do b = 1, linear%n
          associate (g => free%group(b))
             arm = linear%position(:, b) - centre(:, g)
-            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%block_mass(b)*dot_product(arm, arm)
+            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%block_mass(b)*dot_product(arm, &
+               arm)
          end associate
       end do
       allocate (motion(6, 3, linear%n), source=0.0_wp)

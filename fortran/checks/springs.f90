@@ -1,7 +1,7 @@
 !> The springs of a linearised model: contact springs and fixed points, as rows and constants.
 !>
-!> A spring stretches by row_a·x_a − row_b·x_b and has the energy ½ k (stretch)²; a fixed point has no
-!> block b.  All springs of a kind have the same constant.
+!> A spring stretches by row_a·x_a − row_b·x_b and has the energy ½ k (stretch)²; a fixed point has
+!> no block b.  All springs of a kind have the same constant.
 module dda_springs
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of
@@ -34,7 +34,8 @@ contains
       type(springs_type), intent(out) :: springs
       integer, intent(in) :: room
 
-      allocate (springs%kind(room), springs%source(room), springs%block_a(room), springs%block_b(room))
+      allocate (springs%kind(room), springs%source(room), springs%block_a(room), &
+         springs%block_b(room))
       allocate (springs%row_a(6, room), springs%row_b(6, room), springs%place(2, room))
    end subroutine reserve_springs
 
@@ -64,7 +65,8 @@ contains
       real(wp), intent(in) :: x(:,:)  !< [6,blocks]
 
       stretch = dot_product(springs%row_a(:, i), x(:, springs%block_a(i)))
-      if (springs%block_b(i) > 0) stretch = stretch - dot_product(springs%row_b(:, i), x(:, springs%block_b(i)))
+      if (springs%block_b(i) > 0) stretch = stretch - dot_product(springs%row_b(:, i), &
+         x(:, springs%block_b(i)))
    end function stretch_of
 
    !> Add all springs to a stiffness matrix whose pattern holds them.
@@ -75,8 +77,9 @@ contains
       integer :: i, entry
 
       do i = 1, springs%n
-         associate (a => springs%block_a(i), b => springs%block_b(i), k => constants(springs%kind(i)), &
-            row_a => springs%row_a(:, i), row_b => springs%row_b(:, i))
+         associate (a => springs%block_a(i), b => springs%block_b(i), &
+            k => constants(springs%kind(i)), row_a => springs%row_a(:, i), &
+            row_b => springs%row_b(:, i))
             call add_product(matrix%diagonal(:, :, a), k, row_a, row_a)
             if (b == 0) cycle
             call add_product(matrix%diagonal(:, :, b), k, row_b, row_b)

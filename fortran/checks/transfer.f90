@@ -1,8 +1,8 @@
 !> Exact transfer functions of the linearised model between two measured points, for base motion.
 !>
 !> A base that moves by g carries the model along its static answer x_s g; what is left obeys
-!> (K + cM) x = −c M x_s g, where the scheme puts c (`dda_scheme`) in place of −ω².  Motion given as a
-!> body force has x_s = a unit translation and ω² M x_s g on the right.  In modes φ_j,
+!> (K + cM) x = −c M x_s g, where the scheme puts c (`dda_scheme`) in place of −ω².  Motion given as
+!> a body force has x_s = a unit translation and ω² M x_s g on the right.  In modes φ_j,
 !>
 !>     x = x_s + a Σ φ_j p_j / (λ_j + c),  p_j = φ_jᵀMx_s,  a = −c or ω²,
 !>
@@ -32,7 +32,8 @@ module dda_transfer
       real(wp), allocatable :: lambda(:)     !< [m] ω² of modes or Ritz vectors, 1/s²
       real(wp), allocatable :: load(:)       !< [m] p_j, √kg
       real(wp), allocatable :: weight(:,:)   !< [2,m] their displacement at the two points
-      real(wp), allocatable :: leaving(:)    !< [m] share of each Ritz vector that leaves the space; 0 for modes
+      !> [m] share of each Ritz vector that leaves the space; 0 for modes
+      real(wp), allocatable :: leaving(:)
       character(len=:), allocatable :: words
    end type transfer_type
 
@@ -63,14 +64,14 @@ contains
       integer :: i
 
       if (any(points < 1 .or. points > size(linear%points))) then
-         call fail(error, error_input, 'a transfer function needs two measured points; the model has '// &
-            to_text(size(linear%points)))
+         call fail(error, error_input, 'a transfer function needs two measured points; the '// &
+            'model has '//to_text(size(linear%points)))
          return
       end if
       transfer%time_step = linear%time_step
       if (present(time_step)) transfer%time_step = time_step
       transfer%dynamic_factor = linear%dynamic_factor
-      call carry_base(transfer, linear, base_axis, static, error)
+      call static_response(transfer, linear, base_axis, static, error)
       if (allocated(error)) return
       allocate (rows(6, linear%n, 2), source=0.0_wp)
       do i = 1, 2
@@ -85,7 +86,7 @@ contains
    end subroutine prepare_transfer
 
    !> The static answer x_s to a unit motion of the base.
-   subroutine carry_base(transfer, linear, axis, static, error)
+   subroutine static_response(transfer, linear, axis, static, error)
       type(transfer_type), intent(inout) :: transfer
       type(linear_model_type), intent(in) :: linear
       integer, intent(in) :: axis
@@ -103,16 +104,17 @@ contains
       if (transfer%body_force) return
       transfer%words = 'all fixed points move together'
       if (held == 0) then
-         call fail(error, error_input, 'there is no base: no fixed point is held in '//merge('x', 'y', axis == 1)// &
-            ' and there is no base motion in it')
+         call fail(error, error_input, 'there is no base: no fixed point is held in '// &
+            merge('x', 'y', axis == 1)//' and there is no base motion in it')
       else if (moved > 0 .and. moved < held) then
          transfer%words = to_text(moved)//' of '//to_text(held)//' fixed points move'
          call prepare_inverse(inverse, linear%stiffness, linear%mass, error)
          if (.not. allocated(error)) call solve(inverse%factor, force, static)
       end if
-   end subroutine carry_base
+   end subroutine static_response
 
-   !> Force of the fixed points that follow the first of their motions along an axis, for a unit motion.
+   !> Force of the fixed points that follow the first of their motions along an axis, for a unit
+   !> motion.
    subroutine push_fixed_points(linear, axis, force, held, moved)
       type(linear_model_type), intent(in) :: linear
       integer, intent(in) :: axis
@@ -129,7 +131,8 @@ contains
          do i = 1, springs%n
             if (springs%kind(i) /= spring_fixed .or. springs%row_a(axis, i) /= 1.0_wp) cycle
             held = held + 1
-            associate (own => linear%fixed_points(springs%source(i))%motion(axis), b => springs%block_a(i))
+            associate (own => linear%fixed_points(springs%source(i))%motion(axis), &
+               b => springs%block_a(i))
                if (motion == 0) motion = own
                if (own == 0 .or. own /= motion) cycle
                moved = moved + 1
@@ -159,7 +162,8 @@ contains
       allocate (transfer%leaving(pairs%n), source=0.0_wp)
       do j = 1, pairs%n
          transfer%load(j) = sum(pairs%vector(:, :, j)*momentum)
-         transfer%weight(:, j) = [sum(pairs%vector(:, :, j)*rows(:, :, 1)), sum(pairs%vector(:, :, j)*rows(:, :, 2))]
+         transfer%weight(:, j) = [sum(pairs%vector(:, :, j)*rows(:, :, 1)), &
+            sum(pairs%vector(:, :, j)*rows(:, :, 2))]
       end do
       transfer%words = transfer%words//'; all '//to_text(pairs%n)//' modes'
    end subroutine take_modes
@@ -190,8 +194,9 @@ contains
          if (transfer_error(transfer, highest) < wanted_error) exit
       end do
       call weigh_points(transfer, operator, ritz, rows)
-      transfer%words = transfer%words//'; '//to_text(ritz%m)//' Ritz vectors, relative residual '// &
-         to_text(transfer_error(transfer, highest))//' at '//to_text(highest)//' Hz'
+      transfer%words = transfer%words//'; '//to_text(ritz%m)// &
+         ' Ritz vectors, relative residual '//to_text(transfer_error(transfer, highest))//' at '// &
+         to_text(highest)//' Hz'
    end subroutine take_ritz_vectors
 
    !> Displacement of each Ritz vector at the two points.
@@ -223,7 +228,8 @@ contains
       type(transfer_type), intent(in) :: transfer
       real(wp), intent(in) :: frequency  !< Hz
 
-      undamped_transfer_at = ratio_at(transfer, 2.0_wp*pi*frequency, cmplx(-(2.0_wp*pi*frequency)**2, 0.0_wp, wp))
+      undamped_transfer_at = ratio_at(transfer, 2.0_wp*pi*frequency, &
+         cmplx(-(2.0_wp*pi*frequency)**2, 0.0_wp, wp))
    end function undamped_transfer_at
 
    pure complex(wp) function factor_at(transfer, frequency)
@@ -231,8 +237,8 @@ contains
       real(wp), intent(in) :: frequency  !< Hz
       real(wp), parameter :: short_of_nyquist = 0.5_wp*(1.0_wp - 1.0e-9_wp)
 
-      factor_at = inertia_factor(2.0_wp*pi*min(abs(frequency), short_of_nyquist/transfer%time_step), &
-         transfer%time_step, transfer%dynamic_factor)
+      factor_at = inertia_factor(2.0_wp*pi*min(abs(frequency), &
+         short_of_nyquist/transfer%time_step), transfer%time_step, transfer%dynamic_factor)
    end function factor_at
 
    pure complex(wp) function ratio_at(transfer, omega, c) result(ratio)

@@ -1,9 +1,9 @@
 !> How many modes a time step cannot resolve (ω > 4/Δt, paper eq. 13), and of which kind.
 !>
 !> Two bounds cost nothing.  K lies below the block-diagonal matrix of the upper bracket, so its
-!> eigenvalues do too (Courant–Fischer): at most as many modes lie beyond as blocks alone have there.
-!> Blocks that share no spring leave their diagonal blocks uncoupled, so by Cauchy's interlacing at
-!> least as many lie beyond as those blocks have.  Small models are counted exactly.
+!> eigenvalues do too (Courant–Fischer): at most as many modes lie beyond as blocks alone have
+!> there. Blocks that share no spring leave their diagonal blocks uncoupled, so by Cauchy's
+!> interlacing at least as many lie beyond as those blocks have.  Small models are counted exactly.
 module dda_unresolved
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type
@@ -26,12 +26,15 @@ module dda_unresolved
       integer :: least = 0                    !< at least so many lie beyond
       integer :: most = 0                     !< at most so many
       logical :: exact = .false.              !< the two are one
-      integer :: of_kind(energy_kinds) = 0    !< by the kind that holds most energy; of `most`, or of the exact count
+      !> by the kind that holds most energy; of `most`, or of the exact count
+      integer :: of_kind(energy_kinds) = 0
       character(len=:), allocatable :: words
    end type unresolved_type
 
-   integer, parameter :: dense_blocks = 50          !< all modes of a model up to this size are computed
-   real(wp), parameter :: affordable = 1.0e9_wp     !< multiplications for a count by inertia, about ½ s
+   !> all modes of a model up to this size are computed
+   integer, parameter :: dense_blocks = 50
+   !> multiplications for a count by inertia, about ½ s
+   real(wp), parameter :: affordable = 1.0e9_wp
 
 contains
 
@@ -55,7 +58,8 @@ contains
          if (unresolved%least < unresolved%most) then
             call factor_mass(mass, linear%mass, error)
             if (allocated(error)) return
-            call count_above(linear%stiffness, mass, unresolved%limit**2, affordable, exact, unresolved%exact)
+            call count_above(linear%stiffness, mass, unresolved%limit**2, affordable, exact, &
+               unresolved%exact)
             if (unresolved%exact) unresolved%least = exact
             if (unresolved%exact) unresolved%most = exact
          end if
@@ -129,7 +133,8 @@ contains
             associate (kind => springs%kind(i), a => springs%block_a(i), b => springs%block_b(i))
                k = linear%constants(kind)*merge(1.0_wp, 2.0_wp, b == 0)
                by_kind(:, :, kind, a) = by_kind(:, :, kind, a) + k*square(springs%row_a(:, i))
-               if (b > 0) by_kind(:, :, kind, b) = by_kind(:, :, kind, b) + k*square(springs%row_b(:, i))
+               if (b > 0) by_kind(:, :, kind, b) = by_kind(:, :, kind, b) &
+                  + k*square(springs%row_b(:, i))
             end associate
          end do
       end associate
@@ -169,8 +174,10 @@ contains
       taken = .false.
       do b = 1, linear%n
          if (touches(linear%stiffness, taken, b)) cycle
-         if (is_above(unresolved%limit**2, linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b))) cycle
-         call block_eigen(linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b), values, vectors, error)
+         if (is_above(unresolved%limit**2, linear%stiffness%diagonal(:, :, b), &
+            linear%mass(:, :, b))) cycle
+         call block_eigen(linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b), values, &
+            vectors, error)
          if (allocated(error)) return
          taken(b) = .true.
          unresolved%least = unresolved%least + count(values > unresolved%limit**2)
@@ -194,13 +201,14 @@ contains
 
       associate (u => unresolved)
          if (u%most == 0) then
-            u%words = 'all '//to_text(u%modes)//' modes lie below 4/time_step = '//to_text(u%limit)//' rad/s'
+            u%words = 'all '//to_text(u%modes)//' modes lie below 4/time_step = '// &
+               to_text(u%limit)//' rad/s'
             return
          end if
          u%words = to_text(u%least)
          if (.not. u%exact) u%words = 'between '//to_text(u%least)//' and '//to_text(u%most)
-         u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '//to_text(u%limit)// &
-            ' rad/s, mostly in '
+         u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '// &
+            to_text(u%limit)//' rad/s, mostly in '
          first = .true.
          do kind = 1, energy_kinds
             if (u%of_kind(kind) == 0) cycle

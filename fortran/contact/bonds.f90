@@ -13,7 +13,8 @@ module dda_bonds
 
 contains
 
-   !> Bond each contact in touch along parallel edges over half of their overlap (two contacts share it).
+   !> Bond each contact in touch along parallel edges over half of their overlap (two contacts share
+   !> it).
    subroutine bond_contacts(contacts, blocks, laws)
       type(contacts_type), intent(inout) :: contacts
       type(blocks_type), intent(in) :: blocks
@@ -23,7 +24,8 @@ contains
 
       do c = 1, contacts%n
          if (max(laws%cohesion(contacts%joint(c)), laws%tension(contacts%joint(c))) <= 0.0_wp) cycle
-         length = norm2(blocks%vertex(:, next_vertex(blocks, contacts%edge(c))) - blocks%vertex(:, contacts%edge(c)))
+         length = norm2(blocks%vertex(:, next_vertex(blocks, contacts%edge(c))) - blocks%vertex(:, &
+            contacts%edge(c)))
          overlap = max(overlap_of(blocks, contacts%edge(c), contacts%vertex(c)), &
             overlap_of(blocks, contacts%edge(c), previous_vertex(blocks, contacts%vertex(c))))
          if (overlap <= 0.0_wp .or. contacts%gap(c) > touching*length) cycle

@@ -6,7 +6,8 @@ module dda_contact
    use dda_kinds, only: wp
    implicit none
    private
-   public :: contacts_type, reserve, exchange_rows, keep_contacts, contact_open, contact_slide, contact_stick
+   public :: contacts_type, reserve, exchange_rows, keep_contacts, contact_open, contact_slide, &
+      contact_stick
 
    integer, parameter :: contact_open = 0   !< no force
    integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
@@ -24,7 +25,8 @@ module dda_contact
       integer, allocatable :: pair(:)          !< near pair that the two blocks are
       integer, allocatable :: joint(:)         !< joint material
       ! Geometry at the start of the step
-      real(wp), allocatable :: gap(:)          !< signed distance to the edge less `offset`, m, negative: it presses
+      !> signed distance to the edge less `offset`, m, negative: it presses
+      real(wp), allocatable :: gap(:)
       real(wp), allocatable :: normal(:,:)     !< [2,n] outward normal of the edge
       real(wp), allocatable :: normal_v(:,:)   !< [6,n] ∂gap/∂q of the vertex block
       real(wp), allocatable :: normal_e(:,:)   !< [6,n] −∂gap/∂q of the edge block
@@ -35,22 +37,25 @@ module dda_contact
       logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
       logical, allocatable :: was_bonded(:)    !< at the start of the step
       logical, allocatable :: was_closed(:)    !< its normal spring held at the start of the step
-      real(wp), allocatable :: offset(:)       !< distance at which the contact begins to press, m, ≤ 0
+      !> distance at which the contact begins to press, m, ≤ 0
+      real(wp), allocatable :: offset(:)
       real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
-      real(wp), allocatable :: pressure(:)     !< multiplier of the augmented Lagrangian, N/m, else 0
+      real(wp), allocatable :: multiplier(:)   !< augmented Lagrangian multiplier, N/m, else 0
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
       ! The iteration: what is assumed, and what the solution answers
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
-      real(wp), allocatable :: direction(:)    !< assumed sign of the shear force while sliding
+      real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
       real(wp), allocatable :: slide_slip(:)   !< slip at which that was answered, m
-      integer, allocatable :: closings(:)      !< how often it has closed in this step's iteration
-      integer, allocatable :: answer(:)        !< state that the solution calls for
-      real(wp), allocatable :: unrest(:)       !< how far its forces are from those assumed, N/m
+      integer, allocatable :: close_count(:)   !< how often it has closed in this step's iteration
+      integer, allocatable :: trial_state(:)   !< state that the solution calls for
+      !> largest difference between assumed and computed force, N/m
+      real(wp), allocatable :: force_residual(:)
       real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m
       real(wp), allocatable :: slip(:)         !< slip during the step, linear in d, m
-      real(wp), allocatable :: opening(:)      !< change of the gap by the last solve, m
-      real(wp), allocatable :: slipping(:)     !< change of the slip by the last solve, m
-      real(wp), allocatable :: overload(:)     !< by how much a bond is over its strength, as a ratio
+      real(wp), allocatable :: gap_change(:)   !< change of the gap by the last solve, m
+      real(wp), allocatable :: slip_change(:)  !< change of the slip by the last solve, m
+      !> excess of force over the strength of a bond, of that strength
+      real(wp), allocatable :: strength_ratio(:)
       real(wp), allocatable :: normal_force(:) !< compression positive, N/m
       real(wp), allocatable :: shear_force(:)  !< resists slip of the vertex along the edge, N/m
    end type contacts_type
@@ -82,18 +87,18 @@ contains
       call grow_values(contacts%offset, room)
       call grow_values(contacts%bond_length, room)
       call grow_values(contacts%stretch, room)
-      call grow_values(contacts%pressure, room)
-      call grow_list(contacts%answer, room)
-      call grow_list(contacts%closings, room)
+      call grow_values(contacts%multiplier, room)
+      call grow_list(contacts%trial_state, room)
+      call grow_list(contacts%close_count, room)
       call grow_values(contacts%slide_force, room)
-      call grow_values(contacts%unrest, room)
+      call grow_values(contacts%force_residual, room)
       call grow_values(contacts%slide_slip, room)
-      call grow_values(contacts%direction, room)
+      call grow_values(contacts%slip_sign, room)
       call grow_values(contacts%new_gap, room)
       call grow_values(contacts%slip, room)
-      call grow_values(contacts%opening, room)
-      call grow_values(contacts%slipping, room)
-      call grow_values(contacts%overload, room)
+      call grow_values(contacts%gap_change, room)
+      call grow_values(contacts%slip_change, room)
+      call grow_values(contacts%strength_ratio, room)
       call grow_values(contacts%normal_force, room)
       call grow_values(contacts%shear_force, room)
       call grow_rows(contacts%normal, 2, room)
@@ -159,10 +164,10 @@ contains
       contacts%bonded(to) = contacts%bonded(from)
       contacts%offset(to) = contacts%offset(from)
       contacts%bond_length(to) = contacts%bond_length(from)
-      contacts%pressure(to) = contacts%pressure(from)
+      contacts%multiplier(to) = contacts%multiplier(from)
       contacts%stretch(to) = contacts%stretch(from)
       contacts%slide_force(to) = contacts%slide_force(from)
-      contacts%direction(to) = contacts%direction(from)
+      contacts%slip_sign(to) = contacts%slip_sign(from)
    end subroutine move_contact
 
    subroutine grow_list(list, room)

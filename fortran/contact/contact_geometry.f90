@@ -32,8 +32,8 @@ contains
 
    !> A contact with its gap and the rows that move gap and slip.
    !>
-   !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation taken at
-   !> the vertex, so that the pair of shear forces carries no moment.
+   !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation
+   !> taken at the vertex, so that the pair of shear forces carries no moment.
    pure subroutine set_contact(contacts, c, blocks, find)
       type(contacts_type), intent(inout) :: contacts
       integer, intent(in) :: c
@@ -57,19 +57,20 @@ contains
       contacts%gap(c) = gap
       contacts%normal(:, c) = normal
       reach = blocks%vertex(:, find%vertex) - blocks%position(1:2, i)
-      call set_rows(blocks%axes(:, :, i), reach, reach, blocks%reference(:, find%vertex), normal, contacts%normal_v(:, c), &
-         contacts%shear_v(:, c))
+      call set_rows(blocks%axes(:, :, i), reach, reach, blocks%reference(:, find%vertex), normal, &
+         contacts%normal_v(:, c), contacts%shear_v(:, c))
       reach = blocks%vertex(:, find%vertex) - blocks%position(1:2, j)
       reference = blocks%reference(:, find%edge) + (blocks%reference(:, blocks%next(find%edge)) &
          - blocks%reference(:, find%edge))*(dot_product(from, along)/blocks%length(find%edge))
-      call set_rows(blocks%axes(:, :, j), reach - gap*normal, reach, reference, normal, contacts%normal_e(:, c), &
-         contacts%shear_e(:, c))
+      call set_rows(blocks%axes(:, :, j), reach - gap*normal, reach, reference, normal, &
+         contacts%normal_e(:, c), contacts%shear_e(:, c))
    end subroutine set_contact
 
    !> What moves a material point along the normal, and along the edge (`direction_row`, for both).
    pure subroutine set_rows(axes, foot, reach, reference, normal, normal_row, shear_row)
       real(wp), intent(in) :: axes(2, 2)
-      real(wp), intent(in) :: foot(2), reach(2)  !< present offsets that turn the normal and the shear force
+      !> present offsets that turn the normal and the shear force
+      real(wp), intent(in) :: foot(2), reach(2)
       real(wp), intent(in) :: reference(2), normal(2)
       real(wp), intent(out) :: normal_row(6), shear_row(6)
       real(wp) :: x, y

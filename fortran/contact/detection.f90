@@ -1,8 +1,9 @@
 !> Which vertex meets which edge now, from the probes of the last search.
 !>
-!> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the entrance edge of the two
-!> corners (see dda_entrance).  Corners of parallel edges give one contact, on the edge that holds the foot: so
-!> blocks of equal width stacked on each other get two contacts per joint, one at each end.
+!> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the entrance edge of
+!> the two corners (see dda_entrance).  Corners of parallel edges give one contact, on the edge that
+!> holds the foot: so blocks of equal width stacked on each other get two contacts per joint, one at
+!> each end.
 module dda_detection
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -21,14 +22,19 @@ module dda_detection
    type :: detection_type
       real(wp) :: least = 0.0_wp         !< least distance at which a contact is listed, m
       real(wp) :: distance = 0.0_wp      !< distance in this step, m
-      real(wp) :: travel = 0.0_wp        !< farthest that two vertices may approach each other in this step, m
+      !> farthest that two vertices may approach each other in this step, m
+      real(wp) :: travel = 0.0_wp
       real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact that presses, m
       real(wp) :: largest_corner = 0.0_wp !< m
-      real(wp) :: pressed = 0.0_wp       !< the same beyond the depth at which a contact was met first, m
-      real(wp), allocatable :: depth(:)  !< [vertices] deepest penetration of each vertex where it presses, m
-      integer, allocatable :: pressing(:,:) !< [2, vertices] edges on which each vertex presses, else 0
+      !> the same beyond the depth at which a contact was met first, m
+      real(wp) :: pressed = 0.0_wp
+      !> [vertices] deepest penetration of each vertex where it presses, m
+      real(wp), allocatable :: depth(:)
+      !> [2, vertices] edges on which each vertex presses, else 0
+      integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
-      type(find_type), allocatable :: find(:) !< [edges of the probes] a probe finds no more than it has edges
+      !> [edges of the probes] a probe finds no more than it has edges
+      type(find_type), allocatable :: find(:)
       integer, allocatable :: finds(:)   !< [pieces of the probes] found in each
    end type detection_type
 
@@ -49,7 +55,8 @@ contains
       allocate (detection%corner(size(blocks%owner)))
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
-         detection%corner(v) = min(distance, corner_share*min(norm2(blocks%reference(:, blocks%next(v)) - here), &
+         detection%corner(v) = &
+            min(distance, corner_share*min(norm2(blocks%reference(:, blocks%next(v)) - here), &
             norm2(blocks%reference(:, blocks%previous(v)) - here)))
       end do
       detection%largest_corner = maxval(detection%corner)
@@ -90,7 +97,8 @@ contains
 
    !> List all contacts nearer than the distance of this step, with geometry; history is left blank.
    !>
-   !> Pieces of the probes are looked through in any order; what they find is listed in the order of the probes.
+   !> Pieces of the probes are looked through in any order; what they find is listed in the order of
+   !> the probes.
    subroutine detect_contacts(contacts, blocks, neighbours, detection)
       type(contacts_type), intent(inout) :: contacts
       type(blocks_type), intent(in) :: blocks
@@ -123,7 +131,8 @@ contains
       end if
    end subroutine detect_contacts
 
-   !> Put what a piece of the probes has found into the list, behind what the pieces before it have found.
+   !> Put what a piece of the probes has found into the list, behind what the pieces before it have
+   !> found.
    pure subroutine take_over(contacts, blocks, neighbours, detection, piece)
       type(contacts_type), intent(inout) :: contacts
       type(blocks_type), intent(in) :: blocks
@@ -134,7 +143,8 @@ contains
 
       listed = sum(detection%finds(:piece - 1))
       found = neighbours%first_edge(first_of(piece, neighbours%n_probes)) - 1
-      call set_contacts(contacts, listed + 1, blocks, detection%finds(piece), detection%find(found + 1))
+      call set_contacts(contacts, listed + 1, blocks, detection%finds(piece), &
+         detection%find(found + 1))
    end subroutine take_over
 
    subroutine make_room(detection, neighbours)
@@ -172,7 +182,8 @@ contains
             end if
          end if
          call meet_edges(last, blocks, neighbours, p, detection, met)
-         if (.not. met .and. v < w) call meet_corner(last, blocks, neighbours, p, w, detection, .false.)
+         if (.not. met .and. v < w) call meet_corner(last, blocks, neighbours, p, w, detection, &
+            .false.)
       end do
       detection%finds(piece) = last - start
    end subroutine look_through
@@ -203,11 +214,12 @@ contains
       type(detection_type), intent(in) :: detection
       integer, intent(in) :: v, w
 
-      within_corner = sum((blocks%vertex(:, v) - blocks%vertex(:, w))**2) < min(detection%corner(v), detection%corner(w))**2
+      within_corner = sum((blocks%vertex(:, v) - blocks%vertex(:, w))**2) &
+         < min(detection%corner(v), detection%corner(w))**2
    end function within_corner
 
-   !> Vertex to edge.  A convex block is entered through one edge, that of least penetration; a notch
-   !> may hold a vertex with two.
+   !> Vertex to edge.  A convex block is entered through one edge, that of least penetration; a
+   !> notch may hold a vertex with two.
    subroutine meet_edges(last, blocks, neighbours, p, detection, met)
       integer, intent(inout) :: last  !< of what was found
       type(blocks_type), intent(in) :: blocks
@@ -224,7 +236,8 @@ contains
       least = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          call examine(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
-         if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, detection)) cycle
+         if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, &
+            detection)) cycle
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
             if (choice%gap <= least) cycle
             least = choice%gap
@@ -240,8 +253,8 @@ contains
       end if
    end subroutine meet_edges
 
-   !> The foot lies on the edge; or it lies beyond an end where the block has a notch, which a penetrating
-   !> vertex does.  A corner that would only be grazed is left to `meet_corner`.
+   !> The foot lies on the edge; or it lies beyond an end where the block has a notch, which a
+   !> penetrating vertex does.  A corner that would only be grazed is left to `meet_corner`.
    pure logical function faces(blocks, neighbours, choice, detection)
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
@@ -250,19 +263,23 @@ contains
       integer :: end_vertex
 
       faces = choice%overshoot <= 0.0_wp
-      if (choice%overshoot <= -detection%largest_corner) return  ! far from both ends: nothing to graze
+      ! far from both ends: nothing to graze
+      if (choice%overshoot <= -detection%largest_corner) return
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
       if (faces) then
          if (presses(detection, choice)) return
-         if (.not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), detection%travel)) return
+         if (.not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), &
+            detection%travel)) return
       end if
-      if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) return
+      if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) &
+         return
       faces = .not. neighbours%convex(end_vertex)
    end function faces
 
-   !> The vertex pressed on the edge in the last step.  It is not grazed then: two corners that press on each other and
-   !> tremble would else change their edges for ever, and sink a little each time.
+   !> The vertex pressed on the edge in the last step.  It is not grazed then: two corners that
+   !> press on each other and tremble would else change their edges for ever, and sink a little each
+   !> time.
    elemental logical function presses(detection, choice)
       type(detection_type), intent(in) :: detection
       type(choice_type), intent(in) :: choice
@@ -270,18 +287,19 @@ contains
       presses = any(detection%pressing(:, choice%vertex) == choice%edge)
    end function presses
 
-   !> Depth, m, of what is passed over where two corners meet: twice that to which they are pressed into others now,
-   !> less than their size.
+   !> Depth, m, of what is passed over where two corners meet: twice that to which they are pressed
+   !> into others now, less than their size.
    pure real(wp) function skin_of(detection, v, w)
       type(detection_type), intent(in) :: detection
       integer, intent(in) :: v, w
 
-      skin_of = min(2*max(detection%depth(v), detection%depth(w)), detection%corner(v), detection%corner(w))
+      skin_of = min(2*max(detection%depth(v), detection%depth(w)), detection%corner(v), &
+         detection%corner(w))
    end function skin_of
 
-   !> The edge is behind another edge of the same block that the vertex is nearer to entering: across
-   !> a convex corner, or on the other face of a thin part.  That other edge counts up to a corner's size beyond its
-   !> ends: a vertex at the foot of a stair is on its tread.
+   !> The edge is behind another edge of the same block that the vertex is nearer to entering:
+   !> across a convex corner, or on the other face of a thin part.  That other edge counts up to a
+   !> corner's size beyond its ends: a vertex at the foot of a stair is on its tread.
    pure logical function hidden(blocks, neighbours, p, choice, size)
       type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
@@ -296,9 +314,11 @@ contains
       if (choice%gap >= 0.0_wp) return
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          call examine(blocks, choice%vertex, neighbours%edge(i), other)
-         if (other%overshoot > size .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) cycle
+         if (other%overshoot > size .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) &
+            cycle
          across = blocks%next(other%edge) == choice%edge .and. neighbours%convex(choice%edge)
-         across = across .or. (blocks%next(choice%edge) == other%edge .and. neighbours%convex(other%edge))
+         across = across .or. (blocks%next(choice%edge) == other%edge &
+            .and. neighbours%convex(other%edge))
          if (across .or. dot_product(other%normal, choice%normal) < -0.5_wp) hidden = .true.
       end do
    end function hidden

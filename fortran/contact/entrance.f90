@@ -1,11 +1,11 @@
 !> One vertex against one edge, and which of the edges at two corners is the entrance.
 !>
-!> Of the up to four (vertex, edge) choices at two corners, those whose edge can separate the two blocks are
-!> entrance edges (Shi's first-entrance theory), and the one of least penetration acts.
+!> Of the up to four (vertex, edge) choices at two corners, those whose edge can separate the two
+!> blocks are entrance edges (Shi's first-entrance theory), and the one of least penetration acts.
 !>
-!> A vertex that presses on one block and comes to the next one of the same height is a little lower than
-!> that one's corner.  It must not run into its side: what would be hit by little more than that depth is grazed,
-!> and passed over.
+!> A vertex that presses on one block and comes to the next one of the same height is a little lower
+!> than that one's corner.  It must not run into its side: what would be hit by little more than
+!> that depth is grazed, and passed over.
 module dda_entrance
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -13,7 +13,8 @@ module dda_entrance
    private
    public :: choice_type, examine, list_choices, grazes, entrance
 
-   real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp  !< edges nearer than this are parallel
+   !> edges nearer than this are parallel
+   real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
    real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
@@ -50,19 +51,22 @@ contains
       choice%separation = 0.0_wp
    end subroutine examine
 
-   !> The up to four choices at corners v and w: v on the edges before and after w, w on those before and after v.
+   !> The up to four choices at corners v and w: v on the edges before and after w, w on those
+   !> before and after v.
    pure subroutine list_choices(blocks, v, w, skin, travel, choice, grazed)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: v, w
       real(wp), intent(in) :: skin, travel
       type(choice_type), intent(out) :: choice(4)
-      logical, intent(out) :: grazed(4)  !< at the corner that is met, not at the other end of the edge
+      !> at the corner that is met, not at the other end of the edge
+      logical, intent(out) :: grazed(4)
 
       call examine_corner(blocks, v, blocks%previous(w), choice(1))
       call examine_corner(blocks, v, w, choice(2))
       call examine_corner(blocks, w, blocks%previous(v), choice(3))
       call examine_corner(blocks, w, v, choice(4))
-      grazed = grazes(choice, skin, travel) .and. (choice%past_end .eqv. [.true., .false., .true., .false.])
+      grazed = grazes(choice, skin, travel) .and. (choice%past_end .eqv. [.true., .false., .true., &
+         .false.])
    end subroutine list_choices
 
    !> As `examine`, with how well the edge separates the vertex' own block from it.
@@ -72,7 +76,8 @@ contains
       type(choice_type), intent(out) :: choice
 
       call examine(blocks, vertex, edge, choice)
-      choice%separation = min(-dot_product(choice%normal, blocks%along(:, blocks%previous(vertex))), &
+      choice%separation = &
+         min(-dot_product(choice%normal, blocks%along(:, blocks%previous(vertex))), &
          dot_product(choice%normal, blocks%along(:, vertex)))
    end subroutine examine_corner
 
@@ -81,11 +86,12 @@ contains
       type(choice_type), intent(in) :: choice
       real(wp), intent(in) :: skin, travel
 
-      grazes = choice%gap > -skin .and. choice%gap <= travel + skin .and. choice%overshoot <= 0.0_wp .and. choice%overshoot > -skin
+      grazes = choice%gap > -skin .and. choice%gap <= travel + skin &
+         .and. choice%overshoot <= 0.0_wp .and. choice%overshoot > -skin
    end function grazes
 
-   !> The entrance edge of least penetration; of parallel ones, that which holds the foot.  One that is grazed only
-   !> if there is no other; where all are, the one along which the corners move.
+   !> The entrance edge of least penetration; of parallel ones, that which holds the foot.  One that
+   !> is grazed only if there is no other; where all are, the one along which the corners move.
    pure integer function entrance(blocks, choice, corner, skin, grazed) result(best)
       type(blocks_type), intent(in) :: blocks
       type(choice_type), intent(in) :: choice(4)
@@ -126,8 +132,8 @@ contains
       end do
    end function displaced
 
-   !> Choices that are grazed where another one, which pushes another way, is neither that nor deep in; where there is
-   !> none, those of the grazed ones along which the corners do not move.
+   !> Choices that are grazed where another one, which pushes another way, is neither that nor deep
+   !> in; where there is none, those of the grazed ones along which the corners do not move.
    pure function passed_over(blocks, choice, skin, grazed) result(passed)
       type(blocks_type), intent(in) :: blocks
       type(choice_type), intent(in) :: choice(4)
@@ -161,7 +167,8 @@ contains
       speed = huge(1.0_wp)
       do i = 1, 4
          if (at_hand(i)) speed(i) = -dot_product(choice(i)%normal, &
-            velocity_at(blocks, choice(i)%vertex, choice(i)%vertex) - velocity_at(blocks, choice(i)%edge, choice(i)%vertex))
+            velocity_at(blocks, choice(i)%vertex, choice(i)%vertex) - velocity_at(blocks, &
+            choice(i)%edge, choice(i)%vertex))
       end do
       do i = 1, 4
          faster(i) = at_hand(i) .and. .not. parallel(choice, i, minloc(speed, 1))
@@ -185,7 +192,8 @@ contains
       type(choice_type), intent(in) :: choice(4)
       integer, intent(in) :: i, j
 
-      parallel = dot_product(choice(i)%normal, choice(j)%normal)*merge(1, -1, (i <= 2) .eqv. (j <= 2)) > same_direction
+      parallel = dot_product(choice(i)%normal, choice(j)%normal)*merge(1, -1, &
+         (i <= 2) .eqv. (j <= 2)) > same_direction
    end function parallel
 
 end module dda_entrance

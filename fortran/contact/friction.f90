@@ -1,8 +1,8 @@
 !> The law of one contact: unilateral normal spring, elastic–perfectly-plastic Coulomb slider, bond.
 !>
-!> Without dead band: a contact presses exactly when it penetrates, so the normal spring has the convex
-!> potential ½ k min(gap, 0)² and cannot create energy.  The shear force is elastic in the slip since
-!> the contact stuck, up to a bound that follows the normal force of the same iteration.
+!> Without dead band: a contact presses exactly when it penetrates, so the normal spring has the
+!> convex potential ½ k min(gap, 0)² and cannot create energy.  The shear force is elastic in the
+!> slip since the contact stuck, up to a bound that follows the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
@@ -15,7 +15,7 @@ module dda_friction
    type :: laws_type
       real(wp) :: normal_stiffness = 0.0_wp     !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness = 0.0_wp      !< k_s
-      logical :: augmented = .false.            !< multipliers carry the normal forces
+      logical :: augmented = .false.            !< multipliers serialise the normal forces
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
@@ -25,7 +25,7 @@ module dda_friction
    type :: law_type
       real(wp) :: normal_stiffness    !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness     !< k_s
-      real(wp) :: pressure            !< multiplier of the augmented Lagrangian, N/m
+      real(wp) :: multiplier          !< multiplier of the augmented Lagrangian, N/m
       real(wp) :: friction            !< tan φ
       real(wp) :: cohesion_force      !< cohesion × length while bonded, else 0, N/m
       real(wp) :: tension_force       !< tensile strength × length while bonded, else 0, N/m
@@ -38,7 +38,8 @@ module dda_friction
       real(wp) :: normal_force !< compression positive
       real(wp) :: shear_force  !< k_s × elastic stretch, within the bound
       real(wp) :: bound        !< largest shear force
-      real(wp) :: overload     !< by how much a bond is over its strength, as a ratio; ≤ 0 holds
+      !> by how much a bond is over its strength, as a ratio; ≤ 0 holds
+      real(wp) :: strength_ratio
    end type response_type
 
 contains
@@ -57,15 +58,16 @@ contains
    end subroutine set_laws
 
    !> The law of a contact of a joint material, bonded over a length (m) or not.
-   pure function law_of(laws, joint, bonded, length, pressure) result(law)
+   pure function law_of(laws, joint, bonded, length, multiplier) result(law)
       type(laws_type), intent(in) :: laws
       integer, intent(in) :: joint
       logical, intent(in) :: bonded
       real(wp), intent(in) :: length
-      real(wp), intent(in) :: pressure
+      real(wp), intent(in) :: multiplier
       type(law_type) :: law
 
-      law = law_type(laws%normal_stiffness, laws%shear_stiffness, pressure, laws%friction(joint), 0.0_wp, 0.0_wp, bonded)
+      law = law_type(laws%normal_stiffness, laws%shear_stiffness, multiplier, &
+         laws%friction(joint), 0.0_wp, 0.0_wp, bonded)
       if (.not. bonded) return
       law%cohesion_force = laws%cohesion(joint)*length
       law%tension_force = laws%tension(joint)*length
@@ -79,8 +81,8 @@ contains
       real(wp) :: trial
 
       response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
-      if (law%normal_stiffness*gap >= law%pressure .and. .not. law%bonded) return
-      response%normal_force = law%pressure - law%normal_stiffness*gap
+      if (law%normal_stiffness*gap >= law%multiplier .and. .not. law%bonded) return
+      response%normal_force = law%multiplier - law%normal_stiffness*gap
       response%bound = law%friction*max(response%normal_force, 0.0_wp) + law%cohesion_force
       trial = law%shear_stiffness*trial_stretch
       if (abs(trial) <= response%bound .or. law%bonded) then
@@ -90,16 +92,17 @@ contains
          response%state = contact_slide
          response%shear_force = sign(response%bound, trial)
       end if
-      if (law%bonded) response%overload = overload_of(law, response)
+      if (law%bonded) response%strength_ratio = strength_ratio_of(law, response)
    end function respond
 
    !> Over 0 where tension passes the strength or shear passes the bound.
-   pure real(wp) function overload_of(law, response)
+   pure real(wp) function strength_ratio_of(law, response)
       type(law_type), intent(in) :: law
       type(response_type), intent(in) :: response
 
-      overload_of = max(-response%normal_force - law%tension_force, abs(response%shear_force) - response%bound) &
-         /max(law%tension_force, law%cohesion_force, tiny(1.0_wp))
-   end function overload_of
+      strength_ratio_of = max(-response%normal_force - law%tension_force, &
+         abs(response%shear_force) - response%bound) /max(law%tension_force, law%cohesion_force, &
+         tiny(1.0_wp))
+   end function strength_ratio_of
 
 end module dda_friction

@@ -4,10 +4,10 @@
 !> from edge to edge, one between the same two blocks that involves the same vertex and pushes in
 !> nearly the same direction.  Each history is handed on once.
 !>
-!> No contact begins with a force that was never built up: one that is first met in penetration (a vertex
-!> that came round a corner within a step) presses only beyond the depth it was met at, until it has
-!> opened.  A force goes over to a contact of another depth, or of another block when a vertex slides
-!> across a joint, with the spring energy that it has.
+!> No contact begins with a force that was never built up: one that is first met in penetration (a
+!> vertex that came round a corner within a step) presses only beyond the depth it was met at, until
+!> it has opened.  A force goes over to a contact of another depth, or of another block when a
+!> vertex slides across a joint, with the spring energy that it has.
 module dda_history
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, keep_contacts, contact_open, contact_stick
@@ -17,19 +17,22 @@ module dda_history
    public :: history_type, prepare_history, inherit
 
    real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< 45°
-   real(wp), parameter :: slack = 0.1_wp  !< of a penetration: what a change of roles may add by geometry
+   !> of a penetration: what a change of roles may add by geometry
+   real(wp), parameter :: slack = 0.1_wp
 
    !> Where the old contacts of each vertex are that do not stand in the same place of the new list.
    type :: history_type
       real(wp) :: deepest = huge(1.0_wp) !< penetration that a new contact may be met with, m
       real(wp) :: leap = huge(1.0_wp)   !< most that a gap changes where contacts change places, m
-      real(wp) :: touching = 0.0_wp     !< gap up to which a new contact is taken to press at first, m
+      !> gap up to which a new contact is taken to press at first, m
+      real(wp) :: touching = 0.0_wp
       integer, allocatable :: head(:)   !< [vertices] first old contact of a vertex, as 2c or 2c+1
       integer, allocatable :: next(:)   !< [2·contacts+1] the next one
       logical, allocatable :: taken(:)  !< [contacts] already handed on
       logical, allocatable :: found(:)  !< [new contacts] the same vertex was on the same edge
       integer :: n_strays = 0
-      integer, allocatable :: stray(:)  !< places, ascending, where not the same contact stands in both lists
+      !> places, ascending, where not the same contact stands in both lists
+      integer, allocatable :: stray(:)
    end type history_type
 
 contains
@@ -50,7 +53,8 @@ contains
       type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old
       type(history_type), intent(inout) :: history
-      logical, intent(in) :: begun  !< .false. at the start, where penetration is part of the first state
+      !> .false. at the start, where penetration is part of the first state
+      logical, intent(in) :: begun
 
       call make_room(history, new%n, old%n)
       call hand_on_in_place(new, old, history, begun)
@@ -83,7 +87,8 @@ contains
       end if
    end subroutine make_room
 
-   !> Most contacts stand in the new list where they stood in the old one; the others begin without a history.
+   !> Most contacts stand in the new list where they stood in the old one; the others begin without
+   !> a history.
    subroutine hand_on_in_place(new, old, history, begun)
       type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old
@@ -135,9 +140,9 @@ contains
       new%bonded(first:last) = old%bonded(first:last)
       new%bond_length(first:last) = old%bond_length(first:last)
       new%stretch(first:last) = old%stretch(first:last)
-      new%pressure(first:last) = old%pressure(first:last)
+      new%multiplier(first:last) = old%multiplier(first:last)
       new%slide_force(first:last) = old%slide_force(first:last)
-      new%direction(first:last) = old%direction(first:last)
+      new%slip_sign(first:last) = old%slip_sign(first:last)
    end subroutine hand_on_all
 
    !> Where the lists differ, which is all that is left to look at: in most steps little or nothing.
@@ -229,9 +234,9 @@ contains
       new%bond_length(c) = 0.0_wp
       new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, begun)
       new%stretch(c) = 0.0_wp
-      new%pressure(c) = 0.0_wp
+      new%multiplier(c) = 0.0_wp
       new%slide_force(c) = 0.0_wp
-      new%direction(c) = 1.0_wp
+      new%slip_sign(c) = 1.0_wp
    end subroutine begin
 
    !> Chain the other old contacts to their vertices (the one that touches and the corner it met).
@@ -274,7 +279,8 @@ contains
       found = 0
       link = history%head(new%vertex(c))
       do while (link > 0 .and. found == 0)
-         if (old%vertex(link/2) == new%vertex(c) .and. old%edge(link/2) == new%edge(c)) found = link/2
+         if (old%vertex(link/2) == new%vertex(c) .and. old%edge(link/2) == new%edge(c)) &
+            found = link/2
          link = history%next(link)
       end do
    end function exact_predecessor
@@ -292,7 +298,8 @@ contains
          if (k == 1) link = history%head(new%vertex(c))
          if (k == 2 .and. new%corner(c) > 0) link = history%head(new%corner(c))
          do while (link > 0 .and. found == 0)
-            if (succeeds(new, c, old, link/2, history%leap) .and. .not. history%taken(link/2)) found = link/2
+            if (succeeds(new, c, old, link/2, history%leap) .and. .not. history%taken(link/2)) &
+               found = link/2
             link = history%next(link)
          end do
       end do
@@ -314,7 +321,8 @@ contains
       end if
    end function succeeds
 
-   !> Offset of a contact that takes the place of another one, as that one's; but it must not press much harder at once.
+   !> Offset of a contact that takes the place of another one, as that one's; but it must not press
+   !> much harder at once.
    pure real(wp) function carried(distance, pressed, offset)
       real(wp), intent(in) :: distance  !< of the new contact, m
       real(wp), intent(in) :: pressed   !< gap of the old one where it pressed, else 0, m
@@ -338,8 +346,8 @@ contains
       end do
    end function orphans_left
 
-   !> What still pressed in a contact that has no successor goes over to a contact of the same vertex that pushes
-   !> the same way: so a vertex slides across the joint between two blocks.
+   !> What still pressed in a contact that has no successor goes over to a contact of the same
+   !> vertex that pushes the same way: so a vertex slides across the joint between two blocks.
    subroutine adopt_orphans(new, old, history)
       type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old
@@ -360,8 +368,8 @@ contains
       end do
    end subroutine adopt_orphans
 
-   !> What is first met deeper than a step can lead is no contact: a vertex that has come to stand before another edge
-   !> of the block it is in.
+   !> What is first met deeper than a step can lead is no contact: a vertex that has come to stand
+   !> before another edge of the block it is in.
    subroutine refuse_deep(new, history)
       type(contacts_type), intent(inout) :: new
       type(history_type), intent(in) :: history
@@ -376,7 +384,8 @@ contains
       end do
    end subroutine refuse_deep
 
-   !> Old contact without a successor that pressed the vertex of a new one that now penetrates; 0 if there is none.
+   !> Old contact without a successor that pressed the vertex of a new one that now penetrates; 0 if
+   !> there is none.
    pure integer function orphan_of(new, old, history, c) result(found)
       type(contacts_type), intent(in) :: new, old
       type(history_type), intent(in) :: history
@@ -388,8 +397,9 @@ contains
       link = history%head(new%vertex(c))
       do while (link > 0 .and. found == 0)
          o = link/2
-         if (.not. history%taken(o) .and. old%new_gap(o) < 0.0_wp .and. old%vertex(o) == new%vertex(c) .and. &
-            dot_product(new%normal(:, c), old%normal(:, o)) > same_direction) found = o
+         if (.not. history%taken(o) .and. old%new_gap(o) < 0.0_wp .and. old%vertex(o) &
+            == new%vertex(c) .and. dot_product(new%normal(:, c), old%normal(:, o)) &
+            > same_direction) found = o
          link = history%next(link)
       end do
    end function orphan_of
@@ -412,9 +422,9 @@ contains
       new%bonded(c) = old%bonded(from)
       new%bond_length(c) = old%bond_length(from)
       new%stretch(c) = old%stretch(from)
-      new%pressure(c) = old%pressure(from)
+      new%multiplier(c) = old%multiplier(from)
       new%slide_force(c) = old%slide_force(from)
-      new%direction(c) = old%direction(from)
+      new%slip_sign(c) = old%slip_sign(from)
    end subroutine hand_on
 
 end module dda_history

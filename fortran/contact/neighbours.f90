@@ -9,7 +9,8 @@ module dda_neighbours
    private
    public :: neighbours_type, find_neighbours, find_near_pairs, find_corners
 
-   integer, parameter :: most_pairs = 1000000    !< that a small model may have; a large one this and 100 per block
+   !> that a small model may have; a large one this and 100 per block
+   integer, parameter :: most_pairs = 1000000
 
    !> Near pairs and probes.
    type :: neighbours_type
@@ -20,8 +21,10 @@ module dda_neighbours
       integer, allocatable :: first_edge(:)  !< [probes+1] first of a probe's edges
       integer, allocatable :: edge(:)        !< edges of the probes, named by first vertex
       integer, allocatable :: first_corner(:) !< [probes+1] first of a probe's corners
-      integer, allocatable :: corner(:)      !< convex ends of a probe's edges that its vertex may come to meet
-      logical :: crowded = .false.           !< more pairs than can be watched; the list is not complete
+      !> convex ends of a probe's edges that its vertex may come to meet
+      integer, allocatable :: corner(:)
+      !> more pairs than can be watched; the list is not complete
+      logical :: crowded = .false.
       logical, allocatable :: convex(:)      !< [vertices] angle below 180°
       logical, allocatable :: convex_block(:) !< [n] all its angles are
       real(wp) :: reach = 0.0_wp             !< distance searched, m
@@ -52,7 +55,8 @@ contains
       call find_corners(neighbours, blocks)
    end subroutine find_neighbours
 
-   !> Pairs of blocks whose boxes come within `reach` (m); `crowded` if there are too many for all to be listed.
+   !> Pairs of blocks whose boxes come within `reach` (m); `crowded` if there are too many for all
+   !> to be listed.
    subroutine find_near_pairs(neighbours, blocks, reach)
       type(neighbours_type), intent(inout) :: neighbours
       type(blocks_type), intent(in) :: blocks
@@ -74,7 +78,8 @@ contains
          neighbours%convex(v) = is_convex(blocks, v)
       end do
       do b = 1, blocks%n
-         neighbours%convex_block(b) = all(neighbours%convex(blocks%first(b):blocks%first(b + 1) - 1))
+         neighbours%convex_block(b) = all(neighbours%convex(blocks%first(b):blocks%first(b + 1) &
+            - 1))
       end do
    end subroutine note_convexity
 
@@ -131,8 +136,8 @@ contains
 
       grid%origin = minval(box(1:2, :n), 2)
       extent = maxval(box(3:4, :n), 2) - grid%origin
-      grid%cell = max(1.5_wp*sum(box(3:4, :n) - box(1:2, :n))/(2*n), sqrt(product(extent)/(2*n + 1)), &
-         maxval(extent)/(2*n + 1), tiny(1.0_wp))
+      grid%cell = max(1.5_wp*sum(box(3:4, :n) - box(1:2, :n))/(2*n), &
+         sqrt(product(extent)/(2*n + 1)), maxval(extent)/(2*n + 1), tiny(1.0_wp))
       grid%shape = 1 + int(extent/grid%cell)
       cells = product(grid%shape)
       allocate (grid%first(cells + 1), source=0)
@@ -202,8 +207,10 @@ contains
       neighbours%n_probes = 0
       neighbours%first_edge(1) = 1
       do p = 1, neighbours%n_pairs
-         call probe_block(neighbours, blocks, p, neighbours%pair(1, p), neighbours%pair(2, p), reach)
-         call probe_block(neighbours, blocks, p, neighbours%pair(2, p), neighbours%pair(1, p), reach)
+         call probe_block(neighbours, blocks, p, neighbours%pair(1, p), neighbours%pair(2, p), &
+            reach)
+         call probe_block(neighbours, blocks, p, neighbours%pair(2, p), neighbours%pair(1, p), &
+            reach)
       end do
    end subroutine find_probes
 
@@ -223,7 +230,8 @@ contains
          if (any(blocks%vertex(:, v) < low) .or. any(blocks%vertex(:, v) > high)) cycle
          edges = neighbours%first_edge(neighbours%n_probes + 1) - 1
          do e = blocks%first(b), blocks%first(b + 1) - 1
-            if (distance_to_edge(blocks, v, e) <= reach) call append_number(neighbours%edge, edges, e)
+            if (distance_to_edge(blocks, v, e) <= reach) call append_number(neighbours%edge, &
+               edges, e)
          end do
          if (edges < neighbours%first_edge(neighbours%n_probes + 1)) cycle
          call append_column(neighbours%probe, neighbours%n_probes, [v, pair])
@@ -233,15 +241,16 @@ contains
       end do
    end subroutine probe_block
 
-   !> For each probe, the convex ends of its edges that are near, in the order of the edges.  What is still twice as far
-   !> as the rest of the reach is out of the question until the next search.
+   !> For each probe, the convex ends of its edges that are near, in the order of the edges.  What
+   !> is still twice as far as the rest of the reach is out of the question until the next search.
    subroutine find_corners(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours
       type(blocks_type), intent(in) :: blocks
       integer :: p, i, k, w, corners
       real(wp) :: near
 
-      if (.not. allocated(neighbours%corner)) allocate (neighbours%first_corner(0), neighbours%corner(8*blocks%n + 8))
+      if (.not. allocated(neighbours%corner)) allocate (neighbours%first_corner(0), &
+         neighbours%corner(8*blocks%n + 8))
       if (size(neighbours%first_corner) < neighbours%n_probes + 1) then
          deallocate (neighbours%first_corner)
          allocate (neighbours%first_corner(size(neighbours%first_edge)))
@@ -252,11 +261,13 @@ contains
          neighbours%first_corner(p) = corners + 1
          w = 0
          do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-            do k = merge(2, 1, w == neighbours%edge(i)), 2  ! the end of the edge before has had its turn
+            ! the end of the edge before has had its turn
+            do k = merge(2, 1, w == neighbours%edge(i)), 2
                w = neighbours%edge(i)
                if (k == 2) w = next_vertex(blocks, w)
                if (.not. neighbours%convex(w)) cycle
-               if (norm2(blocks%vertex(:, neighbours%probe(1, p)) - blocks%vertex(:, w)) > near) cycle
+               if (norm2(blocks%vertex(:, neighbours%probe(1, p)) - blocks%vertex(:, w)) > near) &
+                  cycle
                call append_number(neighbours%corner, corners, w)
             end do
          end do

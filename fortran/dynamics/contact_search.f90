@@ -2,8 +2,8 @@
 module dda_contact_search
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
-   use dda_assembly, only: set_matrix_pattern
-   use dda_audit, only: book_geometry
+   use dda_system, only: set_matrix_pattern
+   use dda_energy_budget, only: update_geometric
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, reserve, exchange_rows, contact_open
    use dda_detection, only: detection_type, measure_depths, detect_contacts
@@ -11,7 +11,7 @@ module dda_contact_search
    use dda_neighbours, only: find_neighbours
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_simulation, only: simulation_type
-   use dda_solver, only: analyse
+   use dda_linear_solver, only: analyse
    use dda_stopwatch, only: lap, phase_assemble, phase_detect, phase_search
    use dda_text, only: to_text
    implicit none
@@ -48,9 +48,10 @@ contains
 
       call find_neighbours(simulation%neighbours, simulation%blocks, reach)
       if (simulation%neighbours%crowded) then
-         call fail(error, error_input, 'step '//to_text(simulation%step + 1)//' at t = '//to_text(simulation%time)// &
-            ' s: too many pairs of blocks lie within '//to_text(reach)// &
-            ' m of each other to be watched; try thicker blocks, or a smaller max_displacement_ratio or time_step')
+         call fail(error, error_input, 'step '//to_text(simulation%step + 1)//' at t = '// &
+            to_text(simulation%time)//' s: too many pairs of blocks lie within '//to_text(reach)// &
+            ' m of each other to be watched; try thicker blocks, or a smaller '// &
+            'max_displacement_ratio or time_step')
          return
       end if
       call set_matrix_pattern(simulation%system, simulation%blocks%n, simulation%neighbours)
@@ -69,7 +70,8 @@ contains
       associate (contacts => simulation%contacts(simulation%now))
          ! The rows of the old list are of no more use, and their memory is at hand in the cache.
          call exchange_rows(contacts, simulation%contacts(old))
-         call detect_contacts(contacts, simulation%blocks, simulation%neighbours, simulation%detection)
+         call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
+            simulation%detection)
          call reserve(simulation%contacts(old), contacts%n)
          call set_joints(contacts, simulation%blocks, simulation%laws%friction)
          call bound_history(simulation%history, simulation%detection)
@@ -77,12 +79,13 @@ contains
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
          if (simulation%model%contact%original_rules) &
             contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
-         if (simulation%step > 0) call book_geometry(simulation%energy, simulation%model, simulation%blocks, contacts, &
-            simulation%laws, simulation%time)
+         if (simulation%step > 0) call update_geometric(simulation%energy, simulation%model, &
+            simulation%blocks, contacts, simulation%laws, simulation%time)
       end associate
    end subroutine renew_contacts
 
-   !> How far contacts may change in a step and still be the same: by the travel of the step, from a depth of now.
+   !> How far contacts may change in a step and still be the same: by the travel of the step, from a
+   !> depth of now.
    pure subroutine bound_history(history, detection)
       type(history_type), intent(inout) :: history
       type(detection_type), intent(in) :: detection
@@ -104,7 +107,8 @@ contains
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         call set_some_joints(contacts, blocks, friction, first_of(p, contacts%n), last_of(p, contacts%n))
+         call set_some_joints(contacts, blocks, friction, first_of(p, contacts%n), &
+            last_of(p, contacts%n))
       end do
    end subroutine set_joints
 

@@ -1,8 +1,8 @@
-!> Cycles of the open–close iteration: seen when a set of states comes back, broken by changing only some
-!> of the contacts that want to change.
+!> Cycles of the open–close iteration: seen when a set of states comes back, broken by changing only
+!> some of the contacts that want to change.
 !>
-!> Which ones is drawn from the number of the contact and of the iteration, so that the same input takes
-!> the same way; no cycle survives draws that differ each time it comes round.
+!> Which ones is drawn from the number of the contact and of the iteration, so that the same input
+!> takes the same way; no cycle survives draws that differ each time it comes round.
 module dda_cycles
    use dda_kinds, only: long
    implicit none
@@ -43,7 +43,8 @@ contains
       integer, intent(in) :: c
 
       may_change = .true.
-      if (past%back) may_change = modulo(base*modulo(base*(c + 1009_long*past%noted), prime), prime) > prime/2
+      if (past%back) may_change = modulo(base*modulo(base*(c + 1009_long*past%noted), prime), &
+         prime) > prime/2
    end function may_change
 
 end module dda_cycles

@@ -1,8 +1,8 @@
 !> The energy audit: every joule of a run has a name (`balance` is what is left over).
 !>
-!> The scheme gives ΔT = d·F(x₁) exactly, so each force contributes the loss V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0
-!> of its convex potential as algorithmic damping.  What the exact geometry at the start of the next
-!> step adds to the linear one at the end of a step is booked as geometric.
+!> The scheme gives ΔT = d·F(x₁) exactly, so each force contributes the loss V₀ − V₁ − ∇V₁·(x₀ − x₁)
+!> ≥ 0 of its convex potential as algorithmic damping.  What the exact geometry at the start of the
+!> next step adds to the linear one at the end of a step is booked as geometric.
 module dda_energy
    use dda_kinds, only: wp
    implicit none
@@ -35,7 +35,8 @@ contains
    pure real(wp) function total_energy(energy)
       type(energy_type), intent(in) :: energy
 
-      total_energy = energy%kinetic + energy%strain + energy%contact + energy%support + energy%gravity
+      total_energy = energy%kinetic + energy%strain + energy%contact + energy%support &
+         + energy%gravity
    end function total_energy
 
    !> Total less all that explains it: rounding and the tolerance of the open–close iteration.
@@ -50,17 +51,18 @@ contains
    pure real(wp) function turnover(energy)
       type(energy_type), intent(in) :: energy
 
-      turnover = energy%kinetic + abs(energy%strain) + energy%contact + energy%support + abs(energy%gravity) &
-         + abs(energy%input) + abs(energy%initial) + energy%friction + energy%fracture + energy%algorithmic &
-         + energy%kinetic_damping
+      turnover = energy%kinetic + abs(energy%strain) + energy%contact + energy%support &
+         + abs(energy%gravity) + abs(energy%input) + abs(energy%initial) + energy%friction &
+         + energy%fracture + energy%algorithmic + energy%kinetic_damping
    end function turnover
 
    !> Names of the terms, as in the output file.
    pure function energy_names() result(names)
       character(len=16) :: names(energy_terms)
 
-      names = [character(len=16) :: 'kinetic', 'strain', 'contact', 'support', 'gravity', 'input', 'friction', &
-         'fracture', 'algorithmic', 'kinetic_damping', 'geometric', 'initial', 'balance']
+      names = [character(len=16) :: 'kinetic', 'strain', 'contact', 'support', 'gravity', 'input', &
+         'friction', 'fracture', 'algorithmic', 'kinetic_damping', 'geometric', 'initial', &
+         'balance']
    end function energy_names
 
    !> Values in the order of `energy_names`.
@@ -68,9 +70,9 @@ contains
       type(energy_type), intent(in) :: energy
       real(wp) :: values(energy_terms)
 
-      values = [energy%kinetic, energy%strain, energy%contact, energy%support, energy%gravity, energy%input, &
-         energy%friction, energy%fracture, energy%algorithmic, energy%kinetic_damping, energy%geometric, &
-         energy%initial, balance(energy)]
+      values = [energy%kinetic, energy%strain, energy%contact, energy%support, energy%gravity, &
+         energy%input, energy%friction, energy%fracture, energy%algorithmic, &
+         energy%kinetic_damping, energy%geometric, energy%initial, balance(energy)]
    end function energy_values
 
 end module dda_energy

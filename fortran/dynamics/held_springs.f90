@@ -1,14 +1,15 @@
 !> What K̂ and f̂ hold of the contacts, so that only what differs is assembled again.
 !>
-!> Within a step the geometry of the contacts stays and the open–close iteration changes few of their states:
-!> a spring or a force that is other than held makes both blocks of its contact due.
+!> Within a step the geometry of the contacts stays and the open–close iteration changes few of
+!> their states: a spring or a force that is other than held makes both blocks of its contact due.
 module dda_held_springs
    use dda_kinds, only: wp, long
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: springs_type, held_type, prepare_held, hold_contacts, due_nothing, due_forces, due_springs
+   public :: springs_type, held_type, prepare_held, hold_contacts, due_nothing, due_forces, &
+      due_springs
 
    integer, parameter :: due_nothing = 0
    integer, parameter :: due_forces = 1   !< the right-hand side
@@ -28,7 +29,8 @@ module dda_held_springs
       logical :: anew = .true.               !< the contacts or the base are others: all is due
       integer, allocatable :: due(:)         !< [blocks] what has to be assembled again
       integer, allocatable :: news(:)        !< [contacts] what that is for
-      real(wp), allocatable :: shear(:)      !< [contacts] shear spring, N/m; negative: the contact is open
+      !> [contacts] shear spring, N/m; negative: the contact is open
+      real(wp), allocatable :: shear(:)
       real(wp), allocatable :: push(:)       !< [contacts] normal force at d = 0, N/m
       real(wp), allocatable :: drag(:)       !< [contacts] shear force at d = 0, N/m
    end type held_type
@@ -92,7 +94,8 @@ contains
          shear = shear_spring(contacts, springs, c)
          call forces_at_rest(contacts, springs, c, push, drag)
          held%news(c) = due_nothing
-         if (.not. (same_bits(push, held%push(c)) .and. same_bits(drag, held%drag(c)))) held%news(c) = due_forces
+         if (.not. (same_bits(push, held%push(c)) .and. same_bits(drag, held%drag(c)))) &
+            held%news(c) = due_forces
          if (.not. same_bits(shear, held%shear(c))) held%news(c) = due_springs
          held%shear(c) = shear
          held%push(c) = push
@@ -113,7 +116,8 @@ contains
       type(springs_type), intent(in) :: springs
       integer, intent(in) :: c
 
-      shear_spring = merge(springs%shear, springs%kept*springs%shear, contacts%state(c) == contact_stick)
+      shear_spring = merge(springs%shear, springs%kept*springs%shear, &
+         contacts%state(c) == contact_stick)
       if (contacts%state(c) == contact_open) shear_spring = no_spring
    end function shear_spring
 
@@ -127,7 +131,7 @@ contains
       push = 0.0_wp
       drag = 0.0_wp
       if (contacts%state(c) == contact_open) return
-      push = contacts%pressure(c) - springs%normal*contacts%gap(c)
+      push = contacts%multiplier(c) - springs%normal*contacts%gap(c)
       drag = springs%shear*contacts%stretch(c)
       if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) &
          - springs%kept*springs%shear*contacts%slide_slip(c)

@@ -1,12 +1,12 @@
 !> A step of the open–close iteration that cannot go up.
 !>
 !> With the friction bounds held, the step's solution is the least of a convex function: inertia,
-!> elasticity and loads are quadratic, each contact adds ½ k min(gap, 0)² and a slider whose potential
-!> is quadratic up to its bound and linear beyond.  The slope of that function along the way from the
-!> last d to the new one grows monotonically; where it crosses zero is where to stop.
+!> elasticity and loads are quadratic, each contact adds ½ k min(gap, 0)² and a slider whose
+!> potential is quadratic up to its bound and linear beyond.  The slope of that function along the
+!> way from the last d to the new one grows monotonically; where it crosses zero is where to stop.
 module dda_line_search
    use dda_kinds, only: wp
-   use dda_assembly, only: system_type
+   use dda_system, only: system_type
    use dda_block_matrix, only: multiply_block
    use dda_contact, only: contacts_type
    use dda_friction, only: laws_type, response_type, law_of, respond
@@ -16,12 +16,15 @@ module dda_line_search
    public :: descend
 
    integer, parameter :: most_looks = 40
-   real(wp), parameter :: flat = 1.0e-2_wp        !< a slope below this share of the first one is none
-   real(wp), parameter :: rounding = 1.0e-10_wp  !< a slope below this share of the curvature is none
+   !> a slope below this share of the first one is none
+   real(wp), parameter :: flat = 1.0e-2_wp
+   !> a slope below this share of the curvature is none
+   real(wp), parameter :: rounding = 1.0e-10_wp
 
 contains
 
-   !> Shorten system%d towards system%previous_d if the function turns upwards before; `part` of the way is left.
+   !> Shorten system%d towards system%previous_d if the function turns upwards before; `part` of the
+   !> way is left.
    !>
    !> On entry the contacts hold gap and slip of the new d.
    subroutine descend(system, contacts, laws, part)
@@ -125,8 +128,10 @@ contains
       do c = first, last
          way_v = system%d(:, contacts%block_v(c)) - system%previous_d(:, contacts%block_v(c))
          way_e = system%d(:, contacts%block_e(c)) - system%previous_d(:, contacts%block_e(c))
-         contacts%opening(c) = dot_product(contacts%normal_v(:, c), way_v) - dot_product(contacts%normal_e(:, c), way_e)
-         contacts%slipping(c) = dot_product(contacts%shear_v(:, c), way_v) - dot_product(contacts%shear_e(:, c), way_e)
+         contacts%gap_change(c) = dot_product(contacts%normal_v(:, c), way_v) &
+            - dot_product(contacts%normal_e(:, c), way_e)
+         contacts%slip_change(c) = dot_product(contacts%shear_v(:, c), way_v) &
+            - dot_product(contacts%shear_e(:, c), way_e)
       end do
    end subroutine measure_some_ways
 
@@ -160,10 +165,12 @@ contains
 
       slope = 0.0_wp
       do c = first, last
-         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
-            contacts%pressure(c)), contacts%new_gap(c) - (1.0_wp - part)*contacts%opening(c), &
-            contacts%stretch(c) + contacts%slip(c) - (1.0_wp - part)*contacts%slipping(c))
-         slope = slope - response%normal_force*contacts%opening(c) + response%shear_force*contacts%slipping(c)
+         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
+            contacts%bond_length(c), contacts%multiplier(c)), contacts%new_gap(c) &
+            - (1.0_wp - part)*contacts%gap_change(c), contacts%stretch(c) + contacts%slip(c) &
+            - (1.0_wp - part)*contacts%slip_change(c))
+         slope = slope - response%normal_force*contacts%gap_change(c) + response%shear_force &
+            *contacts%slip_change(c)
       end do
    end function slope_of
 

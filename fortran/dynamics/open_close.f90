@@ -6,7 +6,7 @@
 module dda_open_close
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_convergence, fail
-   use dda_assembly, only: system_type
+   use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_cycles, only: cycle_type, note_states, may_change
@@ -14,40 +14,53 @@ module dda_open_close
    use dda_line_search, only: descend
    use dda_rank_one, only: rank_one_type, forget_changes, note_many
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
-   use dda_slide_forces, only: slides_type, list_slides, ask_slides, difference_of, farthest_off, follow
-   use dda_solver, only: solver_type, renew, solve
+   use dda_slide_forces, only: slides_type, list_slides, ask_slides, difference_of, farthest_off, &
+      follow
+   use dda_linear_solver, only: solver_type, renew, solve
    use dda_spring_changes, only: note_change
    use dda_stopwatch, only: lap, phase_factorise, phase_solve
    implicit none
    private
-   public :: iteration_type, close_contacts, solve_assumed, measure_contacts, assumed_normal, assumed_shear
+   public :: iteration_type, close_contacts, solve_assumed, measure_contacts, assumed_normal, &
+      assumed_shear
 
    real(wp), parameter :: short_way = 0.5_wp      !< part left of a way that overshot
    real(wp), parameter :: very_short_way = 0.1_wp
    integer, parameter :: most_closings = 8       !< after which a contact that closes slides first
-   integer, parameter :: most_follow = 60        !< solves for the slide forces while states are held
-   real(wp), parameter :: loose = 1.0e-2_wp      !< share of a system's first residual that is enough before the last solve
-   real(wp), parameter :: follow_share = 0.05_wp !< of their first difference, before states are asked again
-   integer, parameter :: most_short_ways = 6     !< then one whole way, over whatever holds the search up
-   real(wp), parameter :: least_kept = 0.01_wp                   !< share of the shear springs to begin with
+   !> solves for the slide forces while states are held
+   integer, parameter :: most_follow = 60
+   !> share of a system's first residual that is enough before the last solve
+   real(wp), parameter :: loose = 1.0e-2_wp
+   !> of their first difference, before states are asked again
+   real(wp), parameter :: follow_share = 0.05_wp
+   !> then one whole way, over whatever holds the search up
+   integer, parameter :: most_short_ways = 6
+   !> share of the shear springs to begin with
+   real(wp), parameter :: least_kept = 0.01_wp
 
    !> Settings and outcome of the iteration of one step.
    type :: iteration_type
       integer :: max_iterations = 400
       real(wp) :: relative_tolerance = 1.0e-9_wp   !< of the largest force
       real(wp) :: weight = 0.0_wp                  !< largest block weight, N/m
-      real(wp) :: noise = 0.0_wp                   !< contact force that rounding of places makes, N/m
+      !> contact force that rounding of places makes, N/m
+      real(wp) :: noise = 0.0_wp
       integer :: iterations = 0                    !< solves of this step
       integer :: changes = 0                       !< states changed in this step
       integer :: broken = 0                        !< bonds broken in this step
       real(wp) :: residual = 0.0_wp                !< largest force difference, N/m
       real(wp) :: tolerance = 0.0_wp               !< that it had to reach
-      integer :: short_ways = 0                    !< ways in a row that had to be shortened very much
+      !> ways in a row that had to be shortened very much
+      integer :: short_ways = 0
       integer :: worst = 0                         !< contact with that difference
-      real(wp) :: penetration_tolerance = 0.0_wp   !< m; > 0: augmented Lagrangian, else penalty alone
-      real(wp) :: kept = 0.0_wp                    !< share of the shear springs under sliding contacts
-      real(wp) :: reduction = 0.0_wp               !< `loose` where the next solve is not likely to be the last
-      type(rank_one_type) :: springs               !< that the next matrix has more or less than the last
+      !> m; > 0: augmented Lagrangian, else penalty alone
+      real(wp) :: penetration_tolerance = 0.0_wp
+      !> share of the shear springs under sliding contacts
+      real(wp) :: kept = 0.0_wp
+      !> `loose` where the next solve is not likely to be the last
+      real(wp) :: reduction = 0.0_wp
+      !> that the next matrix has more or less than the last
+      type(rank_one_type) :: springs
       type(slides_type) :: slides                  !< contacts that slide, whose forces follow
       type(cycle_type) :: past                     !< states that have been assumed in this step
    end type iteration_type
@@ -73,7 +86,8 @@ contains
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, new_matrix, error)
          if (allocated(error)) return
-         call follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
+         call follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, &
+            error)
          if (allocated(error)) return
          call lap(system%watch, phase_solve)
          if (runaway > 0) then
@@ -83,7 +97,8 @@ contains
             cycle
          end if
          call ask_contacts(iteration, system%d, contacts, laws)
-         if (iteration%residual <= iteration%tolerance) call finish_solve(iteration, system, solver, contacts, laws, error)
+         if (iteration%residual <= iteration%tolerance) call finish_solve(iteration, system, &
+            solver, contacts, laws, error)
          if (allocated(error)) return
          iteration%reduction = loose
          if (iteration%residual <= iteration%tolerance) then
@@ -113,13 +128,13 @@ contains
       iteration%past = cycle_type()
       iteration%worst = 0  ! of the last step's list
       call forget_changes(iteration%springs)
-      contacts%closings(:contacts%n) = 0
+      contacts%close_count(:contacts%n) = 0
    end subroutine begin_iteration
 
    !> Where states change, do not go up: shorten the way from the last d if the energy rises on it.
    !>
-   !> A way that had to be shortened much overshot in contacts that slide freely and are then found to
-   !> stick; they keep a growing part of their shear springs until the way is good again.
+   !> A way that had to be shortened much overshot in contacts that slide freely and are then found
+   !> to stick; they keep a growing part of their shear springs until the way is good again.
    subroutine globalise(iteration, system, contacts, laws, new_matrix)
       type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
@@ -132,9 +147,10 @@ contains
       new_matrix = .false.
       if (iteration%iterations == 1) return
       part = 1.0_wp
-      overshot = any(contacts%state(:contacts%n) == contact_slide .and. contacts%answer(:contacts%n) == contact_stick)
+      overshot = any(contacts%state(:contacts%n) == contact_slide &
+         .and. contacts%trial_state(:contacts%n) == contact_stick)
       if (iteration%short_ways < most_short_ways .and. &
-         any(contacts%answer(:contacts%n) /= contacts%state(:contacts%n))) then
+         any(contacts%trial_state(:contacts%n) /= contacts%state(:contacts%n))) then
          call descend(system, contacts, laws, part)
          if (part < 1.0_wp) call ask_contacts(iteration, system%d, contacts, laws)
       end if
@@ -154,10 +170,12 @@ contains
       type(solver_type), intent(inout) :: solver
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      logical, intent(in) :: new_matrix  !< .false. if only slide forces changed since the last solve
+      !> .false. if only slide forces changed since the last solve
+      logical, intent(in) :: new_matrix
       type(error_type), allocatable, intent(out) :: error
 
-      call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, iteration%kept)
+      call assemble_contacts(system, contacts, laws%normal_stiffness, laws%shear_stiffness, &
+         iteration%kept)
       if (new_matrix) call renew(solver, system%matrix, system%base, iteration%springs, error)
       if (allocated(error)) return
       call forget_changes(iteration%springs)
@@ -167,7 +185,8 @@ contains
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
-   !> A solve that was stopped early has led to answers within the tolerance: make it exact, and ask again.
+   !> A solve that was stopped early has led to answers within the tolerance: make it exact, and ask
+   !> again.
    subroutine finish_solve(iteration, system, solver, contacts, laws, error)
       type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
@@ -182,7 +201,8 @@ contains
    end subroutine finish_solve
 
    !> While the states are held, let the slide forces follow the normal forces of the same solution.
-   subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
+   subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, &
+      error)
       type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
       type(solver_type), intent(inout) :: solver
@@ -216,8 +236,9 @@ contains
       runaway = farthest_off(iteration%slides)
    end subroutine follow_normal_forces
 
-   !> Stick the contact whose slide force runs away from its normal force: sliding as assumed has no solution,
-   !> which happens where friction is high enough to lock.  The solution that ran away is dropped.
+   !> Stick the contact whose slide force runs away from its normal force: sliding as assumed has no
+   !> solution, which happens where friction is high enough to lock.  The solution that ran away is
+   !> dropped.
    pure subroutine hold(iteration, system, contacts, laws, runaway)
       type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
@@ -248,12 +269,13 @@ contains
       else
          !$omp parallel do reduction(max:largest, residual) schedule(static)
          do p = 1, pieces(contacts%n)
-            call ask_some(iteration, contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n), largest, residual)
+            call ask_some(iteration, contacts, laws, first_of(p, contacts%n), &
+               last_of(p, contacts%n), largest, residual)
          end do
       end if
       iteration%residual = residual
       iteration%worst = 0
-      if (residual > 0.0_wp) iteration%worst = maxloc(contacts%unrest(:contacts%n), 1)
+      if (residual > 0.0_wp) iteration%worst = maxloc(contacts%force_residual(:contacts%n), 1)
       iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
    end subroutine ask_contacts
 
@@ -268,22 +290,24 @@ contains
       integer :: c
 
       do c = first, last
-         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), contacts%pressure(c)), &
-            contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c))
-         contacts%unrest(c) = max(abs(response%normal_force - assumed_normal(contacts, laws, c)), &
+         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
+            contacts%bond_length(c), contacts%multiplier(c)), contacts%new_gap(c), &
+            contacts%stretch(c) + contacts%slip(c))
+         contacts%force_residual(c) = &
+            max(abs(response%normal_force - assumed_normal(contacts, laws, c)), &
             abs(response%shear_force - assumed_shear(iteration, contacts, laws, c)))
-         residual = max(residual, contacts%unrest(c))
-         contacts%answer(c) = next_state(contacts, response, c)
+         residual = max(residual, contacts%force_residual(c))
+         contacts%trial_state(c) = next_state(contacts, response, c)
          contacts%normal_force(c) = response%normal_force
          contacts%shear_force(c) = response%shear_force
-         contacts%overload(c) = response%overload
+         contacts%strength_ratio(c) = response%strength_ratio
          largest = max(largest, abs(response%normal_force), abs(response%shear_force))
       end do
    end subroutine ask_some
 
-   !> The state to assume next.  Slip that turns round sticks first: the trial from the other bound would
-   !> otherwise jump between the two bounds for ever.  A contact that closes again and again slides first: stuck,
-   !> its shear force would pull it open each time.
+   !> The state to assume next.  Slip that turns round sticks first: the trial from the other bound
+   !> would otherwise jump between the two bounds for ever.  A contact that closes again and again
+   !> slides first: stuck, its shear force would pull it open each time.
    pure integer function next_state(contacts, response, c)
       type(contacts_type), intent(in) :: contacts
       type(response_type), intent(in) :: response
@@ -291,8 +315,9 @@ contains
 
       next_state = response%state
       if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
-         .and. response%shear_force*contacts%direction(c) < 0.0_wp) next_state = contact_stick
-      if (contacts%state(c) /= contact_open .or. contacts%closings(c) < most_closings .or. contacts%bonded(c)) return
+         .and. response%shear_force*contacts%slip_sign(c) < 0.0_wp) next_state = contact_stick
+      if (contacts%state(c) /= contact_open .or. contacts%close_count(c) < most_closings &
+         .or. contacts%bonded(c)) return
       if (response%state == contact_stick) next_state = contact_slide
    end function next_state
 
@@ -322,7 +347,8 @@ contains
          associate (d_v => d(:, contacts%block_v(c)), d_e => d(:, contacts%block_e(c)))
             contacts%new_gap(c) = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d_v) &
                - dot_product(contacts%normal_e(:, c), d_e)
-            contacts%slip(c) = dot_product(contacts%shear_v(:, c), d_v) - dot_product(contacts%shear_e(:, c), d_e)
+            contacts%slip(c) = dot_product(contacts%shear_v(:, c), d_v) &
+               - dot_product(contacts%shear_e(:, c), d_e)
          end associate
       end do
    end subroutine measure_some
@@ -334,7 +360,7 @@ contains
       integer, intent(in) :: c
 
       assumed_normal = 0.0_wp
-      if (contacts%state(c) /= contact_open) assumed_normal = contacts%pressure(c) - &
+      if (contacts%state(c) /= contact_open) assumed_normal = contacts%multiplier(c) - &
          laws%normal_stiffness*contacts%new_gap(c)
    end function assumed_normal
 
@@ -346,12 +372,14 @@ contains
       integer, intent(in) :: c
 
       assumed_shear = 0.0_wp
-      if (contacts%state(c) == contact_stick) assumed_shear = laws%shear_stiffness*(contacts%stretch(c) + contacts%slip(c))
+      if (contacts%state(c) == contact_stick) assumed_shear = &
+         laws%shear_stiffness*(contacts%stretch(c) + contacts%slip(c))
       if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c) &
          + iteration%kept*laws%shear_stiffness*(contacts%slip(c) - contacts%slide_slip(c))
    end function assumed_shear
 
-   !> Break the bonds that the converged solution overloads; the iteration then goes on without them.
+   !> Break the bonds that the converged solution overloads; the iteration then goes on without
+   !> them.
    subroutine break_bonds(iteration, contacts, broken)
       type(iteration_type), intent(inout) :: iteration
       type(contacts_type), intent(inout) :: contacts
@@ -360,17 +388,18 @@ contains
 
       broken = 0
       do c = 1, contacts%n
-         if (.not. contacts%bonded(c) .or. contacts%overload(c) <= 0.0_wp) cycle
+         if (.not. contacts%bonded(c) .or. contacts%strength_ratio(c) <= 0.0_wp) cycle
          contacts%bonded(c) = .false.
          broken = broken + 1
       end do
       iteration%broken = iteration%broken + broken
    end subroutine break_bonds
 
-   !> Contacts that press must neither penetrate nor gape beyond the tolerance, if there is one; where they do,
-   !> the multipliers take over the forces.
+   !> Contacts that press must neither penetrate nor gape beyond the tolerance, if there is one;
+   !> where they do, the multipliers take over the forces.
    !>
-   !> Augmented Lagrangian by Uzawa's iteration: the next solve starts from contacts that already press.
+   !> Augmented Lagrangian by Uzawa's iteration: the next solve starts from contacts that already
+   !> press.
    subroutine tighten(iteration, contacts, tightened)
       type(iteration_type), intent(in) :: iteration
       type(contacts_type), intent(inout) :: contacts
@@ -383,7 +412,8 @@ contains
          contacts%state(:contacts%n) /= contact_open .and. .not. contacts%bonded(:contacts%n))
       if (.not. tightened) return
       do c = 1, contacts%n
-         if (.not. contacts%bonded(c)) contacts%pressure(c) = max(0.0_wp, contacts%normal_force(c))
+         if (.not. contacts%bonded(c)) contacts%multiplier(c) &
+            = max(0.0_wp, contacts%normal_force(c))
       end do
    end subroutine tighten
 
@@ -399,17 +429,17 @@ contains
       changed = 0
       call note_states(iteration%past, contacts%state(:n))
       do c = 1, n
-         if (.not. may_change(iteration%past, c)) contacts%answer(c) = contacts%state(c)
-         if (contacts%answer(c) == contacts%state(c)) cycle
+         if (.not. may_change(iteration%past, c)) contacts%trial_state(c) = contacts%state(c)
+         if (contacts%trial_state(c) == contacts%state(c)) cycle
          changed = changed + 1
-         call note_change(iteration%springs, contacts, laws, c, contacts%answer(c))
+         call note_change(iteration%springs, contacts, laws, c, contacts%trial_state(c))
       end do
-      where (contacts%state(:n) == contact_open .and. contacts%answer(:n) /= contact_open) &
-         contacts%closings(:n) = contacts%closings(:n) + 1
-      contacts%state(:n) = contacts%answer(:n)
+      where (contacts%state(:n) == contact_open .and. contacts%trial_state(:n) /= contact_open) &
+         contacts%close_count(:n) = contacts%close_count(:n) + 1
+      contacts%state(:n) = contacts%trial_state(:n)
       contacts%slide_slip(:n) = contacts%slip(:n)
       contacts%slide_force(:n) = contacts%shear_force(:n)
-      contacts%direction(:n) = sign(1.0_wp, contacts%shear_force(:n))
+      contacts%slip_sign(:n) = sign(1.0_wp, contacts%shear_force(:n))
    end subroutine adopt_answers
 
 end module dda_open_close

@@ -1,17 +1,18 @@
 !> The original DDA's open–close rules, for comparison (`contact_rules = 'original'`).
 !>
 !> As the lineage of Shi's code applies them: an open contact closes only past a dead band, at full
-!> stiffness; changes between slip and stick do not count for convergence; friction while sliding is that
-!> of the iteration before.  What the dead band creates appears in the audit as a negative algorithmic
-!> loss.
+!> stiffness; changes between slip and stick do not count for convergence; friction while sliding is
+!> that of the iteration before.  What the dead band creates appears in the audit as a negative
+!> algorithmic loss.
 module dda_original_rules
    use dda_kinds, only: wp
-   use dda_assembly, only: system_type
+   use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_errors, only: error_type, error_convergence, fail
    use dda_friction, only: laws_type, law_type, law_of
-   use dda_open_close, only: iteration_type, solve_assumed, measure_contacts, assumed_normal, assumed_shear
-   use dda_solver, only: solver_type
+   use dda_open_close, only: iteration_type, solve_assumed, measure_contacts, assumed_normal, &
+      assumed_shear
+   use dda_linear_solver, only: solver_type
    implicit none
    private
    public :: close_by_original_rules, lock_touching
@@ -20,12 +21,14 @@ module dda_original_rules
    real(wp), parameter :: close_band = 2.0e-4_wp     !< s0, of half the model size
    real(wp), parameter :: open_band = 2.0e-7_wp      !< f0
    real(wp), parameter :: reversal_band = 1.0e-7_wp  !< of half the model size
-   real(wp), parameter :: least_friction = 0.0157_wp !< tan 0.9°: below it a slide never sticks again
+   !> tan 0.9°: below it a slide never sticks again
+   real(wp), parameter :: least_friction = 0.0157_wp
 
 contains
 
    !> Iterate until no contact opens or closes.
-   subroutine close_by_original_rules(iteration, system, solver, contacts, laws, half_size, first_step, error)
+   subroutine close_by_original_rules(iteration, system, solver, contacts, laws, half_size, &
+      first_step, error)
       type(iteration_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
       type(solver_type), intent(inout) :: solver
@@ -47,9 +50,9 @@ contains
          do c = 1, contacts%n
             contacts%normal_force(c) = assumed_normal(contacts, laws, c)
             contacts%shear_force(c) = assumed_shear(iteration, contacts, laws, c)
-            contacts%answer(c) = next_state(contacts, laws, half_size, c)
+            contacts%trial_state(c) = next_state(contacts, laws, half_size, c)
          end do
-         switched = count((contacts%answer(:contacts%n) == contact_open) &
+         switched = count((contacts%trial_state(:contacts%n) == contact_open) &
             .neqv. (contacts%state(:contacts%n) == contact_open))
          iteration%changes = iteration%changes + switched
          if (switched == 0 .and. .not. (first_step .and. i == 1)) then
@@ -59,7 +62,8 @@ contains
          end if
          call adopt(contacts, laws)
       end do
-      call fail(error, error_convergence, 'the open–close iteration does not converge by the original rules')
+      call fail(error, error_convergence, 'the open–close iteration does not converge by the '// &
+         'original rules')
    end subroutine close_by_original_rules
 
    !> Contacts in touch at the start of a run are locked.
@@ -67,7 +71,8 @@ contains
       type(contacts_type), intent(inout) :: contacts
       real(wp), intent(in) :: half_size
 
-      where (contacts%gap(:contacts%n) <= open_band*half_size) contacts%state(:contacts%n) = contact_stick
+      where (contacts%gap(:contacts%n) <= open_band*half_size) contacts%state(:contacts%n) = &
+         contact_stick
       contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
    end subroutine lock_touching
 
@@ -91,8 +96,9 @@ contains
       else if (gap > law%tension_force/law%normal_stiffness + open_band*half_size) then
          return
       else if (contacts%state(c) == contact_stick) then
-         next = merge(contact_stick, contact_slide, abs(gap)*friction + law%cohesion_force/law%normal_stiffness &
-            > abs(offset)*law%shear_stiffness/law%normal_stiffness)
+         next = merge(contact_stick, contact_slide, abs(gap)*friction &
+            + law%cohesion_force/law%normal_stiffness > abs(offset) &
+            *law%shear_stiffness/law%normal_stiffness)
       else
          next = contact_slide
          if (sign(1.0_wp, contacts%slide_force(c))*contacts%slip(c) < -reversal_band*half_size &
@@ -108,13 +114,15 @@ contains
       integer :: c
 
       do c = 1, contacts%n
-         if (contacts%answer(c) == contact_slide) then
-            law = law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), 0.0_wp)
-            contacts%slide_force(c) = sign(law%normal_stiffness*abs(contacts%new_gap(c))*law%friction &
-               + law%cohesion_force, merge(contacts%slide_force(c), contacts%stretch(c) + contacts%slip(c), &
-               contacts%state(c) == contact_slide))
+         if (contacts%trial_state(c) == contact_slide) then
+            law = law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
+               0.0_wp)
+            contacts%slide_force(c) = &
+               sign(law%normal_stiffness*abs(contacts%new_gap(c))*law%friction &
+               + law%cohesion_force, merge(contacts%slide_force(c), contacts%stretch(c) &
+               + contacts%slip(c), contacts%state(c) == contact_slide))
          end if
-         contacts%state(c) = contacts%answer(c)
+         contacts%state(c) = contacts%trial_state(c)
       end do
    end subroutine adopt
 
@@ -125,7 +133,7 @@ contains
       integer :: c
 
       do c = 1, contacts%n
-         if (.not. contacts%bonded(c) .or. contacts%answer(c) == contact_stick) cycle
+         if (.not. contacts%bonded(c) .or. contacts%trial_state(c) == contact_stick) cycle
          contacts%bonded(c) = .false.
          iteration%broken = iteration%broken + 1
       end do

@@ -1,7 +1,7 @@
 !> The whole state of a run in one derived type.  No input, no output.
 module dda_simulation
    use dda_kinds, only: wp, long
-   use dda_assembly, only: system_type
+   use dda_system, only: system_type
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
    use dda_detection, only: detection_type
@@ -11,7 +11,7 @@ module dda_simulation
    use dda_model, only: model_type
    use dda_neighbours, only: neighbours_type
    use dda_open_close, only: iteration_type
-   use dda_solver, only: solver_type, work_done
+   use dda_linear_solver, only: solver_type, work_done
    use dda_text, only: to_text
    implicit none
    private
@@ -46,7 +46,8 @@ module dda_simulation
       real(wp) :: time = 0.0_wp                !< s
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
       real(wp) :: last_time_step = 0.0_wp      !< Δt of the last step, s
-      real(wp) :: speed = 0.0_wp               !< bound on the farthest move of a vertex in the last step / Δt, m/s
+      !> bound on the farthest move of a vertex in the last step / Δt, m/s
+      real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
    end type simulation_type
 
@@ -71,9 +72,10 @@ contains
       character(len=:), allocatable :: text
 
       associate (counters => simulation%counters)
-         text = to_text(simulation%step)//' steps, '//to_text(counters%iterations)//' open-close iterations (most '// &
-            to_text(counters%most_iterations)//' in a step), '//to_text(counters%searches)//' neighbour searches, '// &
-            to_text(counters%repeated)//' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
+         text = to_text(simulation%step)//' steps, '//to_text(counters%iterations)// &
+            ' open-close iterations (most '//to_text(counters%most_iterations)//' in a step), '// &
+            to_text(counters%searches)//' neighbour searches, '//to_text(counters%repeated)// &
+            ' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
             ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
       end associate
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
@@ -85,7 +87,8 @@ contains
       character(len=:), allocatable :: name
 
       name = to_text(b)
-      if (simulation%model%block_names(b) /= '') name = name//" '"//trim(simulation%model%block_names(b))//"'"
+      if (simulation%model%block_names(b) /= '') name = name//" '"// &
+         trim(simulation%model%block_names(b))//"'"
    end function block_name
 
 end module dda_simulation

@@ -1,11 +1,12 @@
-!> Slide forces that follow the normal forces of the same solution, while the states of the contacts are held.
+!> Slide forces that follow the normal forces of the same solution, while the states of the contacts
+!> are held.
 !>
-!> A fixed point that costs no new matrix; Anderson's method solves it like a linear system, also where
-!> friction is so high that plain repetition would run away.
+!> A fixed point that costs no new matrix; Anderson's method solves it like a linear system, also
+!> where friction is so high that plain repetition would run away.
 module dda_slide_forces
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, forget, accelerate
-   use dda_assembly, only: system_type
+   use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_slide
    use dda_contact_assembly, only: add_shear_force
    use dda_friction, only: laws_type
@@ -18,7 +19,7 @@ module dda_slide_forces
       integer :: n = 0
       integer, allocatable :: contact(:)   !< [n] which contacts slide
       real(wp), allocatable :: force(:)    !< [n] assumed, N/m
-      real(wp), allocatable :: answer(:)   !< [n] what the law answers, N/m
+      real(wp), allocatable :: response(:) !< shear forces that the law gives, N/m
       type(anderson_type) :: memory
    end type slides_type
 
@@ -47,9 +48,9 @@ contains
 
       if (allocated(slides%contact)) then
          if (size(slides%contact) >= wanted) return
-         deallocate (slides%contact, slides%force, slides%answer)
+         deallocate (slides%contact, slides%force, slides%response)
       end if
-      allocate (slides%contact(2*wanted), slides%force(2*wanted), slides%answer(2*wanted))
+      allocate (slides%contact(2*wanted), slides%force(2*wanted), slides%response(2*wanted))
    end subroutine make_room
 
    !> The slide forces that the normal forces at d call for, in the assumed directions.
@@ -65,8 +66,8 @@ contains
          c = slides%contact(i)
          gap = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d(:, contacts%block_v(c))) &
             - dot_product(contacts%normal_e(:, c), d(:, contacts%block_e(c)))
-         slides%answer(i) = contacts%direction(c)*laws%friction(contacts%joint(c)) &
-            *max(0.0_wp, contacts%pressure(c) - laws%normal_stiffness*gap)
+         slides%response(i) = contacts%slip_sign(c)*laws%friction(contacts%joint(c)) &
+            *max(0.0_wp, contacts%multiplier(c) - laws%normal_stiffness*gap)
       end do
    end subroutine ask_slides
 
@@ -74,14 +75,15 @@ contains
    pure real(wp) function difference_of(slides)
       type(slides_type), intent(in) :: slides
 
-      difference_of = maxval(abs(slides%answer(:slides%n) - slides%force(:slides%n)))
+      difference_of = maxval(abs(slides%response(:slides%n) - slides%force(:slides%n)))
    end function difference_of
 
    !> The contact with that difference.
    pure integer function farthest_off(slides)
       type(slides_type), intent(in) :: slides
 
-      farthest_off = slides%contact(maxloc(abs(slides%answer(:slides%n) - slides%force(:slides%n)), 1))
+      farthest_off = &
+         slides%contact(maxloc(abs(slides%response(:slides%n) - slides%force(:slides%n)), 1))
    end function farthest_off
 
    !> Assume the next forces, in the contacts and in the right-hand side.
@@ -91,7 +93,7 @@ contains
       type(system_type), intent(inout) :: system
       integer :: i, c
 
-      call accelerate(slides%memory, slides%force(:slides%n), slides%answer(:slides%n))
+      call accelerate(slides%memory, slides%force(:slides%n), slides%response(:slides%n))
       do i = 1, slides%n
          c = slides%contact(i)
          call add_shear_force(system, contacts, c, slides%force(i) - contacts%slide_force(c))

@@ -22,10 +22,10 @@ contains
       normal = merge(1, 0, state /= contact_open) - merge(1, 0, contacts%state(c) /= contact_open)
       shear = merge(1, 0, state == contact_stick) - merge(1, 0, contacts%state(c) == contact_stick)
       associate (v => contacts%block_v(c), e => contacts%block_e(c))
-         if (normal /= 0) call add_change(changes, v, contacts%normal_v(:, c), e, contacts%normal_e(:, c), &
-            normal*laws%normal_stiffness)
-         if (shear /= 0) call add_change(changes, v, contacts%shear_v(:, c), e, contacts%shear_e(:, c), &
-            shear*laws%shear_stiffness)
+         if (normal /= 0) call add_change(changes, v, contacts%normal_v(:, c), e, &
+            contacts%normal_e(:, c), normal*laws%normal_stiffness)
+         if (shear /= 0) call add_change(changes, v, contacts%shear_v(:, c), e, &
+            contacts%shear_e(:, c), shear*laws%shear_stiffness)
       end associate
    end subroutine note_change
 

@@ -2,8 +2,8 @@
 module dda_start
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
-   use dda_assembly, only: prepare_system
-   use dda_audit, only: open_books
+   use dda_system, only: prepare_system
+   use dda_energy_budget, only: start_energy_budget
    use dda_bonds, only: bond_contacts
    use dda_contact, only: reserve
    use dda_contact_search, only: find_contacts
@@ -11,10 +11,10 @@ module dda_start
    use dda_friction, only: set_laws
    use dda_history, only: prepare_history
    use dda_model, only: model_type, half_size, contact_distance
-   use dda_newmark, only: kinetic_energy, farthest_move
+   use dda_kinematics, only: kinetic_energy, farthest_move
    use dda_original_rules, only: lock_touching
    use dda_simulation, only: simulation_type
-   use dda_solver, only: choose_solver
+   use dda_linear_solver, only: choose_solver
    implicit none
    private
    public :: start, set_rates
@@ -35,9 +35,11 @@ contains
       simulation%time_step = model%control%time_step
       call choose_solver(simulation%solver, model%control%solver, error)
       if (allocated(error)) return
-      call set_laws(simulation%laws, model%joints, model%contact%normal_stiffness, model%contact%shear_ratio)
+      call set_laws(simulation%laws, model%joints, model%contact%normal_stiffness, &
+         model%contact%shear_ratio)
       call prepare_detection(simulation%detection, simulation%blocks, contact_distance(model))
-      call prepare_history(simulation%history, size(simulation%blocks%owner), touching*half_size(simulation%blocks))
+      call prepare_history(simulation%history, size(simulation%blocks%owner), &
+         touching*half_size(simulation%blocks))
       call prepare_system(simulation%system, simulation%blocks%n)
       gravity = norm2(model%control%gravity)
       simulation%iteration%max_iterations = model%contact%max_iterations
@@ -45,7 +47,8 @@ contains
       simulation%laws%augmented = model%contact%penetration_tolerance > 0.0_wp
       simulation%iteration%relative_tolerance = model%contact%force_tolerance
       simulation%iteration%weight = gravity*maxval(simulation%blocks%mass)
-      simulation%iteration%noise = 16*epsilon(1.0_wp)*half_size(simulation%blocks)*model%contact%normal_stiffness
+      simulation%iteration%noise = 16*epsilon(1.0_wp)*half_size(simulation%blocks) &
+         *model%contact%normal_stiffness
       simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
       call reserve(simulation%contacts(1), simulation%blocks%n)
       call reserve(simulation%contacts(2), simulation%blocks%n)
@@ -55,8 +58,9 @@ contains
          contacts%new_gap(:contacts%n) = contacts%gap(:contacts%n)
       end associate
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
-      if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), half_size(model%blocks))
-      call open_books(simulation%energy, simulation%model, simulation%blocks, &
+      if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), &
+         half_size(model%blocks))
+      call start_energy_budget(simulation%energy, simulation%model, simulation%blocks, &
          simulation%contacts(simulation%now), simulation%laws)
    end subroutine start
 

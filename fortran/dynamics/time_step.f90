@@ -1,18 +1,19 @@
-!> One time step: search, assemble, solve, open–close, integrate; with a smaller Δt if it must be and may.
+!> One time step: search, assemble, solve, open–close, integrate; with a smaller Δt if it must be
+!> and may.
 module dda_time_step
    use dda_kinds, only: wp
    use dda_errors, only: error_type
-   use dda_assembly, only: assemble_base
-   use dda_audit, only: book_step, book_motion
+   use dda_system, only: assemble_base
+   use dda_energy_budget, only: update_step, update_state
    use dda_contact_search, only: find_contacts
    use dda_model, only: half_size
-   use dda_newmark, only: carry_velocity, predict, integrate, farthest_move
+   use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_open_close, only: close_contacts
    use dda_original_rules, only: close_by_original_rules
    use dda_simulation, only: simulation_type
-   use dda_solver, only: weigh_loads
+   use dda_linear_solver, only: weigh_loads
    use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
-   use dda_trouble, only: explain, check_state
+   use dda_diagnostics, only: explain, check_state
    implicit none
    private
    public :: advance
@@ -30,7 +31,7 @@ contains
       integer :: attempt
 
       call begin_laps(simulation%system%watch)
-      call carry_velocity(simulation%blocks, simulation%model%control%dynamic_factor, loss)
+      call damp_velocity(simulation%blocks, simulation%model%control%dynamic_factor, loss)
       simulation%energy%kinetic_damping = simulation%energy%kinetic_damping + loss
       do attempt = 1, most_attempts
          call find_contacts(simulation, error)
@@ -61,17 +62,22 @@ contains
          call predict(simulation%blocks, simulation%system%d, simulation%time_step)
          call lap(simulation%system%watch, phase_assemble)
          if (simulation%model%contact%original_rules) then
-            call close_by_original_rules(simulation%iteration, simulation%system, simulation%solver, contacts, &
-               simulation%laws, half_size(simulation%model%blocks), simulation%step == 0, error)
+            call close_by_original_rules(simulation%iteration, simulation%system, &
+               simulation%solver, contacts, simulation%laws, half_size(simulation%model%blocks), &
+               simulation%step == 0, error)
          else
-            call close_contacts(simulation%iteration, simulation%system, simulation%solver, contacts, simulation%laws, error)
+            call close_contacts(simulation%iteration, simulation%system, simulation%solver, &
+               contacts, simulation%laws, error)
          end if
       end associate
-      simulation%counters%iterations = simulation%counters%iterations + simulation%iteration%iterations
-      simulation%counters%most_iterations = max(simulation%counters%most_iterations, simulation%iteration%iterations)
+      simulation%counters%iterations = simulation%counters%iterations &
+         + simulation%iteration%iterations
+      simulation%counters%most_iterations = max(simulation%counters%most_iterations, &
+         simulation%iteration%iterations)
    end subroutine solve_step
 
-   !> The step moves a vertex beyond the maximum displacement, or beyond what contacts were listed for.
+   !> The step moves a vertex beyond the maximum displacement, or beyond what contacts were listed
+   !> for.
    logical function too_far(simulation)
       type(simulation_type), intent(inout) :: simulation
       real(wp) :: move, allowed
@@ -84,7 +90,8 @@ contains
       if (2*move > simulation%detection%distance) too_far = .true.
    end function too_far
 
-   !> Prepare another attempt at the step: a smaller Δt if it is allowed to shrink, else a wider search.
+   !> Prepare another attempt at the step: a smaller Δt if it is allowed to shrink, else a wider
+   !> search.
    subroutine retry(simulation, attempt, error)
       type(simulation_type), intent(inout) :: simulation
       integer, intent(in) :: attempt
@@ -93,8 +100,8 @@ contains
 
       reason = 'a vertex moves too far in one step'
       if (allocated(error)) reason = error%message
-      if (simulation%model%control%adaptive .and. &
-         shrink*simulation%time_step >= simulation%model%control%least_time_step .and. attempt < most_attempts) then
+      if (simulation%model%control%adaptive .and. shrink*simulation%time_step &
+         >= simulation%model%control%least_time_step .and. attempt < most_attempts) then
          simulation%time_step = shrink*simulation%time_step
          simulation%counters%repeated = simulation%counters%repeated + 1
          if (allocated(error)) deallocate (error)
@@ -114,21 +121,24 @@ contains
       end_time = simulation%time + simulation%time_step
       simulation%last_time_step = simulation%time_step
       associate (contacts => simulation%contacts(simulation%now), d => simulation%system%d)
-         call book_step(simulation%energy, simulation%model, simulation%blocks, contacts, simulation%laws, d, &
-            end_time, simulation%time_step)
+         call update_step(simulation%energy, simulation%model, simulation%blocks, contacts, &
+            simulation%laws, d, end_time, simulation%time_step)
          call integrate(simulation%blocks, d, simulation%time_step)
-         call book_motion(simulation%energy, simulation%blocks)
-         contacts%stretch(:contacts%n) = contacts%shear_force(:contacts%n)/simulation%laws%shear_stiffness
-         contacts%state(:contacts%n) = contacts%answer(:contacts%n)
+         call update_state(simulation%energy, simulation%blocks)
+         contacts%stretch(:contacts%n) = &
+            contacts%shear_force(:contacts%n)/simulation%laws%shear_stiffness
+         contacts%state(:contacts%n) = contacts%trial_state(:contacts%n)
       end associate
-      simulation%neighbours%travel = simulation%neighbours%travel + simulation%speed*simulation%time_step
+      simulation%neighbours%travel = simulation%neighbours%travel &
+         + simulation%speed*simulation%time_step
       simulation%path = simulation%path + simulation%speed*simulation%time_step
       simulation%counters%broken = simulation%counters%broken + simulation%iteration%broken
       simulation%step = simulation%step + 1
       call move_clock(simulation, end_time)
    end subroutine accept
 
-   !> With a fixed Δt, time is an exact multiple of it; an adaptive Δt recovers after each good step.
+   !> With a fixed Δt, time is an exact multiple of it; an adaptive Δt recovers after each good
+   !> step.
    subroutine move_clock(simulation, end_time)
       type(simulation_type), intent(inout) :: simulation
       real(wp), intent(in) :: end_time

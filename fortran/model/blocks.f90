@@ -1,14 +1,14 @@
 !> The blocks: their shape, inertia and elasticity, and the state that moves them.
 !>
-!> A block has six generalised coordinates q = (x0, y0, θ, εx, εy, γxy): the position of its centroid,
-!> its rotation and its strain in axes that turn with it.  A material point with reference offset ρ
-!> from the centroid stands at
+!> A block has six generalised coordinates q = (x0, y0, θ, εx, εy, γxy): the position of its
+!> centroid, its rotation and its strain in axes that turn with it.  A material point with reference
+!> offset ρ from the centroid stands at
 !>
 !>     x = x0 + R(θ) (I + ε) ρ ,
 !>
-!> so rotation is exact, a turning block keeps its area, and no error accumulates with the steps.  The
-!> step's unknowns d (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.  In
-!> these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
+!> so rotation is exact, a turning block keeps its area, and no error accumulates with the steps. 
+!> The step's unknowns d (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.
+!>  In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
 module dda_blocks
    use dda_kinds, only: wp
    use dda_material, only: material_type, elasticity
@@ -36,7 +36,8 @@ module dda_blocks
       real(wp), allocatable :: inertia(:,:,:)      !< [6,6,n] mass matrix M
       real(wp), allocatable :: stiffness(:,:,:)    !< [3,3,n] area × D
       real(wp), allocatable :: initial_stress(:,:) !< [3,n] Pa, in the block's axes
-      real(wp) :: half_size = 0.0_wp               !< half of the larger side of the box round all at the start, m
+      !> half of the larger side of the box round all at the start, m
+      real(wp) :: half_size = 0.0_wp
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
@@ -45,7 +46,8 @@ module dda_blocks
       real(wp), allocatable :: axes(:,:,:)         !< [2,2,n] R(θ)
       real(wp), allocatable :: gradient(:,:,:)     !< [2,2,n] R(θ)(I + ε)
       real(wp), allocatable :: vertex(:,:)         !< [2, vertices] present place, m
-      real(wp), allocatable :: along(:,:)          !< [2, vertices] unit vector of the edge that begins there
+      !> [2, vertices] unit vector of the edge that begins there
+      real(wp), allocatable :: along(:,:)
       real(wp), allocatable :: length(:)           !< [vertices] length of that edge, m
    end type blocks_type
 
@@ -66,7 +68,8 @@ contains
       blocks%material = material
       blocks%joint = joint
       do b = 1, blocks%n
-         call set_block(blocks, b, vertices(:, first(b):first(b + 1) - 1), materials(material(b)), plane_strain)
+         call set_block(blocks, b, vertices(:, first(b):first(b + 1) - 1), materials(material(b)), &
+            plane_strain)
       end do
       call update_geometry(blocks)
       blocks%vertex = vertices(:, :first(blocks%n + 1) - 1)
@@ -79,10 +82,13 @@ contains
 
       blocks%n = n
       allocate (blocks%owner(vertices), blocks%next(vertices), blocks%previous(vertices))
-      allocate (blocks%reference(2, vertices), blocks%vertex(2, vertices), blocks%along(2, vertices), blocks%length(vertices))
-      allocate (blocks%radius(n), blocks%area(n), blocks%mass(n), blocks%inertia(6, 6, n), blocks%stiffness(3, 3, n))
+      allocate (blocks%reference(2, vertices), blocks%vertex(2, vertices), &
+         blocks%along(2, vertices), blocks%length(vertices))
+      allocate (blocks%radius(n), blocks%area(n), blocks%mass(n), blocks%inertia(6, 6, n), &
+         blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
-      allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), source=0.0_wp)
+      allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), &
+         source=0.0_wp)
    end subroutine allocate_blocks
 
    pure subroutine set_block(blocks, b, polygon, material, plane_strain)
@@ -163,7 +169,8 @@ contains
       f(:, 2) = blocks%axes(:, 1, b)*0.5_wp*q(6) + blocks%axes(:, 2, b)*(1.0_wp + q(5))
       blocks%gradient(:, :, b) = f
       do v = blocks%first(b), blocks%first(b + 1) - 1
-         blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) + f(:, 2)*blocks%reference(2, v)
+         blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) &
+            + f(:, 2)*blocks%reference(2, v)
       end do
       do v = blocks%first(b), blocks%first(b + 1) - 1
          way = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
@@ -273,7 +280,8 @@ contains
       real(wp) :: stress(3)
       real(wp) :: own(3), tensor(2, 2), r(2, 2)
 
-      own = blocks%initial_stress(:, b) + matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b))/blocks%area(b)
+      own = blocks%initial_stress(:, b) + matmul(blocks%stiffness(:, :, b), &
+         blocks%position(4:6, b))/blocks%area(b)
       r = blocks%axes(:, :, b)
       tensor = reshape([own(1), own(3), own(3), own(2)], [2, 2])
       tensor = matmul(r, matmul(tensor, transpose(r)))

@@ -1,7 +1,8 @@
 !> Everything that stands in an input file, checked and ready: what a run does not change.
 module dda_model
    use dda_kinds, only: wp
-   use dda_settings, only: control_type, contact_settings_type, output_settings_type, amplification_type
+   use dda_settings, only: control_type, contact_settings_type, output_settings_type, &
+      amplification_type
    use dda_material, only: material_type, joint_type
    use dda_support, only: fixed_point_type, load_type, point_type
    use dda_motion, only: motion_type
@@ -15,7 +16,8 @@ module dda_model
       character(len=:), allocatable :: title
       character(len=:), allocatable :: file          !< where it was read from
       character(len=:), allocatable :: text          !< its input, for provenance
-      real(wp) :: origin(2) = 0.0_wp                 !< added to every place on output: the engine computes near zero
+      !> added to every place on output: the engine computes near zero
+      real(wp) :: origin(2) = 0.0_wp
       type(control_type) :: control
       type(contact_settings_type) :: contact
       type(output_settings_type) :: output
@@ -39,13 +41,14 @@ contains
       half_size = blocks%half_size
    end function half_size
 
-   !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement, but no more than a
-   !> part of the smallest block, or each block of a large model would list many that it is far from.
+   !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement, but no
+   !> more than a part of the smallest block, or each block of a large model would list many that it
+   !> is far from.
    pure real(wp) function contact_distance(model)
       type(model_type), intent(in) :: model
 
-      contact_distance = min(2.5_wp*max(model%control%max_displacement_ratio, 4.0e-4_wp)*half_size(model%blocks), &
-         0.2_wp*minval(model%blocks%radius))
+      contact_distance = min(2.5_wp*max(model%control%max_displacement_ratio, &
+         4.0e-4_wp)*half_size(model%blocks), 0.2_wp*minval(model%blocks%radius))
    end function contact_distance
 
    !> Penalty when the input gives none: 40 × the largest Young's modulus × 1 m (paper §2.2).

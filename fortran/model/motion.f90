@@ -9,7 +9,8 @@ module dda_motion
    type :: motion_type
       character(len=64) :: name = ''
       character(len=:), allocatable :: file    !< record file, '' if the values stand in the input
-      character(len=:), allocatable :: source  !< record file and what was done to it, for provenance
+      !> record file and what was done to it, for provenance
+      character(len=:), allocatable :: source
       type(motion_curve_type) :: curve
    end type motion_type
 

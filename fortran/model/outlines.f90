@@ -45,7 +45,8 @@ contains
       integer :: room
 
       if (.not. allocated(outlines%first)) then
-         allocate (outlines%first(17), outlines%material(16), outlines%joint(16), outlines%source(16), outlines%name(16))
+         allocate (outlines%first(17), outlines%material(16), outlines%joint(16), &
+            outlines%source(16), outlines%name(16))
          allocate (outlines%vertices(2, 64))
          outlines%first(1) = 1
       end if
@@ -73,7 +74,8 @@ contains
    end function rectangle
 
    !> `count` equal layers stacked upwards.
-   subroutine add_layers(outlines, left, bottom, width, thickness, count, material, joint, source, name)
+   subroutine add_layers(outlines, left, bottom, width, thickness, count, material, joint, source, &
+      name)
       type(outlines_type), intent(inout) :: outlines
       real(wp), intent(in) :: left, bottom, width, thickness
       integer, intent(in) :: count, material, joint, source
@@ -81,13 +83,14 @@ contains
       integer :: i
 
       do i = 1, count
-         call add_outline(outlines, rectangle(left, bottom + (i - 1)*thickness, left + width, bottom + i*thickness), &
-            material, joint, source, numbered(name, i))
+         call add_outline(outlines, rectangle(left, bottom + (i - 1)*thickness, left + width, &
+            bottom + i*thickness), material, joint, source, numbered(name, i))
       end do
    end subroutine add_layers
 
    !> `count` drums of a column, upwards, tapering evenly from one width to the other.
-   subroutine add_drums(outlines, centre, bottom, height, widths, count, material, joint, source, name)
+   subroutine add_drums(outlines, centre, bottom, height, widths, count, material, joint, source, &
+      name)
       type(outlines_type), intent(inout) :: outlines
       real(wp), intent(in) :: centre, bottom, height
       real(wp), intent(in) :: widths(2)     !< at the foot and at the top of the column, m
@@ -101,13 +104,15 @@ contains
          high = bottom + i*height
          foot = 0.5_wp*(widths(1) + (widths(2) - widths(1))*(i - 1)/count)
          head = 0.5_wp*(widths(1) + (widths(2) - widths(1))*i/count)
-         call add_outline(outlines, reshape([centre - foot, low, centre + foot, low, centre + head, high, &
-            centre - head, high], [2, 4]), material, joint, source, numbered(name, i))
+         call add_outline(outlines, reshape([centre - foot, low, centre + foot, low, &
+            centre + head, high, centre - head, high], [2, 4]), material, joint, source, &
+            numbered(name, i))
       end do
    end subroutine add_drums
 
    !> A running-bond wall: every other course begins and ends with half a brick.
-   subroutine add_wall(outlines, left, bottom, brick, bricks, courses, material, joint, source, name)
+   subroutine add_wall(outlines, left, bottom, brick, bricks, courses, material, joint, source, &
+      name)
       type(outlines_type), intent(inout) :: outlines
       real(wp), intent(in) :: left, bottom
       real(wp), intent(in) :: brick(2)           !< length and height, m
@@ -126,8 +131,8 @@ contains
             to = left + i*brick(1)
             if (modulo(course, 2) == 0) to = min(left + bricks*brick(1), to - 0.5_wp*brick(1))
             k = k + 1
-            call add_outline(outlines, rectangle(from, low, to, bottom + course*brick(2)), material, joint, source, &
-               numbered(name, k))
+            call add_outline(outlines, rectangle(from, low, to, bottom + course*brick(2)), &
+               material, joint, source, numbered(name, k))
          end do
       end do
    end subroutine add_wall

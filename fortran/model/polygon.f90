@@ -92,7 +92,8 @@ contains
       m = size(vertices, 2)
       before = vertices(:, i) - vertices(:, mod(i + m - 2, m) + 1)
       after = vertices(:, mod(i, m) + 1) - vertices(:, i)
-      folds_back = before(1)*after(2) - before(2)*after(1) == 0.0_wp .and. dot_product(before, after) < 0.0_wp
+      folds_back = before(1)*after(2) - before(2)*after(1) == 0.0_wp .and. dot_product(before, &
+         after) < 0.0_wp
    end function folds_back
 
    !> Edges i and j share at least one point.
@@ -136,11 +137,13 @@ contains
          a = vertices(:, i)
          b = vertices(:, j)
          if ((a(2) > point(2)) .neqv. (b(2) > point(2))) then
-            if (point(1) < a(1) + (point(2) - a(2))/(b(2) - a(2))*(b(1) - a(1))) inside = .not. inside
+            if (point(1) < a(1) + (point(2) - a(2))/(b(2) - a(2))*(b(1) - a(1))) &
+               inside = .not. inside
          end if
       end do
       contains_point = inside
-      if (.not. inside .and. tolerance > 0.0_wp) contains_point = distance_to_boundary(vertices, point) <= tolerance
+      if (.not. inside .and. tolerance > 0.0_wp) contains_point = distance_to_boundary(vertices, &
+         point) <= tolerance
    end function contains_point
 
    !> Distance from a point to the nearest edge, m.
@@ -155,14 +158,15 @@ contains
          along = vertices(:, j) - vertices(:, i)
          ratio = dot_product(point - vertices(:, i), along)/dot_product(along, along)
          ratio = min(1.0_wp, max(0.0_wp, ratio))
-         distance_to_boundary = min(distance_to_boundary, norm2(point - vertices(:, i) - ratio*along))
+         distance_to_boundary = min(distance_to_boundary, &
+            norm2(point - vertices(:, i) - ratio*along))
       end do
    end function distance_to_boundary
 
    !> How deep two polygons overlap, m: 0 if they are apart or only touch.
    !>
-   !> The depth of the deepest probe of one inside the other; probes are the vertices, and the middles
-   !> of the stretches into which the other's edges cut each edge.
+   !> The depth of the deepest probe of one inside the other; probes are the vertices, and the
+   !> middles of the stretches into which the other's edges cut each edge.
    pure real(wp) function overlap_depth(first, second)
       real(wp), intent(in) :: first(:,:), second(:,:)
 
@@ -192,7 +196,8 @@ contains
          call sort(cuts(:m))
          probe_depth = max(probe_depth, depth_inside(second, a))
          do k = 1, m - 1
-            probe_depth = max(probe_depth, depth_inside(second, a + 0.5_wp*(cuts(k) + cuts(k + 1))*(b - a)))
+            probe_depth = max(probe_depth, &
+               depth_inside(second, a + 0.5_wp*(cuts(k) + cuts(k + 1))*(b - a)))
          end do
       end do
    end function probe_depth
@@ -202,7 +207,8 @@ contains
       real(wp), intent(in) :: vertices(:,:), point(2)
 
       depth_inside = 0.0_wp
-      if (contains_point(vertices, point, 0.0_wp)) depth_inside = distance_to_boundary(vertices, point)
+      if (contains_point(vertices, point, 0.0_wp)) depth_inside = distance_to_boundary(vertices, &
+         point)
    end function depth_inside
 
    !> Where line a→b meets edge c–d, as a ratio of a→b; −1 if it does not.

@@ -15,7 +15,8 @@ module dda_settings
       real(wp) :: max_displacement_ratio = 0.01_wp !< of half the model size, per step
       real(wp) :: gravity(2) = 0.0_wp              !< m/s²
       logical :: plane_strain = .false.            !< else plane stress
-      integer :: base_motion(2) = 0                !< motions of the base as body force, x and y; 0 none
+      !> motions of the base as body force, x and y; 0 none
+      integer :: base_motion(2) = 0
       character(len=16) :: solver = 'auto'         !< linear solver by name
    end type control_type
 
@@ -25,7 +26,8 @@ module dda_settings
       real(wp) :: shear_ratio = 2.5_wp         !< k_n / k_s
       real(wp) :: fixed_point_ratio = 100.0_wp !< stiffness of fixed points / k_n
       real(wp) :: penetration_tolerance = 0.0_wp !< m; > 0: augmented Lagrangian down to it
-      logical :: original_rules = .false.        !< the original DDA's open–close rules, for comparison
+      !> the original DDA's open–close rules, for comparison
+      logical :: original_rules = .false.
       integer :: max_iterations = 400          !< open–close iterations in a step
       real(wp) :: force_tolerance = 1.0e-9_wp  !< of the largest block weight or contact force
    end type contact_settings_type
@@ -34,9 +36,11 @@ module dda_settings
    type :: output_settings_type
       character(len=:), allocatable :: file     !< netCDF-4; default: the input's name with .nc
       integer :: history_interval = 1           !< steps between samples of points and energies
-      integer :: block_interval = 0             !< steps between block and contact states; 0: first and last
+      !> steps between block and contact states; 0: first and last
+      integer :: block_interval = 0
       integer :: checkpoint_interval = 0        !< steps between checkpoints; 0: none by steps
-      real(wp) :: checkpoint_minutes = 10.0_wp  !< of the clock between checkpoints; 0: none by the clock
+      !> of the clock between checkpoints; 0: none by the clock
+      real(wp) :: checkpoint_minutes = 10.0_wp
    end type output_settings_type
 
    !> A spectral ratio between two measured points, wanted after the run (group &amplification).

@@ -53,7 +53,8 @@ contains
          end if
       end do
       ratio = 1.0_wp
-      if (load%time(high) > load%time(low)) ratio = (time - load%time(low))/(load%time(high) - load%time(low))
+      if (load%time(high) > load%time(low)) ratio = (time - load%time(low))/(load%time(high) &
+         - load%time(low))
       force = load%force(:, low) + ratio*(load%force(:, high) - load%force(:, low))
    end function load_at
 

@@ -9,10 +9,10 @@
 !>
 !> The end: after the record nothing moves, so a velocity left at the last sample would stop within
 !> one time step, a blow to the model.  Unless told otherwise the polynomial is made to pass through
-!> the last velocity, so that the corrected motion ends at rest; the displacement then reached stays.
-!> The acceleration may still step to zero there and from zero at the start; a cosine taper of the
-!> record before the fit (an option) softens that.  A first sample of a record of velocity is taken
-!> as it is: if it is not zero, the motion starts with that jump unless it is tapered.
+!> the last velocity, so that the corrected motion ends at rest; the displacement then reached
+!> stays. The acceleration may still step to zero there and from zero at the start; a cosine taper
+!> of the record before the fit (an option) softens that.  A first sample of a record of velocity is
+!> taken as it is: if it is not zero, the motion starts with that jump unless it is tapered.
 module dda_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dda_kinds, only: wp
@@ -32,7 +32,8 @@ module dda_baseline
    type :: baseline_type
       integer :: order = 2          !< of the polynomial taken from the velocity, 0 (nothing) to 2
       logical :: at_rest = .true.   !< the corrected velocity is zero at the last sample (order > 0)
-      real(wp) :: taper = 0.0_wp    !< part of the record under a cosine taper, half at each end, 0 … 1
+      !> part of the record under a cosine taper, half at each end, 0 … 1
+      real(wp) :: taper = 0.0_wp
       real(wp) :: scale = 1.0_wp    !< factor on the record
    end type baseline_type
 
@@ -41,11 +42,13 @@ contains
    !> Make a motion of a record.
    subroutine make_motion_curve(curve, quantity, values, time_step, error, baseline)
       type(motion_curve_type), intent(out) :: curve
-      character(len=*), intent(in) :: quantity                 !< 'acceleration', 'velocity' or 'displacement'
+      !> 'acceleration', 'velocity' or 'displacement'
+      character(len=*), intent(in) :: quantity
       real(wp), intent(in) :: values(:)                        !< m/s², m/s or m [samples]
       real(wp), intent(in) :: time_step                        !< s
       type(error_type), allocatable, intent(out) :: error
-      type(baseline_type), intent(in), optional :: baseline    !< default: order 2, at rest, no taper
+      !> default: order 2, at rest, no taper
+      type(baseline_type), intent(in), optional :: baseline
       type(baseline_type) :: wanted
 
       if (present(baseline)) wanted = baseline
@@ -61,7 +64,8 @@ contains
       end select
    end subroutine make_motion_curve
 
-   !> Accelerations: integrate, fit the velocity, take the derivative from the acceleration, integrate again.
+   !> Accelerations: integrate, fit the velocity, take the derivative from the acceleration,
+   !> integrate again.
    subroutine from_acceleration(curve, acceleration, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve
       real(wp), intent(in) :: acceleration(:), time_step
@@ -113,13 +117,14 @@ contains
 
       call join_displacements(curve, displacement - displacement(1), time_step, wanted%at_rest)
       method = 'displacements joined by quintics with continuous acceleration'
-      if (abs(displacement(1)) > 0.0_wp) method = method//', shifted by '//to_text(-displacement(1))// &
-         ' m to begin at zero'
+      if (abs(displacement(1)) > 0.0_wp) method = method//', shifted by '// &
+         to_text(-displacement(1))//' m to begin at zero'
       if (wanted%at_rest) method = method//', at rest at both ends'
       curve%method = scale_text(wanted)//method//'; no drift removed'
    end subroutine from_displacement
 
-   !> Taper a series in place; the mean goes first where a baseline is removed, lest the taper make a step of it.
+   !> Taper a series in place; the mean goes first where a baseline is removed, lest the taper make
+   !> a step of it.
    pure subroutine apply_taper(series, wanted, method)
       real(wp), intent(inout) :: series(:)
       type(baseline_type), intent(in) :: wanted
@@ -131,7 +136,8 @@ contains
          method = method//', mean removed'
       end if
       series = series*cosine_taper(size(series), wanted%taper)
-      method = method//', cosine taper over '//to_text(50.0_wp*wanted%taper)//' % of the length at each end'
+      method = method//', cosine taper over '//to_text(50.0_wp*wanted%taper)// &
+         ' % of the length at each end'
    end subroutine apply_taper
 
    !> Least squares: v ≈ c₁ τ + c₂ τ², τ = t/T from 0 to 1.
@@ -227,25 +233,32 @@ contains
       type(baseline_type), intent(in) :: wanted
       type(error_type), allocatable, intent(out) :: error
 
-      if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', 'displacement'])) then
+      if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', &
+         'displacement'])) then
          call fail(error, error_input, 'a motion cannot be made of '//quoted(quantity)// &
             '; it takes acceleration, velocity or displacement')
       else if (size(values) < 2) then
-         call fail(error, error_input, 'a motion needs at least 2 samples, not '//to_text(size(values)))
-      else if (.not. (time_step > 1.0_wp/largest .and. time_step < largest/real(size(values), wp))) then
+         call fail(error, error_input, 'a motion needs at least 2 samples, not '// &
+            to_text(size(values)))
+      else if (.not. (time_step > 1.0_wp/largest .and. time_step < largest/real(size(values), &
+         wp))) then
          call fail(error, error_input, 'a motion needs a positive time step')
       else if (wanted%order < 0 .or. wanted%order > 2) then
-         call fail(error, error_input, 'the order of the baseline is 0, 1 or 2, not '//to_text(wanted%order))
+         call fail(error, error_input, 'the order of the baseline is 0, 1 or 2, not '// &
+            to_text(wanted%order))
       else if (.not. (wanted%taper >= 0.0_wp .and. wanted%taper <= 1.0_wp)) then
          call fail(error, error_input, 'the part of a record under a taper lies between 0 and 1')
       else if (wanted%taper > 0.0_wp .and. quantity == 'displacement') then
-         call fail(error, error_input, 'a displacement is not tapered: that would move it back to its start')
+         call fail(error, error_input, 'a displacement is not tapered: that would move it back '// &
+            'to its start')
       else if (.not. abs(wanted%scale) <= largest) then
          call fail(error, error_input, 'the factor on a record is not a number of sensible size')
       else if (.not. all(ieee_is_finite(values))) then
-         call fail(error, error_input, 'a record with a sample that is not a finite number makes no motion')
+         call fail(error, error_input, 'a record with a sample that is not a finite number '// &
+            'makes no motion')
       else if (maxval(abs(values)) > largest) then
-         call fail(error, error_input, 'a sample of '//to_text(maxval(abs(values)))//' is beyond any motion')
+         call fail(error, error_input, 'a sample of '//to_text(maxval(abs(values)))// &
+            ' is beyond any motion')
       end if
    end subroutine check
 

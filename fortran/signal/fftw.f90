@@ -15,10 +15,12 @@ contains
    subroutine forward_transform(series, spectrum, planned)
       real(wp), intent(inout) :: series(:)                  !< [n]; left as it was
       complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
-      logical, intent(out) :: planned                       !< false: FFTW has no plan (out of memory)
+      !> false: FFTW has no plan (out of memory)
+      logical, intent(out) :: planned
       ! An estimated plan is the same in every run, and without assumptions on the alignment of the
       ! arrays so is the order of summation: results are reproducible to the last bit.
-      integer(c_int), parameter :: flags = ior(FFTW_ESTIMATE, ior(FFTW_UNALIGNED, FFTW_PRESERVE_INPUT))
+      integer(c_int), parameter :: flags = ior(FFTW_ESTIMATE, &
+         ior(FFTW_UNALIGNED, FFTW_PRESERVE_INPUT))
       type(c_ptr) :: plan
 
       spectrum = (0.0_wp, 0.0_wp)

@@ -1,4 +1,5 @@
-!> A motion known for all times: displacement, velocity and acceleration that are derivatives of each other.
+!> A motion known for all times: displacement, velocity and acceleration that are derivatives of
+!> each other.
 !>
 !> Within each interval of the samples the displacement is one polynomial of degree five at most;
 !> velocity and acceleration are its exact derivatives, so that no two evaluations contradict.
@@ -36,8 +37,9 @@ contains
       displacement = curve%displacement(size(curve%displacement))
       if (time > curve%duration) return
       call locate(curve, time, i, s)
-      displacement = curve%displacement(i) + s*(curve%velocity(i) + s*(0.5_wp*curve%acceleration(i) &
-         + s*(curve%higher(1, i) + s*(curve%higher(2, i) + s*curve%higher(3, i)))))
+      displacement = curve%displacement(i) + s*(curve%velocity(i) &
+         + s*(0.5_wp*curve%acceleration(i) + s*(curve%higher(1, i) + s*(curve%higher(2, i) &
+         + s*curve%higher(3, i)))))
    end function displacement_at
 
    !> Velocity at any time (m/s); O(1).
@@ -92,7 +94,8 @@ contains
       curve%acceleration = acceleration
       last = size(acceleration)
       do i = 1, last - 1
-         curve%velocity(i + 1) = curve%velocity(i) + 0.5_wp*time_step*(acceleration(i) + acceleration(i + 1))
+         curve%velocity(i + 1) = curve%velocity(i) + 0.5_wp*time_step*(acceleration(i) &
+            + acceleration(i + 1))
          curve%displacement(i + 1) = curve%displacement(i) + time_step*(curve%velocity(i) &
             + time_step*(2.0_wp*acceleration(i) + acceleration(i + 1))/6.0_wp)
       end do
@@ -118,8 +121,8 @@ contains
          ! v = v₀ + a₀ s + b s² + c s³ (Hermite), integrated term by term.
          curve%higher(1, i) = (3.0_wp*step - 2.0_wp*first - second)/(3.0_wp*h)
          curve%higher(2, i) = (first + second - 2.0_wp*step)/(4.0_wp*h**2)
-         curve%displacement(i + 1) = curve%displacement(i) + h*(0.5_wp*(velocity(i) + velocity(i + 1)) &
-            + h*(first - second)/12.0_wp)
+         curve%displacement(i + 1) = curve%displacement(i) &
+            + h*(0.5_wp*(velocity(i) + velocity(i + 1)) + h*(first - second)/12.0_wp)
       end do
    end subroutine join_velocities
 
@@ -130,7 +133,8 @@ contains
       type(motion_curve_type), intent(out) :: curve
       real(wp), intent(in) :: displacement(:)  !< m [samples]
       real(wp), intent(in) :: time_step        !< s
-      logical, intent(in) :: at_rest           !< no velocity and acceleration at the first and last sample
+      !> no velocity and acceleration at the first and last sample
+      logical, intent(in) :: at_rest
       integer :: i, last
 
       last = size(displacement)
@@ -147,15 +151,18 @@ contains
       end do
    end subroutine join_displacements
 
-   !> Factors of s³, s⁴, s⁵ that meet displacement, velocity and acceleration at the end of interval i.
+   !> Factors of s³, s⁴, s⁵ that meet displacement, velocity and acceleration at the end of interval
+   !> i.
    pure function quintic(curve, i) result(factor)
       type(motion_curve_type), intent(in) :: curve
       integer, intent(in) :: i
       real(wp) :: factor(3)
-      real(wp) :: h, d, v, a                   ! what the terms up to s² leave at the end, as displacements
+      ! what the terms up to s² leave at the end, as displacements
+      real(wp) :: h, d, v, a
 
       h = curve%time_step
-      d = curve%displacement(i + 1) - curve%displacement(i) - h*(curve%velocity(i) + 0.5_wp*h*curve%acceleration(i))
+      d = curve%displacement(i + 1) - curve%displacement(i) - h*(curve%velocity(i) &
+         + 0.5_wp*h*curve%acceleration(i))
       v = h*(curve%velocity(i + 1) - curve%velocity(i) - h*curve%acceleration(i))
       a = h**2*(curve%acceleration(i + 1) - curve%acceleration(i))
       factor(1) = (10.0_wp*d - 4.0_wp*v + 0.5_wp*a)/h**3
@@ -190,7 +197,8 @@ contains
       slope(n) = (3.0_wp*value(n) - 4.0_wp*value(n - 1) + value(n - 2))/(2.0_wp*h)
       slope(2:n - 1) = (value(3:) - value(:n - 2))/(2.0_wp*h)
       do i = 3, n - 2
-         slope(i) = (8.0_wp*(value(i + 1) - value(i - 1)) - (value(i + 2) - value(i - 2)))/(12.0_wp*h)
+         slope(i) = (8.0_wp*(value(i + 1) - value(i - 1)) &
+            - (value(i + 2) - value(i - 2)))/(12.0_wp*h)
       end do
    end function slopes
 
@@ -206,8 +214,8 @@ contains
       if (n < 3) return
       bend(2:n - 1) = (value(3:) - 2.0_wp*value(2:n - 1) + value(:n - 2))/h**2
       do i = 3, n - 2
-         bend(i) = (16.0_wp*(value(i + 1) + value(i - 1)) - (value(i + 2) + value(i - 2)) - 30.0_wp*value(i)) &
-            /(12.0_wp*h**2)
+         bend(i) = (16.0_wp*(value(i + 1) + value(i - 1)) - (value(i + 2) + value(i - 2)) &
+            - 30.0_wp*value(i)) /(12.0_wp*h**2)
       end do
       bend(1) = bend(2)
       bend(n) = bend(n - 1)

@@ -10,8 +10,10 @@ module dda_spectrum
    private
    public :: peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
 
-   integer(long), parameter :: longest_series = 134217728_long   ! samples with padding; 3 GiB of work space
-   real(wp), parameter :: largest_value = 1.0e100_wp             ! keeps sums of products far from overflow
+   ! samples with padding; 3 GiB of work space
+   integer(long), parameter :: longest_series = 134217728_long
+   ! keeps sums of products far from overflow
+   real(wp), parameter :: largest_value = 1.0e100_wp
 
    !> The largest amplitude in a band of frequencies.
    type :: peak_type
@@ -20,20 +22,24 @@ module dda_spectrum
       integer :: bin = 0                 !< the highest bin, index in the spectrum
       real(wp) :: bin_frequency = 0.0_wp !< Hz, of that bin
       real(wp) :: bin_width = 0.0_wp     !< Hz between bins: what the interpolation refines
-      logical :: interpolated = .false.  !< false: at an end of the band the highest bin has a higher neighbour or none
+      !> false: at an end of the band the highest bin has a higher neighbour or none
+      logical :: interpolated = .false.
    end type peak_type
 
 contains
 
-   !> One-sided Fourier spectrum S(f) = Δt Σ w(j) x(j) exp(−2πi f jΔt), an estimate of the Fourier integral.
+   !> One-sided Fourier spectrum S(f) = Δt Σ w(j) x(j) exp(−2πi f jΔt), an estimate of the Fourier
+   !> integral.
    subroutine fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
       real(wp), intent(in) :: series(:)                      !< x [samples]
       real(wp), intent(in) :: time_step                      !< Δt (s)
       real(wp), allocatable, intent(out) :: frequency(:)     !< 0 … 1/(2Δt) (Hz) [bins]
       complex(wp), allocatable, intent(out) :: spectrum(:)   !< S, unit of x times s [bins]
       type(error_type), allocatable, intent(out) :: error
-      integer, intent(in), optional :: padding               !< length with zeros over length, ≥ 1 (default 1)
-      real(wp), intent(in), optional :: taper                !< part of the length under the cosine taper, 0 … 1 (0)
+      !> length with zeros over length, ≥ 1 (default 1)
+      integer, intent(in), optional :: padding
+      !> part of the length under the cosine taper, 0 … 1 (0)
+      real(wp), intent(in), optional :: taper
       real(wp), allocatable :: padded(:)
       logical :: planned
       integer :: bin
@@ -71,7 +77,8 @@ contains
    !>
    !> Where the base has next to nothing (below `least` of its largest bin) there is no ratio, only
    !> rounding over rounding: such bins are 0.
-   subroutine amplification(surface, base, time_step, frequency, ratio, error, padding, taper, least)
+   subroutine amplification(surface, base, time_step, frequency, ratio, error, padding, taper, &
+      least)
       real(wp), intent(in) :: surface(:), base(:)            !< motions of one kind [samples]
       real(wp), intent(in) :: time_step                      !< s
       real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
@@ -79,7 +86,8 @@ contains
       type(error_type), allocatable, intent(out) :: error
       integer, intent(in), optional :: padding               !< see `fourier_spectrum`
       real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
-      real(wp), intent(in), optional :: least                !< part of the largest bin of the base (default 1e-10)
+      !> part of the largest bin of the base (default 1e-10)
+      real(wp), intent(in), optional :: least
       complex(wp), allocatable :: above(:), below(:)
       real(wp) :: floor
 
@@ -89,13 +97,15 @@ contains
          return
       end if
       call fourier_spectrum(surface, time_step, frequency, above, error, padding, taper)
-      if (.not. allocated(error)) call fourier_spectrum(base, time_step, frequency, below, error, padding, taper)
+      if (.not. allocated(error)) call fourier_spectrum(base, time_step, frequency, below, error, &
+         padding, taper)
       if (allocated(error)) return
       floor = 1.0e-10_wp
       if (present(least)) floor = least
       floor = floor*maxval(abs(below))
       if (.not. floor > tiny(floor)) then
-         call fail(error, error_input, 'amplification needs a base that moves; its spectrum is zero')
+         call fail(error, error_input, 'amplification needs a base that moves; its spectrum is '// &
+            'zero')
          return
       end if
       allocate (ratio(size(below)), source=(0.0_wp, 0.0_wp))
@@ -104,8 +114,8 @@ contains
 
    !> The largest amplitude between two frequencies.
    !>
-   !> The vertex of the parabola through the highest bin and its two neighbours refines frequency and
-   !> amplitude; with a padding of 4 or more the bins lie densely enough for that.
+   !> The vertex of the parabola through the highest bin and its two neighbours refines frequency
+   !> and amplitude; with a padding of 4 or more the bins lie densely enough for that.
    subroutine find_peak(frequency, amplitude, lowest, highest, peak, error)
       real(wp), intent(in) :: frequency(:)                   !< evenly spaced, rising (Hz) [bins]
       real(wp), intent(in) :: amplitude(:)                   !< [bins]
@@ -114,14 +124,14 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       if (size(frequency) /= size(amplitude) .or. size(frequency) < 2) then
-         call fail(error, error_input, 'a peak needs at least two bins and as many amplitudes as frequencies, not '// &
-            to_text(size(frequency))//' and '//to_text(size(amplitude)))
+         call fail(error, error_input, 'a peak needs at least two bins and as many amplitudes '// &
+            'as frequencies, not '//to_text(size(frequency))//' and '//to_text(size(amplitude)))
          return
       end if
       peak%bin = maxloc(amplitude, 1, frequency >= lowest .and. frequency <= highest)
       if (peak%bin == 0) then
-         call fail(error, error_input, 'no bin of the spectrum lies between '//to_text(lowest)//' and '// &
-            to_text(highest)//' Hz')
+         call fail(error, error_input, 'no bin of the spectrum lies between '//to_text(lowest)// &
+            ' and '//to_text(highest)//' Hz')
          return
       end if
       peak%bin_width = frequency(2) - frequency(1)
@@ -172,18 +182,22 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       if (size(series) < 2) then
-         call fail(error, error_input, 'a spectrum needs at least 2 samples, not '//to_text(size(series)))
+         call fail(error, error_input, 'a spectrum needs at least 2 samples, not '// &
+            to_text(size(series)))
       else if (.not. (time_step > 1.0_wp/largest_value .and. time_step < largest_value)) then
          call fail(error, error_input, 'a spectrum needs a positive time step')
       else if (padding < 1 .or. int(padding, long)*size(series, kind=long) > longest_series) then
-         call fail(error, error_input, 'a padding of '//to_text(padding)//' times '//to_text(size(series))// &
-            ' samples is not between 1 time and '//to_text(longest_series)//' samples')
+         call fail(error, error_input, 'a padding of '//to_text(padding)//' times '// &
+            to_text(size(series))//' samples is not between 1 time and '// &
+            to_text(longest_series)//' samples')
       else if (.not. (taper >= 0.0_wp .and. taper <= 1.0_wp)) then
          call fail(error, error_input, 'the part of a series under a taper lies between 0 and 1')
       else if (.not. all(ieee_is_finite(series))) then
-         call fail(error, error_input, 'a series with a sample that is not a finite number has no spectrum')
+         call fail(error, error_input, 'a series with a sample that is not a finite number has '// &
+            'no spectrum')
       else if (maxval(abs(series)) > largest_value) then
-         call fail(error, error_input, 'a sample of '//to_text(maxval(abs(series)))//' is too large for a spectrum')
+         call fail(error, error_input, 'a sample of '//to_text(maxval(abs(series)))// &
+            ' is too large for a spectrum')
       end if
    end subroutine check_window
 

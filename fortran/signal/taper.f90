@@ -7,10 +7,12 @@ module dda_taper
 
 contains
 
-   !> Weights that rise from 0 to 1 by half a cosine, stay 1, and fall again (Tukey window; Harris 1978).
+   !> Weights that rise from 0 to 1 by half a cosine, stay 1, and fall again (Tukey window; Harris
+   !> 1978).
    pure function cosine_taper(count, fraction) result(weight)
       integer, intent(in) :: count           !< samples
-      real(wp), intent(in) :: fraction       !< part of the length that is tapered, half at each end, 0 … 1
+      !> part of the length that is tapered, half at each end, 0 … 1
+      real(wp), intent(in) :: fraction
       real(wp) :: weight(count)              !< [samples], between 0 and 1
       real(wp) :: width                      ! of one flank, in samples
       integer :: i

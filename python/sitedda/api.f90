@@ -1,7 +1,7 @@
 !> All that f2py reads: the engine behind integer handles and plain arrays.
 !>
-!> Every routine returns a status, 0 or the kind of an error, and a message.  Python holds the handle
-!> and frees it; a handle that is not open is an error, never a crash.
+!> Every routine returns a status, 0 or the kind of an error, and a message.  Python holds the
+!> handle and frees it; a handle that is not open is an error, never a crash.
 module api
    use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_int
    use dda_advice, only: penalty_type, penalty_for_frequency, penalty_for_shift
@@ -18,18 +18,21 @@ module api
    use dda_model, only: model_type
    use dda_modes, only: modes_type, find_modes
    use dda_record, only: record_type, read_record
-   use dda_run, only: run_type, begin_run, resume_run, continue_run, settle_run, save_run, end_run, is_done
+   use dda_run, only: run_type, begin_run, resume_run, continue_run, flush_run, save_run, end_run, &
+      is_done
    use dda_simulation, only: summary
    use dda_start, only: set_rates
    use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
    use dda_stopwatch, only: phase_names, seconds_of
-   use dda_trouble, only: audit_warning
+   use dda_diagnostics, only: audit_warning
    use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
    use dda_version, only: version
    implicit none
    private
-   public :: open_run, advance_run, save_state, finish_run, close_run, run_sizes, run_clock, run_text
-   public :: block_states, set_block_states, vertex_places, contact_states, energies, point_motions, run_phases, run_counts
+   public :: open_run, advance_run, save_state, finish_run, close_run, run_sizes, run_clock, &
+      run_text
+   public :: block_states, set_block_states, vertex_places, contact_states, energies, &
+      point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: spectrum_of, amplification_of, peak_of, engine_version
@@ -83,7 +86,8 @@ contains
 
    !> Read an input text and begin a run of it.
    subroutine open_run(file, text, output, writes, handle, status, message)
-      character(len=*), intent(in) :: file      !< where the text is from; its folder holds the records
+      !> where the text is from; its folder holds the records
+      character(len=*), intent(in) :: file
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: output    !< output file in place of the input's, or blank
       integer(c_int), intent(in) :: writes      !< 1: write the output file; 2: go on with one
@@ -133,7 +137,7 @@ contains
       call find_run(handle, run, error)
       if (.not. allocated(error)) then
          call continue_run(run, int(steps, long), error)
-         call settle_run(run, error)
+         call flush_run(run, error)
          done = merge(1, 0, is_done(run))
       end if
       call report(error, status, message)
@@ -188,8 +192,9 @@ contains
 
       sizes = 0
       call find_run(handle, run, error)
-      if (.not. allocated(error)) sizes = [run%simulation%blocks%n, size(run%simulation%blocks%owner), &
-         size(run%simulation%model%points), run%simulation%contacts(run%simulation%now)%n]
+      if (.not. allocated(error)) sizes = [run%simulation%blocks%n, &
+         size(run%simulation%blocks%owner), size(run%simulation%model%points), &
+         run%simulation%contacts(run%simulation%now)%n]
       call report(error, status, message)
    end subroutine run_sizes
 
@@ -206,14 +211,17 @@ contains
       call find_run(handle, run, error)
       if (.not. allocated(error)) then
          associate (simulation => run%simulation)
-            clock = [simulation%time, simulation%model%control%steps*simulation%model%control%time_step, &
-               simulation%last_time_step, real(simulation%step, c_double), real(simulation%iteration%iterations, c_double)]
+            clock = [simulation%time, &
+               simulation%model%control%steps*simulation%model%control%time_step, &
+               simulation%last_time_step, real(simulation%step, c_double), &
+               real(simulation%iteration%iterations, c_double)]
          end associate
       end if
       call report(error, status, message)
    end subroutine run_clock
 
-   !> A text of the run: 'output', 'title', 'summary', 'warning', 'notice', 'solver', 'point i' or 'block i' (from 1).
+   !> A text of the run: 'output', 'title', 'summary', 'warning', 'notice', 'solver', 'point i' or
+   !> 'block i' (from 1).
    subroutine run_text(handle, what, which, text, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
@@ -244,7 +252,8 @@ contains
             case ('point')
                if (which >= 1 .and. which <= size(model%points)) text = model%points(which)%name
             case ('block')
-               if (which >= 1 .and. which <= size(model%block_names)) text = model%block_names(which)
+               if (which >= 1 .and. which <= size(model%block_names)) &
+                  text = model%block_names(which)
             end select
          end associate
       end if
@@ -320,7 +329,8 @@ contains
       call report(error, status, message)
    end subroutine vertex_places
 
-   !> Contacts of the last step: vertex, edge, state, bonded; gap, normal force, shear force, stretch.
+   !> Contacts of the last step: vertex, edge, state, bonded; gap, normal force, shear force,
+   !> stretch.
    subroutine contact_states(handle, n, who, values, status, message)
       integer(c_int), intent(in) :: handle, n
       integer(c_int), intent(out) :: who(4, n)
@@ -333,7 +343,8 @@ contains
       who = 0
       values = 0.0_c_double
       call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_size(n, run%simulation%contacts(run%simulation%now)%n, error)
+      if (.not. allocated(error)) &
+         call check_size(n, run%simulation%contacts(run%simulation%now)%n, error)
       if (.not. allocated(error)) then
          associate (contacts => run%simulation%contacts(run%simulation%now))
             who(1, :) = contacts%vertex(:n) - 1
@@ -379,8 +390,8 @@ contains
       if (.not. allocated(error)) call check_size(n, size(run%simulation%model%points), error)
       if (.not. allocated(error)) then
          do i = 1, n
-            call measure_point(run%simulation%blocks, run%simulation%model%points(i), motions(:, i, 1), motions(:, i, 2), &
-               motions(:, i, 3))
+            call measure_point(run%simulation%blocks, run%simulation%model%points(i), &
+               motions(:, i, 1), motions(:, i, 2), motions(:, i, 3))
          end do
       end if
       call report(error, status, message)
@@ -404,8 +415,8 @@ contains
       call report(error, status, message)
    end subroutine run_phases
 
-   !> Steps, open-close iterations, neighbour searches, systems solved, factors made, iterations of the solver, solves
-   !> that it handed over, bonds broken.
+   !> Steps, open-close iterations, neighbour searches, systems solved, factors made, iterations of
+   !> the solver, solves that it handed over, bonds broken.
    subroutine run_counts(handle, counts, status, message)
       integer(c_int), intent(in) :: handle
       real(c_double), intent(out) :: counts(8)
@@ -418,15 +429,17 @@ contains
       call find_run(handle, run, error)
       if (.not. allocated(error)) then
          associate (simulation => run%simulation, solver => run%simulation%solver)
-            counts = real([simulation%step, simulation%counters%iterations, simulation%counters%searches, solver%solves, &
-               solver%factors, solver%iterations, solver%handed_over, simulation%counters%broken], c_double)
+            counts = real([simulation%step, simulation%counters%iterations, &
+               simulation%counters%searches, solver%solves, solver%factors, solver%iterations, &
+               solver%handed_over, simulation%counters%broken], c_double)
          end associate
       end if
       call report(error, status, message)
    end subroutine run_counts
 
    !> One-sided Fourier spectrum of a series, [bins] = padding*samples/2 + 1.
-   subroutine spectrum_of(n, series, time_step, padding, taper, bins, frequency, spectrum, status, message)
+   subroutine spectrum_of(n, series, time_step, padding, taper, bins, frequency, spectrum, status, &
+      message)
       integer(c_int), intent(in) :: n, padding, bins
       real(c_double), intent(in) :: series(n), time_step, taper
       real(c_double), intent(out) :: frequency(bins)
@@ -449,7 +462,8 @@ contains
    end subroutine spectrum_of
 
    !> Ratio of the spectra of two series.
-   subroutine amplification_of(n, surface, base, time_step, padding, taper, bins, frequency, ratio, status, message)
+   subroutine amplification_of(n, surface, base, time_step, padding, taper, bins, frequency, &
+      ratio, status, message)
       integer(c_int), intent(in) :: n, padding, bins
       real(c_double), intent(in) :: surface(n), base(n), time_step, taper
       real(c_double), intent(out) :: frequency(bins)
@@ -482,7 +496,8 @@ contains
       type(peak_type) :: found
 
       call find_peak(frequency, amplitude, lowest, highest, found, error)
-      peak = [found%frequency, found%amplitude, found%bin_width, merge(1.0_c_double, 0.0_c_double, found%interpolated)]
+      peak = [found%frequency, found%amplitude, found%bin_width, merge(1.0_c_double, 0.0_c_double, &
+         found%interpolated)]
       call report(error, status, message)
    end subroutine peak_of
 
@@ -514,8 +529,9 @@ contains
       call report(error, status, message)
    end subroutine check_run
 
-   !> Lowest modes: frequency (Hz), damping and period elongation by the scheme, participation in x and y
-   !> (sqrt(kg)), effective mass in x and y as shares; shapes [6, blocks, modes], mass-normalised.
+   !> Lowest modes: frequency (Hz), damping and period elongation by the scheme, participation in x
+   !> and y (sqrt(kg)), effective mass in x and y as shares; shapes [6, blocks, modes],
+   !> mass-normalised.
    subroutine mode_shapes(handle, which, n, wanted, found, values, shapes, words, status, message)
       integer(c_int), intent(in) :: handle, n, wanted
       character(len=*), intent(in) :: which  !< contacts: 'auto', 'closed', 'present' or 'settled'
@@ -542,16 +558,18 @@ contains
          found = min(wanted, modes%n)
          words = modes%words
          do i = 1, found
-            values(:, i) = [modes%frequency(i), modes%damping(i), modes%elongation(i), modes%participation(:, i), &
-               modes%effective_mass(:, i)]
+            values(:, i) = [modes%frequency(i), modes%damping(i), modes%elongation(i), &
+               modes%participation(:, i), modes%effective_mass(:, i)]
             shapes(:, :, i) = modes%shape(:, :, i)
          end do
       end if
       call report(error, status, message)
    end subroutine mode_shapes
 
-   !> Transfer function between two measured points (from 1) for base motion along an axis (1 x, 2 y).
-   subroutine transfer_of(handle, which, points, axis, n, frequency, damped, values, status, message)
+   !> Transfer function between two measured points (from 1) for base motion along an axis (1 x, 2
+   !> y).
+   subroutine transfer_of(handle, which, points, axis, n, frequency, damped, values, status, &
+      message)
       integer(c_int), intent(in) :: handle, points(2), axis, n, damped
       character(len=*), intent(in) :: which
       real(c_double), intent(in) :: frequency(n)
@@ -567,7 +585,8 @@ contains
       values = 0.0_c_double
       call find_run(handle, run, error)
       if (.not. allocated(error)) call linearise(linear, run%simulation, which, error)
-      if (.not. allocated(error)) call prepare_transfer(transfer, linear, points, [axis, axis], axis, maxval(frequency), error)
+      if (.not. allocated(error)) call prepare_transfer(transfer, linear, points, [axis, axis], &
+         axis, maxval(frequency), error)
       if (.not. allocated(error)) then
          do i = 1, n
             if (damped == 1) then
@@ -631,10 +650,11 @@ contains
       if (.not. penalty%found) call fail(error, error_input, penalty%words)
    end subroutine take_penalty
 
-   !> A record as acceleration, velocity and displacement [3, n] at its samples; n = 0 asks for the size only.
-   !> options: time step (s, or 0), drift order (-1: 2 for accelerations, else 0), taper, scale.
-   subroutine read_ground_motion(file, form, quantity, unit, options, channel, n, samples, time_step, motion, about, &
-      status, message)
+   !> A record as acceleration, velocity and displacement [3, n] at its samples; n = 0 asks for the
+   !> size only. options: time step (s, or 0), drift order (-1: 2 for accelerations, else 0), taper,
+   !> scale.
+   subroutine read_ground_motion(file, form, quantity, unit, options, channel, n, samples, &
+      time_step, motion, about, status, message)
       character(len=*), intent(in) :: file, form, quantity, unit
       real(c_double), intent(in) :: options(4)
       integer(c_int), intent(in) :: channel, n
@@ -659,13 +679,14 @@ contains
          if (baseline%order == -1) baseline%order = merge(2, 0, record%quantity == 'acceleration')
          baseline%taper = options(3)
          baseline%scale = options(4)
-         call make_motion_curve(curve, record%quantity, record%values, record%time_step, error, baseline)
+         call make_motion_curve(curve, record%quantity, record%values, record%time_step, error, &
+            baseline)
       end if
       if (.not. allocated(error)) then
          samples = size(curve%displacement)
          time_step = curve%time_step
-         about = record%station//new_line('a')//record%description//new_line('a')//record%format//new_line('a')// &
-            record%unit//new_line('a')//curve%method
+         about = record%station//new_line('a')//record%description//new_line('a')//record%format// &
+            new_line('a')//record%unit//new_line('a')//curve%method
          if (n > 0) call check_size(n, samples, error)
          if (n == samples) then
             motion(1, :) = curve%acceleration

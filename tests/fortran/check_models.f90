@@ -15,7 +15,8 @@ module check_models
    public :: loose_blocks, free_stack, hinged_bar, started, linear_of
 
    character(len=*), parameter :: nl = new_line('a')
-   character(len=*), parameter :: glue = ' friction_angle=50.0, cohesion=1.0e8, tensile_strength=1.0e8 /'
+   character(len=*), parameter :: glue = ' friction_angle=50.0, cohesion=1.0e8, '// &
+      'tensile_strength=1.0e8 /'
 
 contains
 
@@ -23,11 +24,11 @@ contains
    function layered_site() result(text)
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', '', '1.5e12')// &
-         "&material name='rock', density=2643.0, young_modulus=4.788e9, poisson_ratio=0.25 /"//nl// &
+      text = head('1.0e-3', '', '1.5e12')//"&material name='rock', density=2643.0, "// &
+         "young_modulus=4.788e9, poisson_ratio=0.25 /"//nl// &
          "&layers name='base', bottom=-1.0, width=15.0, thickness=1.0 /"//nl// &
-         "&layers name='layer', bottom=0.0, width=15.0, thickness=1.0, count=15 /"//nl//feet(15.0_wp)// &
-         "&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
+         "&layers name='layer', bottom=0.0, width=15.0, thickness=1.0, count=15 /"//nl// &
+         feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
          "&measured_point name='surface', x=7.5, y=14.5, block='layer_15' /"//nl
    end function layered_site
 
@@ -40,16 +41,16 @@ contains
 
       text = head('1.0e-3', '', '1.5e12')
       do i = 1, 5
-         text = text//"&material name='"//to_text(i)//"', density="//to_text(density(i))//', young_modulus='// &
-            to_text(young(i))//', poisson_ratio=0.25 /'//nl
+         text = text//"&material name='"//to_text(i)//"', density="//to_text(density(i))// &
+            ', young_modulus='//to_text(young(i))//', poisson_ratio=0.25 /'//nl
       end do
       text = text//"&layers name='base', material='1', bottom=-1.0, width=15.0, thickness=1.0 /"//nl
       do i = 1, 5
-         text = text//"&layers name='rock_"//to_text(i)//"', material='"//to_text(i)//"', bottom="// &
-            to_text(3*(i - 1))//'.0, width=15.0, thickness=1.0, count=3 /'//nl
+         text = text//"&layers name='rock_"//to_text(i)//"', material='"//to_text(i)// &
+            "', bottom="//to_text(3*(i - 1))//'.0, width=15.0, thickness=1.0, count=3 /'//nl
       end do
-      text = text//feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
-         "&measured_point name='surface', x=7.5, y=14.5, block='rock_5_3' /"//nl
+      text = text//feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"// &
+         nl//"&measured_point name='surface', x=7.5, y=14.5, block='rock_5_3' /"//nl
    end function layered_site_two
 
    !> Ten drums of 0.6 × 0.5 m, E 17 GPa, ν 0.22, ρ 2250, on a base block held at four points.
@@ -60,8 +61,8 @@ contains
       character(len=:), allocatable :: text
 
       text = head('1.0e-3', more, penalty, bonded)// &
-         "&material name='stone', density=2250.0, young_modulus=17.0e9, poisson_ratio=0.22 /"//nl// &
-         "&layers name='base', left=-0.3, bottom=-0.5, width=0.6, thickness=0.5 /"//nl// &
+         "&material name='stone', density=2250.0, young_modulus=17.0e9, poisson_ratio=0.22 /"// &
+         nl//"&layers name='base', left=-0.3, bottom=-0.5, width=0.6, thickness=0.5 /"//nl// &
          "&drums name='drum', centre=0.0, width=0.6, height=0.5, count=10 /"//nl// &
          '&fixed_point x=-0.25, y=-0.4 /'//nl//'&fixed_point x=0.25, y=-0.4 /'//nl// &
          '&fixed_point x=-0.25, y=-0.1 /'//nl//'&fixed_point x=0.25, y=-0.1 /'//nl// &
@@ -69,8 +70,9 @@ contains
          "&measured_point name='top', x=0.0, y=4.75, block='drum_10' /"//nl
    end function drum_column
 
-   !> Running-bond wall of 1 × 0.5 m bricks, E 10 GPa, ν 0.25, ρ 2500, on a base held at four points.
-   !> The displacement ratio keeps the search, whose reach follows the size of the model, short of a brick.
+   !> Running-bond wall of 1 × 0.5 m bricks, E 10 GPa, ν 0.25, ρ 2500, on a base held at four
+   !> points. The displacement ratio keeps the search, whose reach follows the size of the model,
+   !> short of a brick.
    function brick_wall(bricks, courses, penalty, more) result(text)
       integer, intent(in) :: bricks, courses
       character(len=*), intent(in) :: penalty  !< N/m
@@ -80,8 +82,8 @@ contains
       text = head('1.0e-3', ', max_displacement_ratio=0.001'//more, penalty)// &
          "&material name='clay', density=2500.0, young_modulus=10.0e9, poisson_ratio=0.25 /"//nl// &
          "&layers name='base', bottom=-1.0, width="//to_text(bricks)//'.0, thickness=1.0 /'//nl// &
-         "&wall name='brick', brick_length=1.0, brick_height=0.5, bricks="//to_text(bricks)//', courses='// &
-         to_text(courses)//' /'//nl//feet(real(bricks, wp))// &
+         "&wall name='brick', brick_length=1.0, brick_height=0.5, bricks="//to_text(bricks)// &
+         ', courses='//to_text(courses)//' /'//nl//feet(real(bricks, wp))// &
          "&measured_point name='base', x=0.5, y=-0.5, block='base_1' /"//nl// &
          "&measured_point name='top', x=0.5, y="//to_text(0.5_wp*courses - 0.25_wp)//' /'//nl
    end function brick_wall
@@ -109,12 +111,12 @@ contains
       text = head('1.0e-3', ", analysis='plane_strain'", '3.0e10')// &
          "&material name='hard', density=2700.0, young_modulus=20.0e9, poisson_ratio=0.3 /"//nl// &
          "&material name='soft', density=1900.0, young_modulus=2.0e9, poisson_ratio=0.2 /"//nl// &
-         "&block name='floor', material='hard', vertices=0.0,-1.0, 6.0,-1.0, 6.0,0.0, 0.0,0.0 /"//nl// &
-         "&block name='left', material='soft', vertices=0.0,0.0, 3.0,0.0, 2.0,1.5, 0.0,1.5 /"//nl// &
-         "&block name='right', material='hard', vertices=3.0,0.0, 6.0,0.0, 6.0,1.5, 2.0,1.5 /"//nl// &
-         "&block name='wedge', material='soft', vertices=0.0,1.5, 4.0,1.5, 1.5,3.0 /"//nl// &
-         "&block name='chip', material='hard', vertices=4.2,1.5, 5.5,1.5, 5.0,2.2 /"//nl// &
-         '&fixed_point x=0.5, y=-0.5 /'//nl//'&fixed_point x=5.5, y=-0.6 /'//nl
+         "&block name='floor', material='hard', vertices=0.0,-1.0, 6.0,-1.0, 6.0,0.0, 0.0,0.0 /"// &
+         nl//"&block name='left', material='soft', vertices=0.0,0.0, 3.0,0.0, 2.0,1.5, 0.0,1.5 "// &
+         "/"//nl//"&block name='right', material='hard', vertices=3.0,0.0, 6.0,0.0, 6.0,1.5, "// &
+         "2.0,1.5 /"//nl//"&block name='wedge', material='soft', vertices=0.0,1.5, 4.0,1.5, "// &
+         "1.5,3.0 /"//nl//"&block name='chip', material='hard', vertices=4.2,1.5, 5.5,1.5, "// &
+         "5.0,2.2 /"//nl//'&fixed_point x=0.5, y=-0.5 /'//nl//'&fixed_point x=5.5, y=-0.6 /'//nl
    end function plane_strain_heap
 
    !> Eleven blocks of one rock that do not touch.

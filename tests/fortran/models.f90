@@ -1,4 +1,5 @@
-!> Small models for the tests: groups of an input as text, polygons, blocks, and repeatable random numbers.
+!> Small models for the tests: groups of an input as text, polygons, blocks, and repeatable random
+!> numbers.
 module models
    use dda_kinds, only: wp, long, pi
    use dda_blocks, only: blocks_type, set_blocks
@@ -14,8 +15,10 @@ module models
    use testing, only: check_no_error
    implicit none
    private
-   public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, block_text, rock
-   public :: random, random_vector, sow, star, rectangle, turned, shifted, blocks_of, fan, relative_balance
+   public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, &
+      block_text, rock
+   public :: random, random_vector, sow, star, rectangle, turned, shifted, blocks_of, fan, &
+      relative_balance
 
    !> E = 5 GPa, ν = 0.25, ρ = 2500 kg/m³.
    character(len=*), parameter :: rock = &
@@ -64,8 +67,9 @@ contains
       type(energy_type), intent(in) :: energy
       real(wp) :: largest
 
-      largest = maxval(abs([energy%kinetic, energy%strain, energy%contact, energy%support, energy%gravity, &
-         energy%input, energy%friction, energy%fracture, energy%algorithmic, energy%kinetic_damping, energy%initial]))
+      largest = maxval(abs([energy%kinetic, energy%strain, energy%contact, energy%support, &
+         energy%gravity, energy%input, energy%friction, energy%fracture, energy%algorithmic, &
+         energy%kinetic_damping, energy%initial]))
       relative_balance = 0.0_wp
       if (largest > 0.0_wp) relative_balance = abs(balance(energy))/largest
    end function relative_balance
@@ -86,7 +90,8 @@ contains
       character(len=*), intent(in) :: more   !< further variables
       character(len=:), allocatable :: text
 
-      text = ' &control time_step = '//number(time_step)//' steps = '//number(real(steps, wp))//' '//more//' /'
+      text = ' &control time_step = '//number(time_step)//' steps = '//number(real(steps, wp))// &
+         ' '//more//' /'
    end function control_text
 
    pure function contact_text(normal_stiffness, more) result(text)
@@ -101,8 +106,8 @@ contains
       real(wp), intent(in) :: friction_angle, cohesion, tensile_strength
       character(len=:), allocatable :: text
 
-      text = ' &joint friction_angle = '//number(friction_angle)//' cohesion = '//number(cohesion)// &
-         ' tensile_strength = '//number(tensile_strength)//' /'
+      text = ' &joint friction_angle = '//number(friction_angle)//' cohesion = '// &
+         number(cohesion)//' tensile_strength = '//number(tensile_strength)//' /'
    end function joint_text
 
    pure function block_text(name, vertices, more) result(text)
@@ -192,11 +197,12 @@ contains
 
       rocks(1) = material_type('rock', 2500.0_wp, 5.0e9_wp, 0.25_wp, 0.0_wp, 0.0_wp)
       one = 1
-      call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, one, one, rocks, .false.)
+      call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, one, one, rocks, &
+         .false.)
    end subroutine blocks_of
 
-   !> Points and weights that integrate quadratics exactly over a polygon that is star-shaped round `centre`:
-   !> the middles of the sides of each triangle of the fan.
+   !> Points and weights that integrate quadratics exactly over a polygon that is star-shaped round
+   !> `centre`: the middles of the sides of each triangle of the fan.
    pure subroutine fan(vertices, centre, points, weights)
       real(wp), intent(in) :: vertices(:,:), centre(2)
       real(wp), allocatable, intent(out) :: points(:,:), weights(:)

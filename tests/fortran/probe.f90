@@ -1,8 +1,9 @@
-!> Answers a list of hostile files one by one: reads each, takes a few steps, looks for what is not finite.
+!> Answers a list of hostile files one by one: reads each, takes a few steps, looks for what is not
+!> finite.
 !>
 !> Requests on standard input, `input FILE` or `record FILE`; one answer each on standard output:
-!> `ok`, `refused KIND MESSAGE`, or `not finite WHAT`.  The fuzzer tests/robustness/fuzz.py sends the
-!> requests and watches time, memory and life of this process.
+!> `ok`, `refused KIND MESSAGE`, or `not finite WHAT`.  The fuzzer tests/robustness/fuzz.py sends
+!> the requests and watches time, memory and life of this process.
 program probe
    use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use, intrinsic :: iso_fortran_env, only: output_unit
@@ -54,8 +55,10 @@ contains
       allocate (run)
       if (.not. allocated(error)) call begin_run(run, model, .false., error)
       call ieee_set_halting_mode(ieee_all, halting)
-      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_checked) what = strange_line(run%simulation)
-      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_stepped) call continue_run(run, steps, error)
+      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_checked) &
+         what = strange_line(run%simulation)
+      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_stepped) &
+         call continue_run(run, steps, error)
       if (allocated(error)) then
          call refuse(error)
       else
@@ -64,7 +67,8 @@ contains
       end if
    end subroutine answer_input
 
-   !> What of the pre-check's report is no number or has no room, or nothing; it may refuse the model, but must come back.
+   !> What of the pre-check's report is no number or has no room, or nothing; it may refuse the
+   !> model, but must come back.
    function strange_line(simulation) result(what)
       type(simulation_type), intent(in) :: simulation
       character(len=:), allocatable :: what
@@ -77,15 +81,18 @@ contains
       call check_simulation(simulation, report, error)
       if (allocated(error)) return
       associate (highest => report%highest)
-         if (strange([highest%omega, highest%residual, highest%bracket%lower, highest%bracket%upper, report%shift, &
-            report%band%lowest, report%band%highest])) what = 'check, numbers of the report'
+         if (strange([highest%omega, highest%residual, highest%bracket%lower, &
+            highest%bracket%upper, report%shift, report%band%lowest, &
+            report%band%highest])) what = 'check, numbers of the report'
       end associate
       if (report%has_modes) then
-         if (strange([report%modes%frequency, report%modes%damping, report%modes%elongation])) what = 'check, modes'
+         if (strange([report%modes%frequency, report%modes%damping, report%modes%elongation])) &
+            what = 'check, modes'
       end if
       do i = 1, report%n
          associate (found => report%line(i)%found)
-            if (index(found, 'NaN') == 0 .and. index(found, 'Infinity') == 0 .and. index(found, '**') == 0) cycle
+            if (index(found, 'NaN') == 0 .and. index(found, 'Infinity') == 0 &
+               .and. index(found, '**') == 0) cycle
             what = 'check, '//report%line(i)%what//': '//found
          end associate
       end do
@@ -100,17 +107,22 @@ contains
 
       what = ''
       do i = 1, size(simulation%model%points)
-         call measure_point(simulation%blocks, simulation%model%points(i), motion(:, 1), motion(:, 2), motion(:, 3))
+         call measure_point(simulation%blocks, simulation%model%points(i), motion(:, 1), &
+            motion(:, 2), motion(:, 3))
          if (strange(reshape(motion, [6]))) what = 'measured point '//to_text(i)
       end do
       associate (contacts => simulation%contacts(simulation%now))
-         if (strange(contacts%normal_force(:contacts%n)) .or. strange(contacts%shear_force(:contacts%n)) .or. &
-            strange(contacts%new_gap(:contacts%n)) .or. strange(contacts%stretch(:contacts%n))) what = 'contacts'
+         if (strange(contacts%normal_force(:contacts%n)) &
+            .or. strange(contacts%shear_force(:contacts%n)) &
+            .or. strange(contacts%new_gap(:contacts%n)) &
+            .or. strange(contacts%stretch(:contacts%n))) what = 'contacts'
       end associate
       if (strange(energy_values(simulation%energy))) what = 'energies'
       if (strange(reshape(simulation%blocks%velocity, [6*simulation%blocks%n]))) what = 'velocities'
-      if (strange(reshape(simulation%blocks%vertex, [size(simulation%blocks%vertex)]))) what = 'vertices'
-      if (strange(reshape(simulation%blocks%position, [6*simulation%blocks%n]))) what = 'coordinates'
+      if (strange(reshape(simulation%blocks%vertex, [size(simulation%blocks%vertex)]))) &
+         what = 'vertices'
+      if (strange(reshape(simulation%blocks%position, [6*simulation%blocks%n]))) &
+         what = 'coordinates'
    end function strange_part
 
    subroutine answer_record(file)
@@ -121,13 +133,15 @@ contains
       character(len=:), allocatable :: what
 
       call read_record(record, file, 'auto', '', '', error)
-      if (.not. allocated(error)) call make_motion_curve(curve, record%quantity, record%values, record%time_step, error)
+      if (.not. allocated(error)) call make_motion_curve(curve, record%quantity, record%values, &
+         record%time_step, error)
       if (allocated(error)) then
          call refuse(error)
          return
       end if
       what = ''
-      if (strange(curve%acceleration) .or. strange(curve%velocity) .or. strange(curve%displacement)) what = 'motion'
+      if (strange(curve%acceleration) .or. strange(curve%velocity) &
+         .or. strange(curve%displacement)) what = 'motion'
       if (strange([curve%time_step, curve%duration])) what = 'times'
       call judge(what)
    end subroutine answer_record

@@ -5,7 +5,8 @@ module record_files
    public :: data_file, write_scratch, remove_scratch, contents, scratch_name
 
    !> A blank and letters beyond ASCII: paths are bytes to the reader.
-   character(len=*), parameter :: scratch_name = 'sitedda scratch récord.txt' !< in the working folder
+   !> in the working folder
+   character(len=*), parameter :: scratch_name = 'sitedda scratch récord.txt'
 
 contains
 
@@ -27,7 +28,8 @@ contains
       character(len=*), intent(in) :: bytes
       integer :: unit
 
-      open (newunit=unit, file=scratch_name, access='stream', form='unformatted', action='write', status='replace')
+      open (newunit=unit, file=scratch_name, access='stream', form='unformatted', action='write', &
+         status='replace')
       write (unit) bytes
       close (unit)
    end subroutine write_scratch
@@ -45,7 +47,8 @@ contains
       character(len=:), allocatable :: bytes
       integer :: unit, length, status
 
-      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', status='old', iostat=status)
+      open (newunit=unit, file=path, access='stream', form='unformatted', action='read', &
+         status='old', iostat=status)
       length = 0
       if (status == 0) inquire (unit=unit, size=length)
       allocate (character(len=length) :: bytes)

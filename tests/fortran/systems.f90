@@ -1,8 +1,8 @@
-!> Random small systems of two blocks and a few contacts, for the tests of the open–close iteration, with an
-!> independent reading of them: energy, gradient, forces.
+!> Random small systems of two blocks and a few contacts, for the tests of the open–close iteration,
+!> with an independent reading of them: energy, gradient, forces.
 module systems
    use dda_kinds, only: wp
-   use dda_assembly, only: prepare_system, set_matrix_pattern, system_type
+   use dda_system, only: prepare_system, set_matrix_pattern, system_type
    use dda_contact, only: contact_open, contacts_type, reserve
    use dda_friction, only: laws_type, set_laws
    use dda_material, only: joint_type
@@ -102,10 +102,12 @@ contains
 
       energy = 0.0_wp
       do b = 1, 2
-         energy = energy + dot_product(d(:, b), 0.5_wp*matmul(system%base(:, :, b), d(:, b)) - system%load(:, b))
+         energy = energy + dot_product(d(:, b), 0.5_wp*matmul(system%base(:, :, b), d(:, b)) &
+            - system%load(:, b))
       end do
       do c = 1, contacts%n
-         energy = energy + 0.5_wp*stiffness*min(0.0_wp, contacts%gap(c) + dot_product(gap_row(contacts, c), flat(d)))**2
+         energy = energy + 0.5_wp*stiffness*min(0.0_wp, contacts%gap(c) &
+            + dot_product(gap_row(contacts, c), flat(d)))**2
       end do
    end function energy
 
@@ -121,8 +123,8 @@ contains
          slope(6*b - 5:6*b) = matmul(system%base(:, :, b), d(:, b)) - system%load(:, b)
       end do
       do c = 1, contacts%n
-         slope = slope + stiffness*min(0.0_wp, contacts%gap(c) + dot_product(gap_row(contacts, c), flat(d))) &
-            *gap_row(contacts, c)
+         slope = slope + stiffness*min(0.0_wp, contacts%gap(c) + dot_product(gap_row(contacts, c), &
+            flat(d))) *gap_row(contacts, c)
       end do
    end function gradient
 

@@ -65,7 +65,8 @@ contains
          call accelerate(memory, x, solution + rate*(x - solution))
          plain = solution + rate*(plain - solution)
       end do
-      call check(norm2(x - solution) < 1.0e-3_wp*norm2(plain - solution), 'a thousand times nearer in 40 iterations')
+      call check(norm2(x - solution) < 1.0e-3_wp*norm2(plain - solution), &
+         'a thousand times nearer in 40 iterations')
    end subroutine long_contraction
 
    subroutine solved_already()

@@ -1,6 +1,7 @@
 !> Archives give back what was put in, and notice what does not fit.
 module test_archive
-   use dda_archive, only: archive_type, carry, carry_count, carry_label, carry_list, carry_number, read_archive, write_archive
+   use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &
+      serialise_list, serialise_number, read_archive, write_archive
    use dda_kinds, only: wp, sp, long
    use testing, only: case, check
    implicit none
@@ -33,17 +34,17 @@ contains
       type(archive_type), intent(inout) :: archive
       type(state_type), intent(inout) :: state
 
-      call carry_label(archive, 'state')
-      call carry(archive, state%number)
-      call carry(archive, state%large)
-      call carry(archive, state%value)
-      call carry(archive, state%flag)
-      call carry(archive, state%text)
-      call carry(archive, state%list)
-      call carry(archive, state%rows)
-      call carry(archive, state%rows(:, 2))
-      call carry(archive, state%singles)
-      call carry(archive, state%flags)
+      call serialise_label(archive, 'state')
+      call serialise(archive, state%number)
+      call serialise(archive, state%large)
+      call serialise(archive, state%value)
+      call serialise(archive, state%flag)
+      call serialise(archive, state%text)
+      call serialise(archive, state%list)
+      call serialise(archive, state%rows)
+      call serialise(archive, state%rows(:, 2))
+      call serialise(archive, state%singles)
+      call serialise(archive, state%flags)
    end subroutine carry_state
 
    function full() result(state)
@@ -78,8 +79,9 @@ contains
       call read_archive(archive)
       state%text = ''
       call carry_state(archive, state)
-      call check(.not. allocated(archive%trouble), 'all is read')
-      call check(state%text == 'größer' .and. state%flag .and. state%flags(1) .and. .not. state%flags(2), 'text and flags')
+      call check(.not. allocated(archive%failure), 'all is read')
+      call check(state%text == 'größer' .and. state%flag .and. state%flags(1) &
+         .and. .not. state%flags(2), 'text and flags')
       call write_archive(again)
       call carry_state(again, state)
       call check(again%at == archive%at, 'as many bytes')
@@ -99,7 +101,7 @@ contains
          call read_archive(part)
          state%text = ''
          call carry_state(part, state)
-         call check(allocated(part%trouble), 'trouble is noted')
+         call check(allocated(part%failure), 'trouble is noted')
       end do
    end subroutine cut_short
 
@@ -111,16 +113,16 @@ contains
       four = 1.0_wp
       five = 2.0_wp
       call write_archive(archive)
-      call carry(archive, four)
+      call serialise(archive, four)
       call read_archive(archive)
-      call carry(archive, five)
-      call check(allocated(archive%trouble), 'another size')
+      call serialise(archive, five)
+      call check(allocated(archive%failure), 'another size')
       call check(all(five == 2.0_wp), 'nothing is read')
       call write_archive(archive)
-      call carry_label(archive, 'blocks')
+      call serialise_label(archive, 'blocks')
       call read_archive(archive)
-      call carry_label(archive, 'contacts')
-      call check(index(archive%trouble, 'contacts') > 0, 'the part that is missing is named')
+      call serialise_label(archive, 'contacts')
+      call check(index(archive%failure, 'contacts') > 0, 'the part that is missing is named')
    end subroutine misfits
 
    subroutine limits()
@@ -131,22 +133,22 @@ contains
       list = [1, 2, 9]
       count = 1000000
       call write_archive(archive)
-      call carry_list(archive, list, 1, 3)
-      call check(.not. allocated(archive%trouble), 'what is written is not judged')
+      call serialise_list(archive, list, 1, 3)
+      call check(.not. allocated(archive%failure), 'what is written is not judged')
       call read_archive(archive)
-      call carry_list(archive, list, 1, 3)
-      call check(allocated(archive%trouble), 'a list that points beyond its end')
+      call serialise_list(archive, list, 1, 3)
+      call check(allocated(archive%failure), 'a list that points beyond its end')
       call write_archive(archive)
-      call carry_count(archive, count)
+      call serialise_count(archive, count)
       archive%bytes = archive%bytes(:archive%at)
       call read_archive(archive)
-      call carry_count(archive, count)
-      call check(allocated(archive%trouble) .and. count == 0, 'more than there can be')
+      call serialise_count(archive, count)
+      call check(allocated(archive%failure) .and. count == 0, 'more than there can be')
       call write_archive(archive)
-      call carry_number(archive, list(3), 1, 9)
+      call serialise_number(archive, list(3), 1, 9)
       call read_archive(archive)
-      call carry_number(archive, list(3), 1, 8)
-      call check(allocated(archive%trouble) .and. list(3) == 1, 'a number out of range')
+      call serialise_number(archive, list(3), 1, 8)
+      call check(allocated(archive%failure) .and. list(3) == 1, 'a number out of range')
    end subroutine limits
 
 end module test_archive

@@ -5,7 +5,7 @@ module test_band_cholesky
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_errors, only: error_type, error_input, error_solver
    use dda_rank_one, only: rank_one_type
-   use dda_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
+   use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
    use models, only: random, random_vector, sow
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
@@ -173,7 +173,8 @@ contains
          call check_no_error(error, 'takes the values')
          call solve(solver, matrix, b, x, error)
          call check_no_error(error, 'solves')
-         call check_close(matmul(dense, reshape(x, [24])), reshape(b, [24]), 'K x = b', relative=1.0e-9_wp)
+         call check_close(matmul(dense, reshape(x, [24])), reshape(b, [24]), 'K x = b', &
+            relative=1.0e-9_wp)
       end do
    end subroutine try_solver
 

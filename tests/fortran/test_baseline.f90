@@ -3,8 +3,8 @@ module test_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_baseline, only: baseline_type, make_motion_curve, motion_curve_type, displacement_at, velocity_at, &
-      acceleration_at
+   use dda_baseline, only: baseline_type, make_motion_curve, motion_curve_type, displacement_at, &
+      velocity_at, acceleration_at
    use dda_record, only: record_type, read_record
    use dda_taper, only: cosine_taper
    use record_files, only: data_file
@@ -42,16 +42,19 @@ contains
 
       call case('constant and ramp')
       curve = made('acceleration', 3.0_wp + 0.0_wp*times(), as_is)
-      call check_close(displacement_at(curve, t), 1.5_wp*t**2, 'displacement, constant', relative=1.0e-13_wp)
+      call check_close(displacement_at(curve, t), 1.5_wp*t**2, 'displacement, constant', &
+         relative=1.0e-13_wp)
       call check_close(velocity_at(curve, t), 3.0_wp*t, 'velocity, constant', relative=1.0e-13_wp)
       curve = made('acceleration', 6.0_wp*times(), as_is)
       call check_close(displacement_at(curve, t), t**3, 'displacement, ramp', relative=1.0e-13_wp)
       call check_close(velocity_at(curve, t), 3.0_wp*t**2, 'velocity, ramp', relative=1.0e-13_wp)
-      call check_close(acceleration_at(curve, t), 6.0_wp*t, 'acceleration, ramp', relative=1.0e-13_wp)
+      call check_close(acceleration_at(curve, t), 6.0_wp*t, 'acceleration, ramp', &
+         relative=1.0e-13_wp)
       curve = made('acceleration', 3.0_wp - 6.0_wp*times())
       call check_close(curve%displacement, 0.0_wp*times(), 'both are drift', absolute=1.0e-13_wp)
       curve = made('acceleration', 3.0_wp - 6.0_wp*times(), free_end)
-      call check_close(curve%displacement, 0.0_wp*times(), 'both are drift, free end', absolute=1.0e-13_wp)
+      call check_close(curve%displacement, 0.0_wp*times(), 'both are drift, free end', &
+         absolute=1.0e-13_wp)
    end subroutine constant_and_ramp
 
    !> The interpolation error of a sine is (ωh)²/12 of it.
@@ -62,7 +65,8 @@ contains
       call case('sine')
       curve = made('acceleration', cos(omega*times()), as_is)
       call check_close(curve%velocity, sin(omega*times())/omega, 'velocity', relative=precision)
-      call check_close(curve%displacement, (1.0_wp - cos(omega*times()))/omega**2, 'displacement', relative=precision)
+      call check_close(curve%displacement, (1.0_wp - cos(omega*times()))/omega**2, 'displacement', &
+         relative=precision)
    end subroutine sine_of_accelerations
 
    subroutine drift_is_gone()
@@ -73,14 +77,17 @@ contains
       motion = sin(omega*times())*exp(-times())
       clean = made('acceleration', motion)
       drifting = made('acceleration', motion + 0.3_wp - 0.2_wp*times())
-      call check_close(drifting%acceleration, clean%acceleration, 'acceleration', absolute=1.0e-13_wp)
-      call check_close(drifting%displacement, clean%displacement, 'displacement', absolute=1.0e-13_wp)
+      call check_close(drifting%acceleration, clean%acceleration, 'acceleration', &
+         absolute=1.0e-13_wp)
+      call check_close(drifting%displacement, clean%displacement, 'displacement', &
+         absolute=1.0e-13_wp)
       clean = made('acceleration', motion, free_end)
       drifting = made('acceleration', motion + 0.3_wp - 0.2_wp*times(), free_end)
       call check_close(drifting%displacement, clean%displacement, 'free end', absolute=1.0e-13_wp)
       clean = made('acceleration', motion, baseline_type(order=1, at_rest=.false.))
       drifting = made('acceleration', motion + 0.3_wp, baseline_type(order=1, at_rest=.false.))
-      call check_close(drifting%displacement, clean%displacement, 'offset only', absolute=1.0e-13_wp)
+      call check_close(drifting%displacement, clean%displacement, 'offset only', &
+         absolute=1.0e-13_wp)
       call check(index(clean%method, 'least squares') > 0, clean%method)
    end subroutine drift_is_gone
 
@@ -98,7 +105,8 @@ contains
 
    !> Differences of d are v and those of v are a, wherever one looks.
    subroutine derivatives_agree()
-      character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', 'velocity', 'displacement']
+      character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
+         'velocity', 'displacement']
       type(motion_curve_type) :: curve
       real(wp), parameter :: h = 1.0e-5_wp
       real(wp) :: t, jump
@@ -109,8 +117,9 @@ contains
          curve = made(trim(quantity(i)), sin(omega*times()) + 0.2_wp*cos(17.0_wp*times()))
          do k = 1, 50
             t = 0.0371_wp*real(k, wp) + 0.0005_wp
-            call check_close((displacement_at(curve, t + h) - displacement_at(curve, t - h))/(2.0_wp*h), &
-               velocity_at(curve, t), 'velocity from '//quantity(i), absolute=1.0e-6_wp)
+            call check_close((displacement_at(curve, t + h) - displacement_at(curve, t - h)) &
+               /(2.0_wp*h), velocity_at(curve, t), 'velocity from '//quantity(i), &
+               absolute=1.0e-6_wp)
             call check_close((velocity_at(curve, t + h) - velocity_at(curve, t - h))/(2.0_wp*h), &
                acceleration_at(curve, t), 'acceleration from '//quantity(i), absolute=1.0e-4_wp)
          end do
@@ -120,7 +129,8 @@ contains
             jump = max(jump, abs(acceleration_at(curve, t*(1.0_wp + 1.0e-12_wp)) - &
                acceleration_at(curve, t*(1.0_wp - 1.0e-12_wp))))
          end do
-         call check_close(jump, 0.0_wp, 'no jump at a sample, from '//quantity(i), absolute=1.0e-5_wp)
+         call check_close(jump, 0.0_wp, 'no jump at a sample, from '//quantity(i), &
+            absolute=1.0e-5_wp)
       end do
    end subroutine derivatives_agree
 
@@ -130,11 +140,15 @@ contains
       call case('before the start and after the end')
       curve = made('acceleration', sin(5.0_wp*times()))
       call check_close(displacement_at(curve, -1.0_wp), 0.0_wp, 'nothing moves before')
-      call check_close(velocity_at(curve, -1.0e-9_wp) + acceleration_at(curve, -1.0_wp), 0.0_wp, 'nor goes')
+      call check_close(velocity_at(curve, -1.0e-9_wp) + acceleration_at(curve, -1.0_wp), 0.0_wp, &
+         'nor goes')
       call check_close(displacement_at(curve, 1.0e30_wp), curve%displacement(samples), 'held after')
-      call check_close(velocity_at(curve, 1.0e30_wp) + acceleration_at(curve, 3.0_wp), 0.0_wp, 'at rest after')
-      call check_close(velocity_at(curve, duration), 0.0_wp, 'no jump of the velocity', absolute=1.0e-15_wp)
-      call check_close(displacement_at(curve, duration), curve%displacement(samples), 'the last sample')
+      call check_close(velocity_at(curve, 1.0e30_wp) + acceleration_at(curve, 3.0_wp), 0.0_wp, &
+         'at rest after')
+      call check_close(velocity_at(curve, duration), 0.0_wp, 'no jump of the velocity', &
+         absolute=1.0e-15_wp)
+      call check_close(displacement_at(curve, duration), curve%displacement(samples), &
+         'the last sample')
       call check(abs(curve%displacement(samples)) > 1.0e-3_wp, 'a displacement remains')
    end subroutine before_and_after
 
@@ -144,11 +158,14 @@ contains
 
       call case('records of velocity')
       curve = made('velocity', times()**2, as_is)
-      call check_close(displacement_at(curve, t), t**3/3.0_wp, 'a parabola is exact', relative=1.0e-12_wp)
+      call check_close(displacement_at(curve, t), t**3/3.0_wp, 'a parabola is exact', &
+         relative=1.0e-12_wp)
       call check_close(acceleration_at(curve, t), 2.0_wp*t, 'with its slope', relative=1.0e-12_wp)
       curve = made('velocity', sin(omega*times()), as_is)
-      call check_close(curve%displacement, (1.0_wp - cos(omega*times()))/omega, 'sine', absolute=1.0e-6_wp)
-      call check_close(acceleration_at(curve, t), omega*cos(omega*t), 'its slope', relative=1.0e-4_wp)
+      call check_close(curve%displacement, (1.0_wp - cos(omega*times()))/omega, 'sine', &
+         absolute=1.0e-6_wp)
+      call check_close(acceleration_at(curve, t), omega*cos(omega*t), 'its slope', &
+         relative=1.0e-4_wp)
       curve = made('velocity', times() - 0.1_wp*times()**2)
       call check_close(curve%displacement, 0.0_wp*times(), 'drift is removed', absolute=1.0e-14_wp)
    end subroutine velocities
@@ -159,14 +176,18 @@ contains
 
       call case('records of displacement')
       curve = made('displacement', 2.0_wp + times()**2, as_is)
-      call check_close(displacement_at(curve, t), t**2, 'a parabola is exact, and begins at zero', relative=1.0e-12_wp)
+      call check_close(displacement_at(curve, t), t**2, 'a parabola is exact, and begins at zero', &
+         relative=1.0e-12_wp)
       call check_close(velocity_at(curve, t), 2.0_wp*t, 'with its slope', relative=1.0e-10_wp)
       call check_close(acceleration_at(curve, t), 2.0_wp, 'and its bend', relative=1.0e-7_wp)
       curve = made('displacement', 1.0_wp - cos(omega*times()))
       call check_close(displacement_at(curve, t), 1.0_wp - cos(omega*t), 'sine', absolute=1.0e-6_wp)
-      call check_close(velocity_at(curve, t), omega*sin(omega*t), 'its velocity', relative=1.0e-5_wp)
-      call check_close(acceleration_at(curve, t), omega**2*cos(omega*t), 'its acceleration', relative=1.0e-3_wp)
-      call check_close(velocity_at(curve, duration), 0.0_wp, 'at rest at the end', absolute=1.0e-12_wp)
+      call check_close(velocity_at(curve, t), omega*sin(omega*t), 'its velocity', &
+         relative=1.0e-5_wp)
+      call check_close(acceleration_at(curve, t), omega**2*cos(omega*t), 'its acceleration', &
+         relative=1.0e-3_wp)
+      call check_close(velocity_at(curve, duration), 0.0_wp, 'at rest at the end', &
+         absolute=1.0e-12_wp)
       call check(index(curve%method, 'no drift removed') > 0, curve%method)
    end subroutine displacements
 
@@ -175,10 +196,11 @@ contains
       real(wp) :: motion(samples)
 
       call case('taper and scale')
-      call check_close(cosine_taper(5, 1.0_wp), [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp, 0.0_wp], 'Hann', absolute=1.0e-15_wp)
+      call check_close(cosine_taper(5, 1.0_wp), [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp, 0.0_wp], 'Hann', &
+         absolute=1.0e-15_wp)
       call check_close(cosine_taper(5, 0.0_wp), [1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp], 'none')
-      call check_close(cosine_taper(9, 0.5_wp), [0.0_wp, 0.5_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.5_wp, &
-         0.0_wp], 'half', absolute=1.0e-15_wp)
+      call check_close(cosine_taper(9, 0.5_wp), [0.0_wp, 0.5_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, &
+         1.0_wp, 0.5_wp, 0.0_wp], 'half', absolute=1.0e-15_wp)
       motion = cos(omega*times())
       curve = made('acceleration', motion, baseline_type(order=0, taper=0.1_wp))
       call check_close(curve%acceleration([1, samples]), [0.0_wp, 0.0_wp], 'ends are zero')
@@ -191,7 +213,8 @@ contains
 
    !> The shortest records and every option: no division by zero, at rest where asked.
    subroutine two_samples()
-      character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', 'velocity', 'displacement']
+      character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
+         'velocity', 'displacement']
       type(motion_curve_type) :: curve
       type(error_type), allocatable :: error
       real(wp), parameter :: few(6) = [0.0_wp, 1.0_wp, -2.0_wp, 4.0_wp, 0.0_wp, 1.0_wp]
@@ -204,7 +227,8 @@ contains
                call make_motion_curve(curve, trim(quantity(i)), few(:n), &
                   0.5_wp, error, baseline_type(order=order))
                call check_no_error(error, 'a short record')
-               call check_close(displacement_at(curve, curve%duration), curve%displacement(n), 'end', absolute=1.0e-12_wp)
+               call check_close(displacement_at(curve, curve%duration), curve%displacement(n), &
+                  'end', absolute=1.0e-12_wp)
             end do
          end do
       end do
@@ -217,13 +241,15 @@ contains
       type(error_type), allocatable :: error
 
       call case('a real record')
-      call read_record(record, data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), &
-         'auto', 'acceleration', '', error)
+      call read_record(record, &
+         data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), 'auto', &
+         'acceleration', '', error)
       call check_no_error(error, 'Loma Prieta')
       if (allocated(error)) return
       call make_motion_curve(curve, 'acceleration', record%values, record%time_step, error)
       call check_no_error(error, 'motion')
-      call check(maxval(abs(curve%acceleration - record%values)) < 0.02_wp, 'the acceleration is hardly touched')
+      call check(maxval(abs(curve%acceleration - record%values)) < 0.02_wp, &
+         'the acceleration is hardly touched')
       call check_close(curve%velocity(7183), 0.0_wp, 'it ends at rest', absolute=1.0e-12_wp)
       call check(maxval(abs(curve%velocity)) < 1.0_wp, 'velocity of a strong earthquake')
       call check(maxval(abs(curve%displacement)) < 1.0_wp, 'displacement of a strong earthquake')
@@ -242,7 +268,8 @@ contains
       call refused('displacement', few, 0.1_wp, baseline_type(taper=0.1_wp), 'tapered')
       call refused('acceleration', few, 0.1_wp, baseline_type(scale=1.0e300_wp), 'factor')
       call refused('acceleration', few*1.0e300_wp, 0.1_wp, baseline_type(), 'beyond')
-      call refused('acceleration', [0.0_wp, ieee_value(0.0_wp, ieee_quiet_nan)], 0.1_wp, baseline_type(), 'finite')
+      call refused('acceleration', [0.0_wp, ieee_value(0.0_wp, ieee_quiet_nan)], 0.1_wp, &
+         baseline_type(), 'finite')
    end subroutine wrong_requests
 
    subroutine refused(quantity, values, time_step, baseline, names)

@@ -111,7 +111,8 @@ contains
       integer :: i, j
 
       call case('forest')
-      call check_residuals(5*trees, reshape([((5*j + i, 5*j + i + 1, i=1, 4), j=0, trees - 1)], [2, 4*trees]))
+      call check_residuals(5*trees, reshape([((5*j + i, 5*j + i + 1, i=1, 4), j=0, trees - 1)], &
+         [2, 4*trees]))
    end subroutine test_forest
 
    !> A factor serves again, with and without a new analysis.
@@ -339,7 +340,8 @@ contains
          do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
             do k = 1, 6
                matrix%diagonal(k, k, i) = matrix%diagonal(k, k, i) + 1.5_wp
-               matrix%diagonal(k, k, matrix%column(e)) = matrix%diagonal(k, k, matrix%column(e)) + 1.5_wp
+               matrix%diagonal(k, k, matrix%column(e)) = matrix%diagonal(k, k, matrix%column(e)) &
+                  + 1.5_wp
             end do
          end do
          do k = 1, 6

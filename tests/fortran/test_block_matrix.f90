@@ -89,7 +89,8 @@ contains
       end do
       x = reshape(random_vector(6*matrix%n), [6, matrix%n])
       call multiply(matrix, x, y)
-      call check_close(reshape(y, [6*matrix%n]), matmul(dense, reshape(x, [6*matrix%n])), 'K x', relative=1.0e-14_wp)
+      call check_close(reshape(y, [6*matrix%n]), matmul(dense, reshape(x, [6*matrix%n])), 'K x', &
+         relative=1.0e-14_wp)
    end subroutine try_product
 
    subroutine pattern_again()
@@ -100,9 +101,11 @@ contains
       matrix%diagonal = 1.0_wp
       matrix%lower = 1.0_wp
       call set_pattern(matrix, 4, reshape([1, 4], [2, 1]))
-      call check(all(shape(matrix%diagonal) == [6, 6, 4]) .and. all(shape(matrix%lower) == [6, 6, 1]), 'its size')
+      call check(all(shape(matrix%diagonal) == [6, 6, 4]) &
+         .and. all(shape(matrix%lower) == [6, 6, 1]), 'its size')
       call check(entry_of(matrix, 1, 2) == 0 .and. entry_of(matrix, 4, 1) == 1, 'its entries')
-      call check_close(sum(abs(matrix%diagonal)) + sum(abs(matrix%lower)), 0.0_wp, 'its values are zero')
+      call check_close(sum(abs(matrix%diagonal)) + sum(abs(matrix%lower)), 0.0_wp, &
+         'its values are zero')
       matrix%diagonal = 1.0_wp
       matrix%lower = 1.0_wp
       call clear(matrix)

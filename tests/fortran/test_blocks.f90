@@ -1,8 +1,8 @@
 !> Inertia, shape matrix and kinematics of blocks against quadrature and finite differences.
 module test_blocks
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type, direction_row, is_convex, next_vertex, offset_of, place_of, previous_vertex, &
-      reference_of, shape_matrix, stress_of, update_geometry
+   use dda_blocks, only: blocks_type, direction_row, is_convex, next_vertex, offset_of, place_of, &
+      previous_vertex, reference_of, shape_matrix, stress_of, update_geometry
    use dda_material, only: elasticity, material_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_polygon, only: area_of
@@ -91,8 +91,8 @@ contains
          t = shape_matrix(blocks, 1, reference)
          call check_close(t, expected, 'T', absolute=1.0e-9_wp)
          direction = random_vector(2)
-         call check_close(direction_row(blocks%axes(:, :, 1), offset_of(blocks, 1, reference), reference, direction), &
-            matmul(direction, t), 'row', absolute=1.0e-14_wp)
+         call check_close(direction_row(blocks%axes(:, :, 1), offset_of(blocks, 1, reference), &
+            reference, direction), matmul(direction, t), 'row', absolute=1.0e-14_wp)
       end do
    end subroutine shape_matrices
 
@@ -109,13 +109,14 @@ contains
          blocks%position(:, 1) = random_vector(6)*[3.0_wp, 3.0_wp, 9.0_wp, 0.1_wp, 0.1_wp, 0.2_wp]
          call update_geometry(blocks)
          place = random_vector(2)
-         call check_close(place_of(blocks, 1, reference_of(blocks, 1, place)), place, 'there and back', &
-            absolute=1.0e-13_wp)
+         call check_close(place_of(blocks, 1, reference_of(blocks, 1, place)), place, &
+            'there and back', absolute=1.0e-13_wp)
          do v = 1, 6
-            call check_close(place_of(blocks, 1, blocks%reference(:, v)), blocks%vertex(:, v), 'vertex', &
-               absolute=1.0e-14_wp)
+            call check_close(place_of(blocks, 1, blocks%reference(:, v)), blocks%vertex(:, v), &
+               'vertex', absolute=1.0e-14_wp)
          end do
-         call check_close(blocks%radius(1), maxval(norm2(blocks%reference, 1)), 'radius', relative=1.0e-15_wp)
+         call check_close(blocks%radius(1), maxval(norm2(blocks%reference, 1)), 'radius', &
+            relative=1.0e-15_wp)
       end do
    end subroutine places_and_references
 
@@ -151,8 +152,8 @@ contains
       blocks%position(3, 1) = 2.0_wp
       blocks%position(4:6, 1) = e
       call update_geometry(blocks)
-      call check_close(area_of(blocks%vertex), blocks%area(1)*((1.0_wp + e(1))*(1.0_wp + e(2)) - 0.25_wp*e(3)**2), &
-         'area', relative=1.0e-13_wp)
+      call check_close(area_of(blocks%vertex), blocks%area(1)*((1.0_wp + e(1))*(1.0_wp + e(2)) &
+         - 0.25_wp*e(3)**2), 'area', relative=1.0e-13_wp)
    end subroutine strained_area
 
    !> Stress turns with the block: by 90°, σx and σy change places; by any angle, Mohr's circle.
@@ -166,22 +167,23 @@ contains
       call make_star(blocks, vertices, 5)
       blocks%initial_stress(:, 1) = [-1.0e6_wp, 2.0e6_wp, 3.0e5_wp]
       blocks%position(4:6, 1) = [1.0e-4_wp, -3.0e-4_wp, 2.0e-4_wp]
-      own = blocks%initial_stress(:, 1) + matmul(elasticity(material_type('', 2500.0_wp, 5.0e9_wp, 0.25_wp, 0.0_wp, &
-         0.0_wp), .false.), blocks%position(4:6, 1))
+      own = blocks%initial_stress(:, 1) + matmul(elasticity(material_type('', 2500.0_wp, 5.0e9_wp, &
+         0.25_wp, 0.0_wp, 0.0_wp), .false.), blocks%position(4:6, 1))
       call update_geometry(blocks)
       call check_close(stress_of(blocks, 1), own, 'as it lies', relative=1.0e-14_wp)
       blocks%position(3, 1) = 0.5_wp*pi
       call update_geometry(blocks)
-      call check_close(stress_of(blocks, 1), [own(2), own(1), -own(3)], 'turned by 90°', relative=1.0e-14_wp)
+      call check_close(stress_of(blocks, 1), [own(2), own(1), -own(3)], 'turned by 90°', &
+         relative=1.0e-14_wp)
       mean = 0.5_wp*(own(1) + own(2))
       half = 0.5_wp*(own(1) - own(2))
       do i = 1, 20
          angle = random(-7.0_wp, 7.0_wp)
          blocks%position(3, 1) = angle
          call update_geometry(blocks)
-         call check_close(stress_of(blocks, 1), &
-            [mean + half*cos(2*angle) - own(3)*sin(2*angle), mean - half*cos(2*angle) + own(3)*sin(2*angle), &
-            half*sin(2*angle) + own(3)*cos(2*angle)], 'turned', relative=1.0e-13_wp)
+         call check_close(stress_of(blocks, 1), [mean + half*cos(2*angle) - own(3)*sin(2*angle), &
+            mean - half*cos(2*angle) + own(3)*sin(2*angle), half*sin(2*angle) &
+            + own(3)*cos(2*angle)], 'turned', relative=1.0e-13_wp)
       end do
    end subroutine stresses
 
@@ -191,10 +193,11 @@ contains
 
       call case('rings of vertices')
       call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
-      call add_outline(outlines, reshape([4, 0, 6, 0, 6, 2, 5, 2, 5, 1, 4, 1]*1.0_wp, [2, 6]), 1, 1, 1, '')
+      call add_outline(outlines, reshape([4, 0, 6, 0, 6, 2, 5, 2, 5, 1, 4, 1]*1.0_wp, [2, 6]), 1, &
+         1, 1, '')
       call blocks_of(outlines, blocks)
-      call check(next_vertex(blocks, 4) == 1 .and. next_vertex(blocks, 5) == 6 .and. next_vertex(blocks, 10) == 5, &
-         'next')
+      call check(next_vertex(blocks, 4) == 1 .and. next_vertex(blocks, 5) == 6 &
+         .and. next_vertex(blocks, 10) == 5, 'next')
       call check(previous_vertex(blocks, 1) == 4 .and. previous_vertex(blocks, 5) == 10, 'previous')
       call check(all(blocks%owner == [1, 1, 1, 1, 2, 2, 2, 2, 2, 2]), 'owners')
       call check(.not. is_convex(blocks, 9), 'the inner corner')

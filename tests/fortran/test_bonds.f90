@@ -3,7 +3,8 @@ module test_bonds
    use dda_kinds, only: wp
    use dda_contact, only: contact_stick
    use dda_simulation, only: simulation_type
-   use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, rock, run, turned
+   use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, &
+      rock, run, turned
    use testing, only: case, check, check_close
    implicit none
    private
@@ -47,8 +48,8 @@ contains
       real(wp), intent(in) :: lower(:,:), upper(:,:)
       character(len=*), intent(in) :: joint
 
-      call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(stiffness, '')//rock//joint// &
-         block_text('lower', lower)//block_text('upper', upper))
+      call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(stiffness, '')//rock// &
+         joint//block_text('lower', lower)//block_text('upper', upper))
    end subroutine two_blocks
 
    !> Two bonds share the overlap, at any inclination.
@@ -88,18 +89,17 @@ contains
       integer :: bonds
 
       call case('no bond')
-      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), rectangle(0.0_wp, 1.001_wp, 2.0_wp, &
-         2.0_wp), &
-         joint_text(30.0_wp, cohesion, tension))
+      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
+         rectangle(0.0_wp, 1.001_wp, 2.0_wp, 2.0_wp), joint_text(30.0_wp, cohesion, tension))
       call count_bonds(simulation, bonds, length)
       call check(bonds == 0, 'over a gap')
-      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), rectangle(0.0_wp, 1.0_wp, 2.0_wp, &
-         2.0_wp), &
-         joint_text(30.0_wp, 0.0_wp, 0.0_wp))
+      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
+         rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), joint_text(30.0_wp, 0.0_wp, 0.0_wp))
       call count_bonds(simulation, bonds, length)
       call check(bonds == 0, 'without strength')
       call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
-         reshape([1.0_wp, 1.0_wp, 2.0_wp, 1.2_wp, 1.0_wp, 2.0_wp], [2, 3]), joint_text(30.0_wp, cohesion, tension))
+         reshape([1.0_wp, 1.0_wp, 2.0_wp, 1.2_wp, 1.0_wp, 2.0_wp], [2, 3]), &
+         joint_text(30.0_wp, cohesion, tension))
       call count_bonds(simulation, bonds, length)
       call check(bonds == 0, 'of edges that are not parallel')
    end subroutine no_bond
@@ -116,8 +116,8 @@ contains
       call pull_until(cohesion*1.5_wp, 'force_x')
    end subroutine breaks_in_shear
 
-   !> Ramp a force from 0 to twice `strength` in 1 s, without inertia, and see when the joint gives way.
-   !> The joint is 1.5 m long; a shear force acts in its plane so that it does not tilt it.
+   !> Ramp a force from 0 to twice `strength` in 1 s, without inertia, and see when the joint gives
+   !> way. The joint is 1.5 m long; a shear force acts in its plane so that it does not tilt it.
    subroutine pull_until(strength, force)
       real(wp), intent(in) :: strength
       character(len=*), intent(in) :: force
@@ -127,14 +127,14 @@ contains
 
       x = 0.75_wp
       if (force == 'force_x') x = 0.0_wp
-      call begin(simulation, control_text(2.0e-3_wp, 500, 'dynamic_factor = 0.0')//contact_text(stiffness, '')// &
-         rigid// &
-         joint_text(30.0_wp, cohesion, tension)//block_text('lower', rectangle(0.0_wp, 0.0_wp, 1.5_wp, 1.0_wp))// &
+      call begin(simulation, control_text(2.0e-3_wp, 500, 'dynamic_factor = 0.0')// &
+         contact_text(stiffness, '')//rigid//joint_text(30.0_wp, cohesion, tension)// &
+         block_text('lower', rectangle(0.0_wp, 0.0_wp, 1.5_wp, 1.0_wp))// &
          block_text('upper', rectangle(0.0_wp, 1.0_wp, 1.5_wp, 2.0_wp))// &
-         ' &fixed_point x = 0.1 y = 0.1 / &fixed_point x = 1.4 y = 0.1 / &fixed_point x = 0.1 y = 0.9 /'// &
-         ' &fixed_point x = 1.4 y = 0.9 / &load block = ''upper'' x = '//number(x)// &
-         ' y = '//number(merge(1.0_wp, 2.0_wp, force == 'force_x'))//' time = 0.0 1.0 '//force//' = 0.0 '// &
-         number(2.0_wp*strength)//' /')
+         ' &fixed_point x = 0.1 y = 0.1 / &fixed_point x = 1.4 y = 0.1 / &fixed_point x = 0.1 '// &
+         'y = 0.9 /'//' &fixed_point x = 1.4 y = 0.9 / &load block = ''upper'' x = '//number(x)// &
+         ' y = '//number(merge(1.0_wp, 2.0_wp, force == 'force_x'))//' time = 0.0 1.0 '//force// &
+         ' = 0.0 '//number(2.0_wp*strength)//' /')
       do i = 1, 500
          call run(simulation, 1)
          if (simulation%counters%broken > 0) exit

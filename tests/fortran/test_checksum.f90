@@ -1,4 +1,5 @@
-!> CRC-64 against its published check value, a bit-by-bit computation, and the errors that it must find.
+!> CRC-64 against its published check value, a bit-by-bit computation, and the errors that it must
+!> find.
 module test_checksum
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes, checksum_of
@@ -19,7 +20,8 @@ contains
 
    !> CRC-64/XZ of "123456789", from the catalogue of parametrised CRC algorithms.
    subroutine published_value()
-      integer(int8), parameter :: digits(9) = [49_int8, 50_int8, 51_int8, 52_int8, 53_int8, 54_int8, 55_int8, 56_int8, 57_int8]
+      integer(int8), parameter :: digits(9) = [49_int8, 50_int8, 51_int8, 52_int8, 53_int8, &
+         54_int8, 55_int8, 56_int8, 57_int8]
       integer(int8) :: nothing(0)
 
       call case('check value of CRC-64/XZ')

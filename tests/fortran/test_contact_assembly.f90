@@ -1,8 +1,9 @@
-!> Assembling what has changed gives the bits of assembling everything, and that gives the sums of paper eq. 7.
+!> Assembling what has changed gives the bits of assembling everything, and that gives the sums of
+!> paper eq. 7.
 module test_contact_assembly
    use dda_kinds, only: wp
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
-   use dda_assembly, only: prepare_system, set_matrix_pattern, system_type
+   use dda_system, only: prepare_system, set_matrix_pattern, system_type
    use dda_block_matrix, only: entry_of
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_contact_assembly, only: add_shear_force, assemble_contacts
@@ -35,8 +36,10 @@ contains
       integer :: i, j, p, c
 
       call prepare_system(system, n)
-      near%pair = reshape([((merge([i, j], [j, i], modulo(i + j, 2) == 0), j=max(1, i - 3), i - 1), i=1, n)], [2, 3*n - 6])
-      near%pair = near%pair(:, pack([(i, i=1, size(near%pair, 2))], random_vector(size(near%pair, 2)) > -0.4_wp))
+      near%pair = reshape([((merge([i, j], [j, i], modulo(i + j, 2) == 0), j=max(1, i - 3), &
+         i - 1), i=1, n)], [2, 3*n - 6])
+      near%pair = near%pair(:, pack([(i, i=1, size(near%pair, 2))], &
+         random_vector(size(near%pair, 2)) > -0.4_wp))
       near%n_pairs = size(near%pair, 2)
       call set_matrix_pattern(system, n, near)
       system%base = reshape(random_vector(36*n), [6, 6, n])
@@ -67,7 +70,7 @@ contains
       contacts%stretch(c) = random(-1.0_wp, 1.0_wp)
       contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)
       contacts%slide_slip(c) = random(-1.0_wp, 1.0_wp)
-      contacts%pressure(c) = random(-1.0_wp, 1.0_wp)
+      contacts%multiplier(c) = random(-1.0_wp, 1.0_wp)
       contacts%state(c) = int(random(0.0_wp, 3.0_wp))
    end subroutine set_randomly
 
@@ -122,18 +125,20 @@ contains
          slip_row(j - 5:j) = -contacts%shear_e(:, c)
          spring = merge(shear, kept*shear, contacts%state(c) == contact_stick)
          drag = shear*contacts%stretch(c)
-         if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) - spring*contacts%slide_slip(c)
+         if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) &
+            - spring*contacts%slide_slip(c)
          k = k + normal*spread(gap_row, 2, 6*n)*spread(gap_row, 1, 6*n) &
             + spring*spread(slip_row, 2, 6*n)*spread(slip_row, 1, 6*n)
-         f = f + (contacts%pressure(c) - normal*contacts%gap(c))*gap_row - drag*slip_row
+         f = f + (contacts%multiplier(c) - normal*contacts%gap(c))*gap_row - drag*slip_row
       end do
       call check_close(reshape(system%rhs, [6*n]), f, 'right-hand side', relative=1.0e-14_wp)
       do i = 1, n
-         call check_close(system%matrix%diagonal(:, :, i), k(6*i - 5:6*i, 6*i - 5:6*i), 'diagonal', relative=1.0e-14_wp)
+         call check_close(system%matrix%diagonal(:, :, i), k(6*i - 5:6*i, 6*i - 5:6*i), &
+            'diagonal', relative=1.0e-14_wp)
          do j = 1, i - 1
             c = entry_of(system%matrix, i, j)
-            if (c > 0) call check_close(system%matrix%lower(:, :, c), k(6*i - 5:6*i, 6*j - 5:6*j), 'coupling', &
-               relative=1.0e-14_wp, absolute=1.0e-14_wp)
+            if (c > 0) call check_close(system%matrix%lower(:, :, c), k(6*i - 5:6*i, 6*j - 5:6*j), &
+               'coupling', relative=1.0e-14_wp, absolute=1.0e-14_wp)
          end do
       end do
    end subroutine against_dense_sums
@@ -159,7 +164,8 @@ contains
       !$ call omp_set_num_threads(before)
    end subroutine any_number_of_threads
 
-   !> States, forces, multipliers and the kept share change, a few at a time, as in the iteration of a step.
+   !> States, forces, multipliers and the kept share change, a few at a time, as in the iteration of
+   !> a step.
    subroutine after_changes(n)
       integer, intent(in) :: n
       type(system_type) :: system, whole
@@ -180,7 +186,7 @@ contains
             case (2)
                contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)
             case (3)
-               contacts%pressure(c) = random(-1.0_wp, 1.0_wp)
+               contacts%multiplier(c) = random(-1.0_wp, 1.0_wp)
             case (4)  ! there and back: only rounding is left of it
                call add_shear_force(system, contacts, c, 1.0e3_wp/3)
                call add_shear_force(system, contacts, c, -1.0e3_wp/3)
@@ -194,7 +200,8 @@ contains
       end do
    end subroutine after_changes
 
-   !> A state changes: both its blocks and their coupling are assembled, and no others.  A force: no matrix.
+   !> A state changes: both its blocks and their coupling are assembled, and no others.  A force: no
+   !> matrix.
    subroutine nothing_else()
       type(system_type) :: system
       type(contacts_type) :: contacts
@@ -210,7 +217,8 @@ contains
       contacts%state(c) = modulo(contacts%state(c) + 1, 3)
       call assemble_contacts(system, contacts, normal, shear, 0.0_wp)
       call check(count(any(system%rhs /= untouched, 1)) == 2, 'two blocks of the right-hand side')
-      call check(count(any(any(system%matrix%diagonal /= untouched, 1), 1)) == 2, 'two diagonal blocks')
+      call check(count(any(any(system%matrix%diagonal /= untouched, 1), 1)) == 2, &
+         'two diagonal blocks')
       call check(count(any(any(system%matrix%lower /= untouched, 1), 1)) == 1, 'one coupling block')
       system%matrix%diagonal = untouched
       system%rhs = untouched

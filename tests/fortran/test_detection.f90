@@ -84,7 +84,8 @@ contains
       call check(met >= 30, 'corners met')
    end subroutine rows_of_corners
 
-   !> Block 1 a strained star; block 2 a strained needle with its tip at `part` of an edge and `gap` off it.
+   !> Block 1 a strained star; block 2 a strained needle with its tip at `part` of an edge and `gap`
+   !> off it.
    subroutine vertex_near_edge(blocks, gap, part)
       type(blocks_type), intent(out) :: blocks
       real(wp), intent(in) :: gap, part
@@ -93,7 +94,8 @@ contains
       integer :: e
 
       call add_outline(outlines, star(5, 1.0_wp, 1.4_wp), 1, 1, 1, '')
-      call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 1.2_wp, -0.3_wp, 1.1_wp, 0.35_wp], [2, 3]), 1, 1, 1, '')
+      call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 1.2_wp, -0.3_wp, 1.1_wp, 0.35_wp], &
+         [2, 3]), 1, 1, 1, '')
       call blocks_of(outlines, blocks)
       blocks%position(3, :) = 6.0_wp*random_vector(2)
       blocks%position(4:6, :) = 0.05_wp*reshape(random_vector(6), [3, 2])
@@ -110,8 +112,8 @@ contains
       call update_geometry(blocks)
    end subroutine vertex_near_edge
 
-   !> Gap and slip of a vertex along an edge, from places alone; slip counts from the material point that
-   !> stood at `share` of the edge.
+   !> Gap and slip of a vertex along an edge, from places alone; slip counts from the material point
+   !> that stood at `share` of the edge.
    function gap_and_slip(blocks, v, e, share) result(values)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: v, e
@@ -159,13 +161,17 @@ contains
             rows(k, :, side) = (ahead - behind)/(2.0_wp*h)
          end do
       end do
-      call check_close(contacts%normal_v(:, c), rows(:, 1, 1), '∂gap/∂q of the vertex'' block', absolute=1.0e-8_wp)
-      call check_close(-contacts%normal_e(:, c), rows(:, 1, 2), '∂gap/∂q of the edge''s block', absolute=1.0e-8_wp)
-      call check_close(contacts%shear_v(:, c), rows(:, 2, 1), '∂slip/∂q of the vertex'' block', absolute=1.0e-8_wp)
-      call check_close(-contacts%shear_e(1:3, c), rows(1:3, 2, 2), '∂slip/∂q of the edge''s block', absolute=1.0e-8_wp)
+      call check_close(contacts%normal_v(:, c), rows(:, 1, 1), '∂gap/∂q of the vertex'' block', &
+         absolute=1.0e-8_wp)
+      call check_close(-contacts%normal_e(:, c), rows(:, 1, 2), '∂gap/∂q of the edge''s block', &
+         absolute=1.0e-8_wp)
+      call check_close(contacts%shear_v(:, c), rows(:, 2, 1), '∂slip/∂q of the vertex'' block', &
+         absolute=1.0e-8_wp)
+      call check_close(-contacts%shear_e(1:3, c), rows(1:3, 2, 2), &
+         '∂slip/∂q of the edge''s block', absolute=1.0e-8_wp)
       ! A strain of the edge's block also turns the edge: a share of the gap, left out.
-      call check_close(-contacts%shear_e(4:6, c), rows(4:6, 2, 2), '∂slip/∂ε of the edge''s block', &
-         absolute=1.0e-8_wp + 1.2_wp*abs(here(1)))
+      call check_close(-contacts%shear_e(4:6, c), rows(4:6, 2, 2), &
+         '∂slip/∂ε of the edge''s block', absolute=1.0e-8_wp + 1.2_wp*abs(here(1)))
    end subroutine check_rows
 
    !> Two contacts per joint, one at each end, at any inclination.
@@ -186,7 +192,8 @@ contains
          do i = 1, 7
             call check(count_pair(contacts, i, i + 1) == 2, 'two in joint '//to_text(i))
          end do
-         call check_close(contacts%gap(:contacts%n), 0.0_wp*contacts%gap(:contacts%n), 'all touch', absolute=1.0e-13_wp)
+         call check_close(contacts%gap(:contacts%n), 0.0_wp*contacts%gap(:contacts%n), &
+            'all touch', absolute=1.0e-13_wp)
          call check(spread_along(blocks, contacts, 1) > 14.9_wp, 'one at each end')
       end do
    end subroutine equal_width_stack
@@ -216,12 +223,14 @@ contains
          do k = 1, c - 1
             if (min(contacts%block_v(c), contacts%block_e(c)) /= a) cycle
             if (min(contacts%block_v(k), contacts%block_e(k)) /= a) cycle
-            apart = max(apart, norm2(blocks%vertex(:, contacts%vertex(c)) - blocks%vertex(:, contacts%vertex(k))))
+            apart = max(apart, norm2(blocks%vertex(:, contacts%vertex(c)) - blocks%vertex(:, &
+               contacts%vertex(k))))
          end do
       end do
    end function spread_along
 
-   !> Each joint of a wall, bed or head, has two contacts: a brick rests on the two below it with four.
+   !> Each joint of a wall, bed or head, has two contacts: a brick rests on the two below it with
+   !> four.
    subroutine running_bond()
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
@@ -235,9 +244,12 @@ contains
          call blocks_of(outlines, blocks)
          call list(blocks, contacts, distance)
          ! Bricks 1–3 below, 4–7 above them (4 and 7 are halves), 8–10 on top.
-         call check(count_pair(contacts, 1, 5) == 2 .and. count_pair(contacts, 2, 5) == 2, 'four below a brick')
-         call check(count_pair(contacts, 5, 8) == 2 .and. count_pair(contacts, 5, 9) == 2, 'four above it')
-         call check(count_pair(contacts, 4, 5) == 2 .and. count_pair(contacts, 5, 6) == 2, 'two in each head joint')
+         call check(count_pair(contacts, 1, 5) == 2 .and. count_pair(contacts, 2, 5) == 2, &
+            'four below a brick')
+         call check(count_pair(contacts, 5, 8) == 2 .and. count_pair(contacts, 5, 9) == 2, &
+            'four above it')
+         call check(count_pair(contacts, 4, 5) == 2 .and. count_pair(contacts, 5, 6) == 2, &
+            'two in each head joint')
          call check(count_pair(contacts, 1, 4) == 2, 'two below the half brick')
          ! Bed joints: 6 between courses 1 and 2, 6 above; head joints: 2, 3 and 2.
          call check(contacts%n == 2*(6 + 6 + 2 + 3 + 2), 'two per joint in all')
@@ -259,7 +271,8 @@ contains
          outlines%n = 0
          outlines%n_vertices = 0
          call add_outline(outlines, turned(shape, 0.5_wp*k), 1, 1, 1, '')
-         call add_outline(outlines, turned(shifted(tip, [0.0_wp, -0.002_wp*modulo(k, 2)]), 0.5_wp*k), 1, 1, 1, '')
+         call add_outline(outlines, turned(shifted(tip, [0.0_wp, -0.002_wp*modulo(k, 2)]), &
+            0.5_wp*k), 1, 1, 1, '')
          call blocks_of(outlines, blocks)
          call list(blocks, contacts, distance)
          call check(contacts%n == 2, 'two contacts')
@@ -268,8 +281,8 @@ contains
          call check_close(facing, 0.0_wp, 'at right angles', absolute=1.0e-13_wp)
          do c = 1, 2
             call check(contacts%vertex(c) == 8, 'of the tip')
-            call check_close(contacts%gap(c), (0.001_wp - 0.002_wp*modulo(k, 2))*sqrt(0.5_wp), 'gap', &
-               absolute=1.0e-13_wp)
+            call check_close(contacts%gap(c), (0.001_wp - 0.002_wp*modulo(k, 2))*sqrt(0.5_wp), &
+               'gap', absolute=1.0e-13_wp)
          end do
       end do
    end subroutine notch
@@ -305,7 +318,8 @@ contains
       call check(corners > 10 .and. corners < 790, 'both kinds occur')
    end subroutine over_the_end
 
-   !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance without jumps.
+   !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance
+   !> without jumps.
    subroutine round_a_corner()
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
@@ -314,10 +328,10 @@ contains
       integer :: i
 
       call case('round a corner')
-      call add_outline(outlines, reshape([-1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, -1.0_wp, 0.4_wp], [2, &
-         4]), &
-         1, 1, 1, '')
-      call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 0.9_wp, 0.6_wp, 0.6_wp, 0.9_wp], [2, 3]), 1, 1, 1, '')
+      call add_outline(outlines, reshape([-1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 0.0_wp, &
+         -1.0_wp, 0.4_wp], [2, 4]), 1, 1, 1, '')
+      call add_outline(outlines, reshape([0.0_wp, 0.0_wp, 0.9_wp, 0.6_wp, 0.6_wp, 0.9_wp], &
+         [2, 3]), 1, 1, 1, '')
       call blocks_of(outlines, blocks)
       corner = blocks%vertex(:, 3)
       last = huge(1.0_wp)
@@ -336,7 +350,8 @@ contains
          if (last < 1.0_wp) jump = max(jump, abs(gap - last))
          last = gap
       end do
-      call check_close(jump, 0.0_wp, 'the gap changes by no more than the motion', absolute=step*1.001_wp)
+      call check_close(jump, 0.0_wp, 'the gap changes by no more than the motion', &
+         absolute=step*1.001_wp)
    end subroutine round_a_corner
 
    !> A slab thinner than the contact distance is entered from its near face only.
@@ -376,7 +391,8 @@ contains
       met = 0
       do i = 1, 100
          first = turned(rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp), 3.0_wp*random(-1.0_wp, 1.0_wp))
-         second = shifted(star(5, 0.5_wp, 0.7_wp), random(0.9_wp, 1.2_wp)*[cos(0.7_wp*i), sin(0.7_wp*i)])
+         second = shifted(star(5, 0.5_wp, 0.7_wp), random(0.9_wp, 1.2_wp)*[cos(0.7_wp*i), &
+            sin(0.7_wp*i)])
          forth%n = 0
          forth%n_vertices = 0
          back%n = 0
@@ -392,26 +408,29 @@ contains
          call check(one%n == other%n, 'as many')
          met = met + one%n
          if (one%n == 0 .or. one%n /= other%n) cycle
-         call check_close(sum(one%gap(:one%n)), sum(other%gap(:one%n)), 'as deep', absolute=1.0e-12_wp)
+         call check_close(sum(one%gap(:one%n)), sum(other%gap(:one%n)), 'as deep', &
+            absolute=1.0e-12_wp)
       end do
       call check(met > 20, 'some meet')
    end subroutine symmetry
 
-   !> Two blocks that pass each other, corner by corner, so fast that a step leads beyond the corner: as long as
-   !> an edge line separates them, none of what is listed is deep in.
+   !> Two blocks that pass each other, corner by corner, so fast that a step leads beyond the
+   !> corner: as long as an edge line separates them, none of what is listed is deep in.
    subroutine fast_corners()
       call case('corners that pass each other fast')
-      call pass_by(reshape([-0.13_wp, -0.08_wp, -0.04_wp, -0.13_wp, 0.0_wp, 0.0_wp, -0.10_wp, -0.05_wp], [2, 4]), &
-         reshape([0.14_wp, 0.09_wp, 0.06_wp, 0.14_wp, 0.03_wp, 0.13_wp, 0.0_wp, 0.0_wp, 0.10_wp, 0.025_wp], [2, 5]), &
-         0.01_wp, distance)
+      call pass_by(reshape([-0.13_wp, -0.08_wp, -0.04_wp, -0.13_wp, 0.0_wp, 0.0_wp, -0.10_wp, &
+         -0.05_wp], [2, 4]), reshape([0.14_wp, 0.09_wp, 0.06_wp, 0.14_wp, 0.03_wp, 0.13_wp, &
+         0.0_wp, 0.0_wp, 0.10_wp, 0.025_wp], [2, 5]), 0.01_wp, distance)
       call case('corners on two sides of a thin block')
-      call pass_by(reshape([0.128_wp, -0.068_wp, 0.134_wp, -0.022_wp, 0.0_wp, 0.0_wp, -0.007_wp, -0.022_wp, &
-         0.045_wp, -0.058_wp], [2, 5]), reshape([0.098_wp, -0.016_wp, 0.145_wp, 0.121_wp, 0.086_wp, 0.139_wp, &
-         -0.018_wp, 0.142_wp, -0.076_wp, 0.126_wp, -0.040_wp, 0.055_wp, 0.001_wp, 0.0_wp], [2, 7]), &
-         0.005_wp, 1.5_wp*distance)
+      call pass_by(reshape([0.128_wp, -0.068_wp, 0.134_wp, -0.022_wp, 0.0_wp, 0.0_wp, -0.007_wp, &
+         -0.022_wp, 0.045_wp, -0.058_wp], [2, 5]), &
+         reshape([0.098_wp, -0.016_wp, 0.145_wp, 0.121_wp, 0.086_wp, 0.139_wp, -0.018_wp, &
+         0.142_wp, -0.076_wp, 0.126_wp, -0.040_wp, 0.055_wp, 0.001_wp, 0.0_wp], [2, 7]), 0.005_wp, &
+         1.5_wp*distance)
    end subroutine fast_corners
 
-   !> The second block at many places about its own, where a step may lead as far as contacts are listed.
+   !> The second block at many places about its own, where a step may lead as far as contacts are
+   !> listed.
    subroutine pass_by(first, place, about, within)
       real(wp), intent(in) :: first(:,:), place(:,:), about, within
       real(wp), parameter :: skin = 4.0e-4_wp
@@ -456,10 +475,10 @@ contains
       integer :: i, k
 
       call case('corners that tremble')
-      first = reshape([-0.0134_wp, -0.1047_wp, 0.1038_wp, -0.0785_wp, 0.0670_wp, -0.0503_wp, 0.0_wp, 0.0_wp, &
-         -0.0139_wp, -0.0517_wp], [2, 5])
-      second = reshape([-0.1408_wp, 0.0662_wp, -0.1890_wp, -0.0403_wp, -0.1689_wp, -0.1029_wp, -0.1074_wp, -0.1008_wp, &
-         -0.0341_wp, -0.0571_wp, 0.00027_wp, -0.00014_wp], [2, 6])
+      first = reshape([-0.0134_wp, -0.1047_wp, 0.1038_wp, -0.0785_wp, 0.0670_wp, -0.0503_wp, &
+         0.0_wp, 0.0_wp, -0.0139_wp, -0.0517_wp], [2, 5])
+      second = reshape([-0.1408_wp, 0.0662_wp, -0.1890_wp, -0.0403_wp, -0.1689_wp, -0.1029_wp, &
+         -0.1074_wp, -0.1008_wp, -0.0341_wp, -0.0571_wp, 0.00027_wp, -0.00014_wp], [2, 6])
       do i = 1, 200
          k = 1 + modulo(i, 2)
          outlines%n = 0
@@ -481,11 +500,13 @@ contains
          call measure_depths(detection, contacts)
          call detect_contacts(contacts, blocks, near, detection)
          call check(contacts%n == 1, 'one contact')
-         call check(contacts%vertex(1) == vertex(k) .and. contacts%edge(1) == edge(k), 'the edge pressed on')
+         call check(contacts%vertex(1) == vertex(k) .and. contacts%edge(1) == edge(k), &
+            'the edge pressed on')
       end do
    end subroutine trembling_corners
 
-   !> Distance of two convex outlines along the best of their edges' normals, < 0 where they overlap.
+   !> Distance of two convex outlines along the best of their edges' normals, < 0 where they
+   !> overlap.
    pure real(wp) function separation_of(first, second)
       real(wp), intent(in) :: first(:,:), second(:,:)
 
@@ -501,7 +522,8 @@ contains
       do i = 1, size(outline, 2)
          along = outline(:, 1 + modulo(i, size(outline, 2))) - outline(:, i)
          along = along/norm2(along)
-         most = max(most, minval(along(2)*(points(1, :) - outline(1, i)) - along(1)*(points(2, :) - outline(2, i))))
+         most = max(most, minval(along(2)*(points(1, :) - outline(1, i)) - along(1)*(points(2, :) &
+            - outline(2, i))))
       end do
    end function beyond_edges
 
@@ -512,7 +534,8 @@ contains
 
       call case('apart')
       call add_outline(outlines, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), 1, 1, 1, '')
-      call add_outline(outlines, rectangle(0.0_wp, 1.0_wp + 1.01_wp*distance, 1.0_wp, 2.0_wp), 1, 1, 1, '')
+      call add_outline(outlines, rectangle(0.0_wp, 1.0_wp + 1.01_wp*distance, 1.0_wp, 2.0_wp), 1, &
+         1, 1, '')
       call blocks_of(outlines, blocks)
       call list(blocks, contacts, distance)
       call check(contacts%n == 0, 'nothing beyond the distance')

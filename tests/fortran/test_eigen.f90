@@ -35,7 +35,8 @@ contains
       call refusals()
    end subroutine eigen_suite
 
-   !> A chain of springs with random rows, and some more between any two; mass and strains of random scales.
+   !> A chain of springs with random rows, and some more between any two; mass and strains of random
+   !> scales.
    subroutine random_system(n, definite, matrix, mass)
       integer, intent(in) :: n
       logical, intent(in) :: definite  !< else only one spring for each coupling
@@ -58,7 +59,8 @@ contains
          if (definite) matrix%diagonal(:, :, i) = random_definite(10.0_wp**random(3.0_wp, 5.0_wp))
       end do
       do i = 1, size(pairs, 2)
-         call add_spring(matrix, maxval(pairs(:, i)), minval(pairs(:, i)), 10.0_wp**random(4.0_wp, 7.0_wp))
+         call add_spring(matrix, maxval(pairs(:, i)), minval(pairs(:, i)), 10.0_wp**random(4.0_wp, &
+            7.0_wp))
       end do
    end subroutine random_system
 
@@ -146,7 +148,8 @@ contains
          absolute=1.0e-13_wp*values(6*n))
       call check_normalised(pairs, mass)
       call factor_mass(factor, mass, error)
-      call count_above(matrix, factor, 0.5_wp*(values(2*n) + values(2*n + 1)), 1.0e9_wp, above, certain)
+      call count_above(matrix, factor, 0.5_wp*(values(2*n) + values(2*n + 1)), 1.0e9_wp, above, &
+         certain)
       if (certain) call check(above == 4*n, 'count by inertia')
       call check(certain .or. .not. definite, 'the count is certain')
    end subroutine against_lapack
@@ -161,9 +164,11 @@ contains
          do j = 1, i
             product = 0.0_wp
             do b = 1, size(mass, 3)
-               product = product + dot_product(pairs%vector(:, b, i), matmul(mass(:, :, b), pairs%vector(:, b, j)))
+               product = product + dot_product(pairs%vector(:, b, i), &
+                  matmul(mass(:, :, b), pairs%vector(:, b, j)))
             end do
-            call check_close(product, merge(1.0_wp, 0.0_wp, i == j), 'mass product', absolute=1.0e-8_wp)
+            call check_close(product, merge(1.0_wp, 0.0_wp, i == j), 'mass product', &
+               absolute=1.0e-8_wp)
          end do
       end do
    end subroutine check_normalised
@@ -181,7 +186,8 @@ contains
          m = random_definite(3.0_wp)
          call block_eigen(k, m, values, vectors, error)
          call check_no_error(error, 'block')
-         call check_close(matmul(k, vectors(:, 6)), values(6)*matmul(m, vectors(:, 6)), 'pair', relative=1.0e-9_wp)
+         call check_close(matmul(k, vectors(:, 6)), values(6)*matmul(m, vectors(:, 6)), 'pair', &
+            relative=1.0e-9_wp)
          call check(is_above(values(6)*(1.0_wp + 1.0e-10_wp), k, m), 'just above')
          call check(.not. is_above(values(6)*(1.0_wp - 1.0e-10_wp), k, m), 'just below')
       end do
@@ -246,7 +252,8 @@ contains
          end do
          call lowest_eigenvalues(matrix, mass, 3, pairs, error, known)
          call check_no_error(error, 'lowest')
-         call check_close(pairs%value, [(3.0e3_wp*(1.0_wp + 0.01_wp*b), b=1, 3)], 'only the others', relative=1.0e-9_wp)
+         call check_close(pairs%value, [(3.0e3_wp*(1.0_wp + 0.01_wp*b), b=1, 3)], &
+            'only the others', relative=1.0e-9_wp)
          call all_eigenvalues(matrix, mass, pairs, error, known)
          call check(pairs%n == 4*n .and. pairs%value(1) > 2.9e3_wp, 'all others')
          deallocate (mass, known%basis)
@@ -264,7 +271,8 @@ contains
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, first, error)
       call lowest_eigenvalues(matrix, mass, 3, second, error)
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, second, error)
-      call check(all(first%vector == second%vector) .and. all(first%value == second%value), 'the same again')
+      call check(all(first%vector == second%vector) .and. all(first%value == second%value), &
+         'the same again')
    end subroutine repeatable
 
    subroutine refusals()

@@ -1,7 +1,8 @@
 !> The sums of the audit and the order of its terms.
 module test_energy
    use dda_kinds, only: wp
-   use dda_energy, only: balance, energy_names, energy_terms, energy_type, energy_values, total_energy
+   use dda_energy, only: balance, energy_names, energy_terms, energy_type, energy_values, &
+      total_energy
    use testing, only: case, check, check_close
    implicit none
    private
@@ -15,11 +16,13 @@ contains
       character(len=16) :: names(energy_terms)
       real(wp) :: values(energy_terms)
 
-      energy = energy_type(kinetic=1, strain=2, contact=4, support=8, gravity=16, input=32, friction=64, fracture=128, &
-         algorithmic=256, kinetic_damping=512, geometric=1024, initial=2048)
+      energy = energy_type(kinetic=1, strain=2, contact=4, support=8, gravity=16, input=32, &
+         friction=64, fracture=128, algorithmic=256, kinetic_damping=512, geometric=1024, &
+         initial=2048)
       call case('sums')
       call check_close(total_energy(energy), 31.0_wp, 'total')
-      call check_close(balance(energy), 31.0_wp + 64 + 128 + 256 + 512 - 32 - 1024 - 2048, 'balance')
+      call check_close(balance(energy), 31.0_wp + 64 + 128 + 256 + 512 - 32 - 1024 - 2048, &
+         'balance')
       call case('names and values')
       names = energy_names()
       values = energy_values(energy)

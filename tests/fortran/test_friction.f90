@@ -21,14 +21,14 @@ contains
       call random_answers()
       call continuity()
       call bonds()
-      call overload()
+      call strength_ratio()
    end subroutine friction_suite
 
    subroutine make_laws(laws)
       type(laws_type), intent(out) :: laws
 
-      call set_laws(laws, [joint_type('', 0.0_wp, 0.0_wp, 0.0_wp), joint_type('', 30.0_wp, 2.0e6_wp, 1.0e6_wp)], &
-         stiffness, 2.5_wp)
+      call set_laws(laws, [joint_type('', 0.0_wp, 0.0_wp, 0.0_wp), joint_type('', 30.0_wp, &
+         2.0e6_wp, 1.0e6_wp)], stiffness, 2.5_wp)
    end subroutine make_laws
 
    subroutine constants()
@@ -37,12 +37,15 @@ contains
 
       call case('constants')
       call make_laws(laws)
-      call check_close(laws%shear_stiffness, stiffness/2.5_wp, 'shear stiffness', relative=1.0e-15_wp)
+      call check_close(laws%shear_stiffness, stiffness/2.5_wp, 'shear stiffness', &
+         relative=1.0e-15_wp)
       call check_close(laws%friction, [0.0_wp, sqrt(1.0_wp/3.0_wp)], 'tan φ', relative=1.0e-15_wp)
       law = law_of(laws, 2, .true., length, 0.0_wp)
-      call check_close([law%cohesion_force, law%tension_force], [1.0e6_wp, 0.5e6_wp], 'strength × length')
+      call check_close([law%cohesion_force, law%tension_force], [1.0e6_wp, 0.5e6_wp], &
+         'strength × length')
       law = law_of(laws, 2, .false., length, 0.0_wp)
-      call check_close([law%cohesion_force, law%tension_force], [0.0_wp, 0.0_wp], 'none without bond')
+      call check_close([law%cohesion_force, law%tension_force], [0.0_wp, 0.0_wp], &
+         'none without bond')
    end subroutine constants
 
    subroutine states()
@@ -55,16 +58,19 @@ contains
       law = law_of(laws, 2, .false., length, 0.0_wp)
       response = respond(law, 1.0e-12_wp, 1.0_wp)
       call check(response%state == contact_open, 'a gap, however small, is open')
-      call check_close([response%normal_force, response%shear_force], [0.0_wp, 0.0_wp], 'without force')
+      call check_close([response%normal_force, response%shear_force], [0.0_wp, 0.0_wp], &
+         'without force')
       response = respond(law, -1.0e-12_wp, 0.0_wp)
       call check(response%state == contact_stick, 'penetration, however small, presses')
       call check_close(response%normal_force, 1.0e-3_wp, 'with k times depth', relative=1.0e-14_wp)
       response = respond(law, -1.0e-4_wp, 1.0e-4_wp)
       call check(response%state == contact_stick, 'below the bound it sticks')
-      call check_close(response%shear_force, 4.0e4_wp, 'with k_s times stretch', relative=1.0e-14_wp)
+      call check_close(response%shear_force, 4.0e4_wp, 'with k_s times stretch', &
+         relative=1.0e-14_wp)
       response = respond(law, -1.0e-4_wp, -1.0e-2_wp)
       call check(response%state == contact_slide, 'above it slides')
-      call check_close(response%shear_force, -1.0e5_wp*tan(pi/6.0_wp), 'with μN', relative=1.0e-14_wp)
+      call check_close(response%shear_force, -1.0e5_wp*tan(pi/6.0_wp), 'with μN', &
+         relative=1.0e-14_wp)
       response = respond(law_of(laws, 1, .false., length, 0.0_wp), -1.0e-4_wp, 1.0e-9_wp)
       call check_close(response%shear_force, 0.0_wp, 'no friction, no shear force')
    end subroutine states
@@ -89,7 +95,8 @@ contains
          normal = max(0.0_wp, pressure - stiffness*gap)
          bound = mu*normal
          worst(1) = max(worst(1), abs(response%normal_force - normal))
-         worst(2) = max(worst(2), abs(response%shear_force - max(-bound, min(bound, stiffness/2.5_wp*stretch))))
+         worst(2) = max(worst(2), &
+            abs(response%shear_force - max(-bound, min(bound, stiffness/2.5_wp*stretch))))
       end do
       call check_close(worst, [0.0_wp, 0.0_wp], 'normal and shear force', absolute=1.0e-8_wp)
    end subroutine random_answers
@@ -112,9 +119,11 @@ contains
          stretch = 0.3_wp*gap + h*modulo(i, 7)
          one = respond(law, gap, stretch)
          other = respond(law, gap + h, stretch + h)
-         worst = max(worst, abs(one%normal_force - other%normal_force), abs(one%shear_force - other%shear_force))
+         worst = max(worst, abs(one%normal_force - other%normal_force), &
+            abs(one%shear_force - other%shear_force))
       end do
-      call check(worst <= stiffness*h*(1.0_wp + 1.0e-9_wp), 'no force changes faster than its spring')
+      call check(worst <= stiffness*h*(1.0_wp + 1.0e-9_wp), &
+         'no force changes faster than its spring')
    end subroutine continuity
 
    !> While it lasts, a bond holds whatever is asked; it says by how much it is over its strength.
@@ -129,26 +138,27 @@ contains
       response = respond(law, 4.0e-4_wp, 0.0_wp)
       call check(response%state == contact_stick, 'tension sticks')
       call check_close(response%normal_force, -4.0e5_wp, 'and pulls', relative=1.0e-14_wp)
-      call check(response%overload <= 0.0_wp, 'below its strength')
+      call check(response%strength_ratio <= 0.0_wp, 'below its strength')
       response = respond(law, 6.0e-4_wp, 0.0_wp)
-      call check(response%overload > 0.0_wp, 'above its strength')
+      call check(response%strength_ratio > 0.0_wp, 'above its strength')
       response = respond(law, 0.0_wp, 2.0e-3_wp)
-      call check(response%overload <= 0.0_wp .and. response%state == contact_stick, 'shear below cohesion × length')
+      call check(response%strength_ratio <= 0.0_wp .and. response%state == contact_stick, &
+         'shear below cohesion × length')
       response = respond(law, 0.0_wp, 3.0e-3_wp)
-      call check(response%overload > 0.0_wp, 'shear above it')
+      call check(response%strength_ratio > 0.0_wp, 'shear above it')
       response = respond(law, -1.0e-3_wp, 3.0e-3_wp)
-      call check(response%overload <= 0.0_wp, 'compression adds its friction')
+      call check(response%strength_ratio <= 0.0_wp, 'compression adds its friction')
    end subroutine bonds
 
    !> Overload is positive exactly where tension or shear passes its limit.
-   subroutine overload()
+   subroutine strength_ratio()
       type(laws_type) :: laws
       type(response_type) :: response
       real(wp) :: gap, stretch
       logical :: over
       integer :: i, wrong
 
-      call case('overload')
+      call case('strength_ratio')
       call make_laws(laws)
       wrong = 0
       do i = 1, 2000
@@ -157,10 +167,10 @@ contains
          response = respond(law_of(laws, 2, .true., length, 0.0_wp), gap, stretch)
          over = stiffness*gap > 0.5e6_wp .or. &
             abs(stiffness/2.5_wp*stretch) > 1.0e6_wp + tan(pi/6.0_wp)*max(0.0_wp, -stiffness*gap)
-         if (over .neqv. response%overload > 0.0_wp) wrong = wrong + 1
+         if (over .neqv. response%strength_ratio > 0.0_wp) wrong = wrong + 1
          if (response%state /= contact_stick) wrong = wrong + 1
       end do
       call check(wrong == 0, 'where tension or shear is over its limit, and only there')
-   end subroutine overload
+   end subroutine strength_ratio
 
 end module test_friction

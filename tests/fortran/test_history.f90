@@ -174,7 +174,8 @@ contains
       call expect(new, 2, contact_slide, 1.0e-3_wp, 'and takes it')
    end subroutine handed_once
 
-   !> Only what is built up presses: beyond the depth that a contact was first met at, until it has opened.
+   !> Only what is built up presses: beyond the depth that a contact was first met at, until it has
+   !> opened.
    subroutine met_in_penetration()
       type(contacts_type) :: old, new
       type(history_type) :: history
@@ -190,7 +191,8 @@ contains
          call put(new, 1, 5, 0, 1, 2, up, distance(step))
          call inherit(new, old, history, .true.)
          call check_close(new%gap(1), pressing(step), 'what presses', absolute=1.0e-20_wp)
-         call check_close(new%gap(1) + new%offset(1), distance(step), 'distance', absolute=1.0e-20_wp)
+         call check_close(new%gap(1) + new%offset(1), distance(step), 'distance', &
+            absolute=1.0e-20_wp)
          old = new
       end do
       new%n = 0
@@ -199,11 +201,13 @@ contains
       call check_close(new%gap(1), -7.0e-6_wp, 'penetration of the first state presses')
    end subroutine met_in_penetration
 
-   !> New contacts deeper than a step leads are dropped; those before and behind them stay what they are.
+   !> New contacts deeper than a step leads are dropped; those before and behind them stay what they
+   !> are.
    subroutine met_too_deep()
       type(contacts_type) :: old, new
       type(history_type) :: history
-      real(wp), parameter :: distance(6) = [-4.0_wp, -1.0_wp, -7.0_wp, 2.0_wp, -9.0_wp, -2.0_wp]*1.0e-6_wp
+      real(wp), parameter :: distance(6) = [-4.0_wp, -1.0_wp, -7.0_wp, 2.0_wp, -9.0_wp, &
+         -2.0_wp]*1.0e-6_wp
       integer, parameter :: kept(4) = [1, 2, 4, 6]
       integer :: c
 
@@ -225,16 +229,20 @@ contains
       call inherit(new, old, history, .true.)
       call check(new%n == size(kept), 'how many stay')
       if (new%n /= size(kept)) return
-      call check(all(new%vertex(:4) == kept .and. new%edge(:4) == 10 + kept .and. new%corner(:4) == 20 + kept &
-         .and. new%pair(:4) == 30 + kept .and. new%joint(:4) == 40 + kept), 'which stay')
-      call check_close(new%gap(:4) + new%offset(:4), distance(kept), 'distances', absolute=1.0e-20_wp)
-      call check_close(new%gap(:4), [distance(1), 0.0_wp, distance(4), 0.0_wp], 'what presses', absolute=1.0e-20_wp)
+      call check(all(new%vertex(:4) == kept .and. new%edge(:4) == 10 + kept .and. new%corner(:4) &
+         == 20 + kept .and. new%pair(:4) == 30 + kept .and. new%joint(:4) == 40 + kept), &
+         'which stay')
+      call check_close(new%gap(:4) + new%offset(:4), distance(kept), 'distances', &
+         absolute=1.0e-20_wp)
+      call check_close(new%gap(:4), [distance(1), 0.0_wp, distance(4), 0.0_wp], 'what presses', &
+         absolute=1.0e-20_wp)
       call check_close(new%stretch(:4), [0.25_wp, 0.0_wp, 0.0_wp, 0.0_wp], 'histories')
       call check_close(new%normal(2, :4), 0.1_wp*kept, 'normals')
       call check_close(new%normal_v(6, :4) - new%shear_e(1, :4), real(kept, wp), 'rows')
    end subroutine met_too_deep
 
-   !> The spring energy of a contact that ends goes over to one of the same vertex on the next block.
+   !> The spring energy of a contact that ends goes over to one of the same vertex on the next
+   !> block.
    subroutine across_a_joint()
       type(contacts_type) :: old, new
 
@@ -253,14 +261,16 @@ contains
       old%n = 1
       call put(new, 1, 9, 0, 1, 3, up, -3.0e-6_wp)
       call pass_on(new, old)
-      call check_close([new%gap(1), new%offset(1)], [-3.0e-6_wp, 0.0_wp], 'no more than the penetration gives')
+      call check_close([new%gap(1), new%offset(1)], [-3.0e-6_wp, 0.0_wp], &
+         'no more than the penetration gives')
       new%n = 0
       call put(new, 1, 9, 0, 1, 3, [1.0_wp, 0.0_wp], -3.0e-6_wp)
       call pass_on(new, old)
       call check_close(new%gap(1), 0.0_wp, 'nothing in another direction', absolute=0.0_wp)
    end subroutine across_a_joint
 
-   !> Whatever the lists: no stretch is used twice or invented, and the index is left clean for the next step.
+   !> Whatever the lists: no stretch is used twice or invented, and the index is left clean for the
+   !> next step.
    subroutine random_lists()
       type(contacts_type) :: old, new
       type(history_type) :: history
@@ -291,7 +301,8 @@ contains
          if (any(history%head /= 0)) wrong = wrong + 1
          old = new
       end do
-      call check(wrong == 0, 'each stretch at most once, between the same two blocks, by a common vertex')
+      call check(wrong == 0, 'each stretch at most once, between the same two blocks, by a '// &
+         'common vertex')
    end subroutine random_lists
 
    !> Up to 60 contacts among ten blocks of four vertices each.
@@ -309,7 +320,8 @@ contains
          w = 0
          if (random(0.0_wp, 1.0_wp) > 0.5_wp) w = e
          normal = random_vector(2)
-         call put(contacts, v, e, w, block(v), block(e), normal/norm2(normal), random(-1.0_wp, 1.0_wp))
+         call put(contacts, v, e, w, block(v), block(e), normal/norm2(normal), &
+            random(-1.0_wp, 1.0_wp))
       end do
    contains
       pure integer function block(vertex)
@@ -325,8 +337,10 @@ contains
 
       involves = any([new%vertex(c), new%corner(c)] == old%vertex(k)) .or. &
          (old%corner(k) > 0 .and. any([new%vertex(c), new%corner(c)] == old%corner(k)))
-      involves = involves .and. min(new%block_v(c), new%block_e(c)) == min(old%block_v(k), old%block_e(k))
-      involves = involves .and. max(new%block_v(c), new%block_e(c)) == max(old%block_v(k), old%block_e(k))
+      involves = involves .and. min(new%block_v(c), new%block_e(c)) == min(old%block_v(k), &
+         old%block_e(k))
+      involves = involves .and. max(new%block_v(c), new%block_e(c)) == max(old%block_v(k), &
+         old%block_e(k))
    end function involves
 
 end module test_history

@@ -1,6 +1,8 @@
-!> The input: every group arrives in the model, and every mistake is refused by file, group, line and value.
+!> The input: every group arrives in the model, and every mistake is refused by file, group, line
+!> and value.
 module test_input
-   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_invalid, ieee_set_halting_mode
+   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_invalid, &
+      ieee_set_halting_mode
    use dda_kinds, only: wp
    use dda_errors, only: error_file, error_input, error_type
    use dda_input, only: read_model, read_model_file
@@ -17,14 +19,16 @@ module test_input
    character(len=*), parameter :: control = '&control time_step = 1.0e-3 steps = 10 /'//newline
    character(len=*), parameter :: joint = '&joint friction_angle = 30.0 /'//newline
    character(len=*), parameter :: square = '&block vertices = 0 0 1 0 1 1 0 1 /'//newline
-   character(len=*), parameter :: whole = control//rock//newline//joint//square  ! groups on lines 1 to 4
+   ! groups on lines 1 to 4
+   character(len=*), parameter :: whole = control//rock//newline//joint//square
 
 contains
 
    subroutine input_suite()
       logical :: halting
 
-      ! A NaN that is compared raises `invalid`: what the input says must not stop a tester that traps it.
+      ! A NaN that is compared raises `invalid`: what the input says must not stop a tester that
+      ! traps it.
       call ieee_get_halting_mode(ieee_invalid, halting)
       if (halting) call ieee_set_halting_mode(ieee_invalid, .false.)
       call settings()
@@ -79,21 +83,24 @@ contains
       type(model_type) :: model
 
       call case('run, control, contact, output')
-      call accept(model, &
-         '&run title = ''A title'' / &control time_step = 0.01 duration = 1.0 least_time_step = 1.0e-5'// &
-         ' dynamic_factor = 0.9 max_displacement_ratio = 0.02 gravity = 1.0 -9.81 time_step_control = ''adaptive'''// &
-         ' analysis = ''plane_strain'' solver = ''banded'' / &contact normal_stiffness = 2.0e9 shear_ratio = 3.0'// &
-         ' fixed_point_ratio = 50.0 max_iterations = 77 force_tolerance = 1.0e-8 / &output file = ''o.nc'''// &
-         ' history_interval = 4 block_interval = 9 / '//rock//joint//square)
+      call accept(model, '&run title = ''A title'' / &control time_step = 0.01 duration = 1.0 '// &
+         'least_time_step = 1.0e-5'//' dynamic_factor = 0.9 max_displacement_ratio = 0.02 '// &
+         'gravity = 1.0 -9.81 time_step_control = ''adaptive'''// &
+         ' analysis = ''plane_strain'' solver = ''banded'' / &contact normal_stiffness = 2.0e9 '// &
+         'shear_ratio = 3.0'//' fixed_point_ratio = 50.0 max_iterations = 77 force_tolerance = '// &
+         '1.0e-8 / &output file = ''o.nc'''//' history_interval = 4 block_interval = 9 / '//rock// &
+         joint//square)
       call check(model%title == 'A title', 'title')
       associate (c => model%control)
-         call check_close([c%time_step, c%least_time_step, c%dynamic_factor, c%max_displacement_ratio, c%gravity], &
-            [0.01_wp, 1.0e-5_wp, 0.9_wp, 0.02_wp, 1.0_wp, -9.81_wp], 'numbers of control')
-         call check(c%steps == 100 .and. c%adaptive .and. c%plane_strain .and. c%solver == 'banded', 'words of control')
+         call check_close([c%time_step, c%least_time_step, c%dynamic_factor, &
+            c%max_displacement_ratio, c%gravity], [0.01_wp, 1.0e-5_wp, 0.9_wp, 0.02_wp, 1.0_wp, &
+            -9.81_wp], 'numbers of control')
+         call check(c%steps == 100 .and. c%adaptive .and. c%plane_strain &
+            .and. c%solver == 'banded', 'words of control')
       end associate
       associate (c => model%contact)
-         call check_close([c%normal_stiffness, c%shear_ratio, c%fixed_point_ratio, c%force_tolerance], &
-            [2.0e9_wp, 3.0_wp, 50.0_wp, 1.0e-8_wp], 'contact')
+         call check_close([c%normal_stiffness, c%shear_ratio, c%fixed_point_ratio, &
+            c%force_tolerance], [2.0e9_wp, 3.0_wp, 50.0_wp, 1.0e-8_wp], 'contact')
          call check(c%max_iterations == 77, 'iterations')
       end associate
       call check(model%output%file == 'o.nc' .and. model%output%history_interval == 4 .and. &
@@ -105,14 +112,18 @@ contains
 
       call case('defaults')
       call accept(model, whole)
-      call check(.not. model%control%adaptive .and. .not. model%control%plane_strain, 'fixed step, plane stress')
+      call check(.not. model%control%adaptive .and. .not. model%control%plane_strain, &
+         'fixed step, plane stress')
       call check_close(model%control%gravity, [0.0_wp, 0.0_wp], 'no gravity')
-      call check_close(model%contact%normal_stiffness, 40.0_wp*5.0e9_wp, '40 E', relative=1.0e-15_wp)
-      call check_close(default_stiffness(model%materials), 40.0_wp*5.0e9_wp, '40 E by itself', relative=1.0e-15_wp)
+      call check_close(model%contact%normal_stiffness, 40.0_wp*5.0e9_wp, '40 E', &
+         relative=1.0e-15_wp)
+      call check_close(default_stiffness(model%materials), 40.0_wp*5.0e9_wp, '40 E by itself', &
+         relative=1.0e-15_wp)
       call check_close(model%contact%shear_ratio, 2.5_wp, 'k_n / k_s')
       call check(model%output%file == 'in.nc', 'output name: '//model%output%file)
       call check_close(half_size(model%blocks), 0.5_wp, 'half size')
-      call check_close(contact_distance(model), 2.5_wp*0.01_wp*0.5_wp, 'contact distance', relative=1.0e-15_wp)
+      call check_close(contact_distance(model), 2.5_wp*0.01_wp*0.5_wp, 'contact distance', &
+         relative=1.0e-15_wp)
    end subroutine defaults
 
    subroutine substances()
@@ -127,13 +138,16 @@ contains
          '&block name = ''b'' material = ''rock'' joint = ''k'' vertices = 2 0 3 0 3 1 /')
       call check(size(model%materials) == 2 .and. size(model%joints) == 2, 'two of each')
       associate (m => model%materials(1))
-         call check_close([m%density, m%young_modulus, m%poisson_ratio, m%initial_stress, m%initial_velocity], &
-            [1000.0_wp, 1.0e9_wp, 0.2_wp, 1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp], 'material')
+         call check_close([m%density, m%young_modulus, m%poisson_ratio, m%initial_stress, &
+            m%initial_velocity], [1000.0_wp, 1.0e9_wp, 0.2_wp, 1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, &
+            5.0_wp, 6.0_wp], 'material')
       end associate
       associate (j => model%joints(1))
-         call check_close([j%friction_angle, j%cohesion, j%tensile_strength], [10.0_wp, 11.0_wp, 12.0_wp], 'joint')
+         call check_close([j%friction_angle, j%cohesion, j%tensile_strength], &
+            [10.0_wp, 11.0_wp, 12.0_wp], 'joint')
       end associate
-      call check(all(model%blocks%material == [1, 2]) .and. all(model%blocks%joint == [1, 2]), 'named or the first')
+      call check(all(model%blocks%material == [1, 2]) .and. all(model%blocks%joint == [1, 2]), &
+         'named or the first')
       call check(model%block_names(2) == 'b', 'name of a block')
       call check_close(model%blocks%velocity(1:3, 1), [4.0_wp, 5.0_wp, 6.0_wp], 'first velocity')
       call check_close(model%blocks%mass, [1000.0_wp, 1250.0_wp], 'masses', relative=1.0e-14_wp)
@@ -146,9 +160,11 @@ contains
       call accept(model, control//rock//joint// &
          '&layers width = 4.0 thickness = 0.5 count = 3 left = 1.0 bottom = 2.0 /'// &
          '&drums centre = 20.0 width = 1.0 top_width = 0.8 height = 0.5 count = 4 /'// &
-         '&wall left = 30.0 brick_length = 0.6 brick_height = 0.3 bricks = 3 courses = 2 name = ''w'' /')
+         '&wall left = 30.0 brick_length = 0.6 brick_height = 0.3 bricks = 3 courses = 2 name '// &
+         '= ''w'' /')
       call check(model%blocks%n == 3 + 4 + 7, 'blocks')
-      call check_close(sum(model%blocks%area), 3*4.0_wp*0.5_wp + 0.9_wp*2.0_wp + 6*0.18_wp, 'area', relative=1.0e-13_wp)
+      call check_close(sum(model%blocks%area), 3*4.0_wp*0.5_wp + 0.9_wp*2.0_wp + 6*0.18_wp, &
+         'area', relative=1.0e-13_wp)
       call check(model%block_names(1) == 'layer_1' .and. model%block_names(7) == 'drum_4' .and. &
          model%block_names(14) == 'w_7', 'names')
    end subroutine generators
@@ -161,7 +177,8 @@ contains
          '&measured_point name = ''top'' x = 1.0 y = 1.0 block = ''1'' /'// &
          '&measured_point name = ''foot'' x = 0.5 y = 0.0 /'// &
          '&load x = 0.5 y = 1.0 time = 0.0 1.0 2.0 force_y = 3.0 4.0 5.0 /'// &
-         '&amplification surface = ''top'' base = ''foot'' direction = ''y'' lowest = 1.0 highest = 9.0 padding = 4 /')
+         '&amplification surface = ''top'' base = ''foot'' direction = ''y'' lowest = 1.0 '// &
+         'highest = 9.0 padding = 4 /')
       associate (p => model%fixed_points(1))
          call check(p%block == 1 .and. p%held(1) .and. .not. p%held(2), 'held in x')
          call check_close(p%reference, [-0.25_wp, 0.0_wp], 'where', absolute=1.0e-15_wp)
@@ -172,7 +189,8 @@ contains
          call check_close(load%force, reshape([0, 3, 0, 4, 0, 5]*1.0_wp, [2, 3]), 'forces')
       end associate
       associate (a => model%amplifications(1))
-         call check(a%surface == 1 .and. a%base == 2 .and. a%axis == 2 .and. a%padding == 4, 'amplification')
+         call check(a%surface == 1 .and. a%base == 2 .and. a%axis == 2 .and. a%padding == 4, &
+            'amplification')
       end associate
    end subroutine points
 
@@ -180,16 +198,21 @@ contains
       type(model_type) :: model
 
       call case('motions')
-      call accept(model, '&control time_step = 1.0e-3 steps = 10 base_motion_y = ''q'' /'//rock//joint//square// &
-         '&motion name = ''p'' quantity = ''displacement'' time_step = 0.5 values = 0.0 1.0 3.0 2.0 /'// &
-         '&motion name = ''q'' quantity = ''velocity'' time_step = 0.1 values = 0.0 1.0 0.0 scale = 2.0 /'// &
+      call accept(model, '&control time_step = 1.0e-3 steps = 10 base_motion_y = ''q'' /'//rock// &
+         joint//square//'&motion name = ''p'' quantity = ''displacement'' time_step = 0.5 '// &
+         'values = 0.0 1.0 3.0 2.0 /'//'&motion name = ''q'' quantity = ''velocity'' time_step '// &
+         '= 0.1 values = 0.0 1.0 0.0 scale = 2.0 /'// &
          '&fixed_point x = 0.5 y = 0.5 motion_x = ''q'' motion_y = ''p'' /')
       call check(all(model%control%base_motion == [0, 2]), 'of the base')
       call check(all(model%fixed_points(1)%motion == [2, 1]), 'of a point')
-      call check_close(model%motions(1)%curve%displacement, [0.0_wp, 1.0_wp, 3.0_wp, 2.0_wp], 'samples')
-      call check_close(model%motions(2)%curve%velocity, [0.0_wp, 2.0_wp, 0.0_wp], 'scaled', absolute=1.0e-15_wp)
-      call check(index(model%motions(2)%source, 'velocity') > 0, 'source: '//model%motions(2)%source)
-      call check(motion_named(model%motions, 'q') == 2 .and. motion_named(model%motions, 'r') == 0, 'found by name')
+      call check_close(model%motions(1)%curve%displacement, [0.0_wp, 1.0_wp, 3.0_wp, 2.0_wp], &
+         'samples')
+      call check_close(model%motions(2)%curve%velocity, [0.0_wp, 2.0_wp, 0.0_wp], 'scaled', &
+         absolute=1.0e-15_wp)
+      call check(index(model%motions(2)%source, 'velocity') > 0, 'source: '// &
+         model%motions(2)%source)
+      call check(motion_named(model%motions, 'q') == 2 .and. motion_named(model%motions, 'r') &
+         == 0, 'found by name')
    end subroutine motions
 
    !> Map coordinates: the engine works round the middle, nothing is lost.
@@ -197,10 +220,12 @@ contains
       type(model_type) :: model
 
       call case('origin')
-      call accept(model, control//rock//joint//'&block vertices = 500000 4000000 500002 4000000 500002 4000001'// &
+      call accept(model, control//rock//joint// &
+         '&block vertices = 500000 4000000 500002 4000000 500002 4000001'// &
          ' 500000 4000001 / &measured_point name = ''p'' x = 500000.5 y = 4000000.25 /')
       call check_close(model%origin, [500001.0_wp, 4000000.5_wp], 'middle')
-      call check_close(model%blocks%position(1:2, 1), [0.0_wp, 0.0_wp], 'centroid', absolute=1.0e-12_wp)
+      call check_close(model%blocks%position(1:2, 1), [0.0_wp, 0.0_wp], 'centroid', &
+         absolute=1.0e-12_wp)
       call check_close(model%points(1)%place, [-0.5_wp, -0.25_wp], 'point', absolute=1.0e-9_wp)
    end subroutine origin
 
@@ -216,7 +241,8 @@ contains
       call check(model%text == whole .and. model%file == scratch_name, 'text and name are kept')
       call read_model_file(model, 'no/such.nml', error)
       call check_fails(error, 'no/such.nml')
-      if (allocated(error)) call check(error%kind == error_file .or. error%kind == error_input, 'its kind')
+      if (allocated(error)) call check(error%kind == error_file .or. error%kind == error_input, &
+         'its kind')
    end subroutine files
 
    subroutine bad_groups()
@@ -230,8 +256,8 @@ contains
       call refuse(control//rock//joint, 'no blocks')
       call refuse(whole//'stray', 'line 5', 'stray')
       call refuse(whole//'&run title = ''x', '&run', 'line 5')
-      call refuse('&control time_step = 1.0e-3 st'//char(255)//'eps = 10 /'//newline//rock//joint//square, '&control', &
-         'line 1', 'a byte that is no text')
+      call refuse('&control time_step = 1.0e-3 st'//char(255)//'eps = 10 /'//newline//rock// &
+         joint//square, '&control', 'line 1', 'a byte that is no text')
       call refuse('', '&control')
    end subroutine bad_groups
 
@@ -246,8 +272,10 @@ contains
       call refuse_control('time_step = 1.0e-3 steps = 2.5', 'steps = 2.5')
       call refuse_control('time_step = 1.0 duration = 0.1', 'duration = 0.1')
       call refuse_control('time_step = 1.0 duration = -3.0', 'duration = -3')
-      call refuse_control('time_step = 1.0e-3 steps = 5 dynamic_factor = 1.5', 'dynamic_factor = 1.5')
-      call refuse_control('time_step = 1.0e-3 steps = 5 max_displacement_ratio = 0.0', 'max_displacement_ratio = 0')
+      call refuse_control('time_step = 1.0e-3 steps = 5 dynamic_factor = 1.5', &
+         'dynamic_factor = 1.5')
+      call refuse_control('time_step = 1.0e-3 steps = 5 max_displacement_ratio = 0.0', &
+         'max_displacement_ratio = 0')
       call refuse_control('time_step = 1.0e-3 steps = 5 time_step_control = ''often''', 'often')
       call refuse_control('time_step = 1.0e-3 steps = 5 analysis = ''plane''', 'plane')
       call refuse_control('time_step = 1.0e-3 steps = 5 colour = 3', 'colour')
@@ -259,62 +287,76 @@ contains
    subroutine refuse_control(values, names)
       character(len=*), intent(in) :: values, names
 
-      call refuse(newline//'&control '//values//' /'//rock//joint//square, '&control', 'line 2', names)
+      call refuse(newline//'&control '//values//' /'//rock//joint//square, '&control', 'line 2', &
+         names)
    end subroutine refuse_control
 
    subroutine bad_contact_and_output()
       call case('contact, output, run')
-      call refuse(whole//'&contact normal_stiffness = 0.0 /', '&contact', 'line 5', 'normal_stiffness = 0')
+      call refuse(whole//'&contact normal_stiffness = 0.0 /', '&contact', 'line 5', &
+         'normal_stiffness = 0')
       call refuse(whole//'&contact shear_ratio = -2.0 /', '&contact', 'shear_ratio = -2')
       call refuse(whole//'&contact max_iterations = 1 /', '&contact', 'max_iterations = 1')
       call refuse(whole//'&contact force_tolerance = 1.0 /', '&contact', 'force_tolerance = 1')
       call refuse(whole//'&contact fixed_point_ratio = 0.0 /', '&contact', 'fixed_point_ratio = 0')
       call refuse(whole//'&contact dead_band = 0.1 /', '&contact', 'dead_band')
-      call refuse(whole//'&output history_interval = 0 /', '&output', 'line 5', 'history_interval = 0')
+      call refuse(whole//'&output history_interval = 0 /', '&output', 'line 5', &
+         'history_interval = 0')
       call refuse(whole//'&output block_interval = -1 /', '&output', 'block_interval = -1')
       call refuse(whole//'&run name = ''x'' /', '&run', 'name')
    end subroutine bad_contact_and_output
 
    subroutine bad_substances()
       call case('materials and joints')
-      call refuse_material('density = -1.0 young_modulus = 1.0e9 poisson_ratio = 0.2', 'density = -1')
+      call refuse_material('density = -1.0 young_modulus = 1.0e9 poisson_ratio = 0.2', &
+         'density = -1')
       call refuse_material('density = 0.0 young_modulus = 1.0e9 poisson_ratio = 0.2', 'density = 0')
       call refuse_material('young_modulus = 1.0e9 poisson_ratio = 0.2', 'density is missing')
       call refuse_material('density = 1000.0 poisson_ratio = 0.2', 'young_modulus is missing')
-      call refuse_material('density = 1000.0 young_modulus = -1.0e9 poisson_ratio = 0.2', 'young_modulus = -1')
+      call refuse_material('density = 1000.0 young_modulus = -1.0e9 poisson_ratio = 0.2', &
+         'young_modulus = -1')
       call refuse_material('density = 1000.0 young_modulus = 1.0e9', 'poisson_ratio is missing')
-      call refuse_material('density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.5', 'poisson_ratio = 0.5')
-      call refuse_material('density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 friction = 1.0', 'friction')
+      call refuse_material('density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.5', &
+         'poisson_ratio = 0.5')
+      call refuse_material('density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 '// &
+         'friction = 1.0', 'friction')
       call refuse(whole//rock, '&material', 'line 5', 'rock')
-      call refuse(whole//'&joint friction_angle = 90.0 /', '&joint', 'line 5', 'friction_angle = 90')
+      call refuse(whole//'&joint friction_angle = 90.0 /', '&joint', 'line 5', &
+         'friction_angle = 90')
       call refuse(whole//'&joint name = ''j'' /', '&joint', 'line 5', 'friction_angle')
-      call refuse(whole//'&joint friction_angle = 10.0 cohesion = -5.0 name = ''j'' /', '&joint', 'cohesion = -5')
-      call refuse(whole//'&joint friction_angle = 10.0 tensile_strength = -5.0 name = ''j'' /', '&joint', &
-         'tensile_strength = -5')
+      call refuse(whole//'&joint friction_angle = 10.0 cohesion = -5.0 name = ''j'' /', '&joint', &
+         'cohesion = -5')
+      call refuse(whole//'&joint friction_angle = 10.0 tensile_strength = -5.0 name = ''j'' /', &
+         '&joint', 'tensile_strength = -5')
       call refuse(whole//joint, '&joint', 'line 5')
    end subroutine bad_substances
 
    subroutine refuse_material(values, names)
       character(len=*), intent(in) :: values, names
 
-      call refuse(control//newline//'&material '//values//' /'//joint//square, '&material', 'line 3', names)
+      call refuse(control//newline//'&material '//values//' /'//joint//square, '&material', &
+         'line 3', names)
    end subroutine refuse_material
 
    subroutine bad_motions()
       call case('motions')
-      call refuse_motion('file = ''no such record.txt'' quantity = ''acceleration'' unit = ''g'' time_step = 0.01', &
-         'no such record.txt')
+      call refuse_motion('file = ''no such record.txt'' quantity = ''acceleration'' unit = '// &
+         '''g'' time_step = 0.01', 'no such record.txt')
       call refuse_motion('quantity = ''velocity'' time_step = 0.1 values = 1.0', 'too few samples')
-      call refuse_motion('quantity = ''velocity'' time_step = 0.0 values = 1.0 2.0', 'time_step = 0')
+      call refuse_motion('quantity = ''velocity'' time_step = 0.0 values = 1.0 2.0', &
+         'time_step = 0')
       call refuse_motion('quantity = ''velocity'' values = 1.0 2.0', 'time_step')
       call refuse_motion('quantity = ''jerk'' time_step = 0.1 values = 1.0 2.0', 'jerk')
       call refuse_motion('time_step = 0.1', 'file or values')
       call refuse_motion('file = ''x'' values = 1.0 2.0 time_step = 0.1', 'file or values')
-      call refuse_motion('quantity = ''velocity'' unit = ''feet'' time_step = 0.1 values = 1.0 2.0', 'feet')
-      call refuse_motion('quantity = ''velocity'' taper = 2.0 time_step = 0.1 values = 1.0 2.0', 'taper = 2')
-      call refuse_motion('quantity = ''velocity'' drift_order = 7 time_step = 0.1 values = 1.0 2.0', 'drift_order = 7')
-      call refuse(whole//'&motion quantity = ''velocity'' time_step = 0.1 values = 1.0 2.0 /', '&motion', 'line 5', &
-         'name is missing')
+      call refuse_motion('quantity = ''velocity'' unit = ''feet'' time_step = 0.1 values = 1.0 '// &
+         '2.0', 'feet')
+      call refuse_motion('quantity = ''velocity'' taper = 2.0 time_step = 0.1 values = 1.0 2.0', &
+         'taper = 2')
+      call refuse_motion('quantity = ''velocity'' drift_order = 7 time_step = 0.1 values = 1.0 '// &
+         '2.0', 'drift_order = 7')
+      call refuse(whole//'&motion quantity = ''velocity'' time_step = 0.1 values = 1.0 2.0 /', &
+         '&motion', 'line 5', 'name is missing')
    end subroutine bad_motions
 
    subroutine refuse_motion(values, names)
@@ -347,20 +389,24 @@ contains
    subroutine refuse_block(values, names)
       character(len=*), intent(in) :: values, names
 
-      call refuse(control//rock//newline//joint//newline//'&block '//values//' /', '&block', 'line 5', names)
+      call refuse(control//rock//newline//joint//newline//'&block '//values//' /', '&block', &
+         'line 5', names)
    end subroutine refuse_block
 
    subroutine overlaps()
       type(model_type) :: model
 
       call case('overlaps')
-      call refuse(whole//'&block name = ''b'' vertices = 0.9 0 2 0 2 1 0.9 1 /', '&block', 'line 5', 'overlaps', &
-         '0.1 m')
+      call refuse(whole//'&block name = ''b'' vertices = 0.9 0 2 0 2 1 0.9 1 /', '&block', &
+         'line 5', 'overlaps', '0.1 m')
       call refuse(whole//'&block vertices = 0 0 1 0 1 1 0 1 /', 'line 5', 'overlaps')
-      call refuse(whole//'&block vertices = 0.4 0.4 0.6 0.4 0.6 0.6 0.4 0.6 /', 'line 5', 'overlaps')
+      call refuse(whole//'&block vertices = 0.4 0.4 0.6 0.4 0.6 0.6 0.4 0.6 /', 'line 5', &
+         'overlaps')
       call refuse(whole//'&block vertices = -1 0.4 2 0.4 2 0.6 -1 0.6 /', 'line 5', 'overlaps')
-      call refuse(whole//'&layers width = 1.0 thickness = 1.0 count = 2 /', '&layers', 'line 5', 'overlaps')
-      call accept(model, whole//'&block vertices = 1 0 2 0 2 1 1 1 / &block vertices = 0 1 2 1 2 2 0 2 /')
+      call refuse(whole//'&layers width = 1.0 thickness = 1.0 count = 2 /', '&layers', 'line 5', &
+         'overlaps')
+      call accept(model, whole//'&block vertices = 1 0 2 0 2 1 1 1 / &block vertices = 0 1 2 1 '// &
+         '2 2 0 2 /')
       call check(model%blocks%n == 3, 'touching blocks are read')
    end subroutine overlaps
 
@@ -370,18 +416,21 @@ contains
       type(model_type) :: model
 
       call case('sizes and places')
-      call refuse(before//'&layers bottom = 1e16 width = 10.0 thickness = 1.0 count = 3 /', '&layers', 'line 5', &
-         'block 1 layer_1 reaches farther')
-      call refuse(whole//'&layers left = -2e9 width = 1.0 thickness = 1.0 /', '&layers', 'line 5', 'block 2 layer_1')
+      call refuse(before//'&layers bottom = 1e16 width = 10.0 thickness = 1.0 count = 3 /', &
+         '&layers', 'line 5', 'block 1 layer_1 reaches farther')
+      call refuse(whole//'&layers left = -2e9 width = 1.0 thickness = 1.0 /', '&layers', 'line 5', &
+         'block 2 layer_1')
       call refuse(before//'&layers width = 1e-100 thickness = 1e-100 /', 'less than 1.00000E-009 m')
-      call refuse(whole//'&layers left = -9e8 width = 1e7 thickness = 1e7 / &layers left = 9e8 width = 1e7 thickness = 1e7 /', &
-         '&block', 'line 4', 'block 1 measures 1 m, too little beside')
-      call refuse(before//'&drums width = 1e6 height = 1e-9 count = 2 /', '&drums', 'block 1 drum_1 has no area')
-      call refuse(before//'&drums width = 1.0 top_width = 1e-14 height = 1.0 count = 2 /', '&drums', &
-         'block 2 drum_2 has a side of', 'too little beside the 2 m')
+      call refuse(whole//'&layers left = -9e8 width = 1e7 thickness = 1e7 / &layers left = 9e8 '// &
+         'width = 1e7 thickness = 1e7 /', '&block', 'line 4', &
+         'block 1 measures 1 m, too little beside')
+      call refuse(before//'&drums width = 1e6 height = 1e-9 count = 2 /', '&drums', &
+         'block 1 drum_1 has no area')
+      call refuse(before//'&drums width = 1.0 top_width = 1e-14 height = 1.0 count = 2 /', &
+         '&drums', 'block 2 drum_2 has a side of', 'too little beside the 2 m')
       call accept(model, before//'&drums width = 1.0 top_width = 1e-9 height = 1.0 count = 2 /')
-      call refuse(before//'&wall brick_length = 1.0 brick_height = 1.0 bricks = 2 name = '''//repeat('n', 57)//''' /', &
-         '&wall', 'too long: at most 56')
+      call refuse(before//'&wall brick_length = 1.0 brick_height = 1.0 bricks = 2 name = '''// &
+         repeat('n', 57)//''' /', '&wall', 'too long: at most 56')
    end subroutine bad_sizes
 
    !> Groups of many megabytes: on the stack they would end the program.
@@ -390,8 +439,8 @@ contains
 
       call case('long groups')
       text = repeat('1.0 ', 5000000)
-      call refuse(control//rock//newline//joint//newline//'&block vertices = '//text//' /', '&block', 'line 5', &
-         'one more than that variable holds')
+      call refuse(control//rock//newline//joint//newline//'&block vertices = '//text//' /', &
+         '&block', 'line 5', 'one more than that variable holds')
       call refuse(whole//'&block '//repeat('x', 20000000)//' = 1 /', '&block', 'line 5')
    end subroutine long_groups
 
@@ -399,26 +448,34 @@ contains
       call case('points')
       call refuse(whole//'&fixed_point x = 7.0 y = 0.5 /', '&fixed_point', 'line 5', 'outside', '7')
       call refuse(whole//'&fixed_point x = 0.5 /', '&fixed_point', 'line 5', 'y')
-      call refuse(whole//'&fixed_point x = 0.5 y = 0.5 direction = ''z'' /', '&fixed_point', 'direction = ''z''')
-      call refuse(whole//'&fixed_point x = 0.5 y = 0.5 motion_x = ''m'' /', '&fixed_point', 'motion_x = ''m''')
-      call refuse(whole//'&fixed_point x = 0.5 y = 0.5 block = ''9'' /', '&fixed_point', 'block = ''9''')
-      call refuse(whole//'&measured_point x = 0.5 y = 0.5 /', '&measured_point', 'line 5', 'name is missing')
-      call refuse(whole//'&measured_point name = ''p'' x = 0.5 y = -2.5 /', '&measured_point', 'outside', '-2.5')
-      call refuse(whole// &
-         '&measured_point name = ''p'' x = 0.5 y = 0.5 / &measured_point name = ''p'' x = 0.2 y = 0.2 /', &
-         '&measured_point', '''p''', 'twice')
-      call refuse(whole//'&load x = 0.5 y = 0.5 time = 0.0 force_x = 1.0 /', '&load', 'line 5', 'time')
+      call refuse(whole//'&fixed_point x = 0.5 y = 0.5 direction = ''z'' /', '&fixed_point', &
+         'direction = ''z''')
+      call refuse(whole//'&fixed_point x = 0.5 y = 0.5 motion_x = ''m'' /', '&fixed_point', &
+         'motion_x = ''m''')
+      call refuse(whole//'&fixed_point x = 0.5 y = 0.5 block = ''9'' /', '&fixed_point', &
+         'block = ''9''')
+      call refuse(whole//'&measured_point x = 0.5 y = 0.5 /', '&measured_point', 'line 5', &
+         'name is missing')
+      call refuse(whole//'&measured_point name = ''p'' x = 0.5 y = -2.5 /', '&measured_point', &
+         'outside', '-2.5')
+      call refuse(whole//'&measured_point name = ''p'' x = 0.5 y = 0.5 / &measured_point name '// &
+         '= ''p'' x = 0.2 y = 0.2 /', '&measured_point', '''p''', 'twice')
+      call refuse(whole//'&load x = 0.5 y = 0.5 time = 0.0 force_x = 1.0 /', '&load', 'line 5', &
+         'time')
       call refuse(whole//'&load x = 0.5 y = 0.5 time = 0.0 1.0 force_x = 1.0 /', '&load', 'force_x')
-      call refuse(whole//'&load x = 0.5 y = 0.5 time = 1.0 0.0 force_x = 1.0 1.0 /', '&load', 'decrease')
-      call refuse(whole//'&load x = 5.5 y = 0.5 time = 0.0 1.0 force_x = 1.0 1.0 /', '&load', 'outside')
-      call refuse(whole//'&amplification surface = ''a'' base = ''b'' lowest = 1.0 highest = 2.0 /', '&amplification', &
-         'line 5', '''a''')
+      call refuse(whole//'&load x = 0.5 y = 0.5 time = 1.0 0.0 force_x = 1.0 1.0 /', '&load', &
+         'decrease')
+      call refuse(whole//'&load x = 5.5 y = 0.5 time = 0.0 1.0 force_x = 1.0 1.0 /', '&load', &
+         'outside')
+      call refuse(whole//'&amplification surface = ''a'' base = ''b'' lowest = 1.0 highest = '// &
+         '2.0 /', '&amplification', 'line 5', '''a''')
       call refuse(whole//'&amplification lowest = 2.0 highest = 1.0 /', '&amplification', 'highest')
    end subroutine bad_points
 
    !> NaN, infinity and words, wherever a number belongs.
    subroutine bad_numbers()
-      character(len=*), parameter :: bad(4) = [character(len=9) :: 'NaN', 'Infinity', '-Inf', '''fast''']
+      character(len=*), parameter :: bad(4) = [character(len=9) :: 'NaN', 'Infinity', '-Inf', &
+         '''fast''']
       integer :: i
 
       call case('numbers that are none')
@@ -435,15 +492,21 @@ contains
       call refuse_control('time_step = 0.1 steps = '//value, what('steps'))
       call refuse_control('time_step = 0.1 steps = 10 gravity = 0.0 '//value, '&control')
       call refuse_control('time_step = 0.1 steps = 10 dynamic_factor = '//value, '&control')
-      call refuse_material('density = '//value//' young_modulus = 1.0e9 poisson_ratio = 0.2', what('density'))
-      call refuse_material('density = 1.0 young_modulus = '//value//' poisson_ratio = 0.2', '&material')
-      call refuse_material('density = 1.0 young_modulus = 1.0e9 poisson_ratio = '//value, '&material')
+      call refuse_material('density = '//value//' young_modulus = 1.0e9 poisson_ratio = 0.2', &
+         what('density'))
+      call refuse_material('density = 1.0 young_modulus = '//value//' poisson_ratio = 0.2', &
+         '&material')
+      call refuse_material('density = 1.0 young_modulus = 1.0e9 poisson_ratio = '//value, &
+         '&material')
       call refuse_block('vertices = 0 0 1 0 1 '//value, '&block')
       call refuse(whole//'&fixed_point x = '//value//' y = 0.5 /', '&fixed_point', 'line 5')
-      call refuse(whole//'&load x = 0.5 y = 0.5 time = 0.0 '//value//' force_x = 1.0 1.0 /', '&load', 'line 5')
-      call refuse(whole//'&load x = 0.5 y = 0.5 time = 0.0 1.0 force_x = 1.0 '//value//' /', '&load', 'line 5')
+      call refuse(whole//'&load x = 0.5 y = 0.5 time = 0.0 '//value//' force_x = 1.0 1.0 /', &
+         '&load', 'line 5')
+      call refuse(whole//'&load x = 0.5 y = 0.5 time = 0.0 1.0 force_x = 1.0 '//value//' /', &
+         '&load', 'line 5')
       call refuse(whole//'&contact normal_stiffness = '//value//' /', '&contact', 'line 5')
-      call refuse(whole//'&layers width = '//value//' thickness = 1.0 bottom = 5.0 /', '&layers', 'line 5')
+      call refuse(whole//'&layers width = '//value//' thickness = 1.0 bottom = 5.0 /', '&layers', &
+         'line 5')
       call refuse_motion('quantity = ''velocity'' time_step = 0.1 values = 1.0 '//value, '&motion')
    contains
       !> A number that is none is named by its variable, a word by itself.
@@ -460,8 +523,8 @@ contains
    subroutine any_cut()
       character(len=*), parameter :: text = whole// &
          '&motion name = ''m'' quantity = ''velocity'' time_step = 0.1 values ='// &
-         ' 0.0 1.0 0.0 / &fixed_point x = 0.5 y = 0.5 motion_x = ''m'' / &load x = 0.5 y = 1.0 time = 0.0 1.0'// &
-         ' force_x = 3.0 4.0 /'
+         ' 0.0 1.0 0.0 / &fixed_point x = 0.5 y = 0.5 motion_x = ''m'' / &load x = 0.5 y = 1.0 '// &
+         'time = 0.0 1.0'//' force_x = 3.0 4.0 /'
       type(model_type) :: model
       type(error_type), allocatable :: error
       integer :: i, empty

@@ -1,7 +1,7 @@
 !> The line search finds the least energy on its way, and leaves a way that does not rise alone.
 module test_line_search
    use dda_kinds, only: wp
-   use dda_assembly, only: system_type
+   use dda_system, only: system_type
    use dda_contact, only: contacts_type
    use dda_friction, only: laws_type
    use dda_line_search, only: descend
@@ -53,9 +53,11 @@ contains
          least = min(least, energy(system, contacts, from + real(k, wp)/200*(to - from)))
       end do
       scale = energy(system, contacts, from) - least
-      ! A slope that is 1 % of the first one, of a convex function: 2 % of the descent are left at most.
+      ! A slope that is 1 % of the first one, of a convex function: 2 % of the descent are left at
+      ! most.
       call check(found <= least + 0.02_wp*scale, 'no place on the way is much lower')
-      call check(maxval(abs(system%d - from - part*(to - from))) <= 1.0e-12_wp*maxval(abs(to)), 'it is on the way')
+      call check(maxval(abs(system%d - from - part*(to - from))) <= 1.0e-12_wp*maxval(abs(to)), &
+         'it is on the way')
    end subroutine search
 
    subroutine keep(count)
@@ -67,7 +69,8 @@ contains
 
       call random_system(system, contacts, laws, count, 0.0_wp)
       system%previous_d = 0.1_wp*reshape(random_vector(12), [6, 2])
-      to = system%previous_d - 1.0e-6_wp*reshape(gradient(system, contacts, system%previous_d), [6, 2])
+      to = system%previous_d - 1.0e-6_wp*reshape(gradient(system, contacts, system%previous_d), &
+         [6, 2])
       system%d = to
       call measure_contacts(contacts, to)
       call descend(system, contacts, laws, part)

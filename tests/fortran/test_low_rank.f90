@@ -5,8 +5,8 @@ module test_low_rank
    use dda_errors, only: error_type
    use dda_low_rank, only: follow_again
    use dda_rank_one, only: add_change, forget_changes, most_changes, note_many, rank_one_type
-   use dda_solver, only: analyse, choose_solver, renew, solve, solver_type
-   use dda_stale_factor, only: analyse_stale, follow, refresh, stale_factor_type
+   use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_type
+   use dda_lagged_factor, only: analyse_lagged, follow, refresh, lagged_factor_type
    use models, only: random, random_vector, sow
    use testing, only: case, check, check_no_error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
@@ -55,7 +55,8 @@ contains
       end do
       do i = 1, n
          do k = 1, 3
-            call put_spring(matrix, pairs(1, i), pairs(2, i), random_vector(6), random_vector(6), stiff)
+            call put_spring(matrix, pairs(1, i), pairs(2, i), random_vector(6), random_vector(6), &
+               stiff)
          end do
       end do
    contains
@@ -122,12 +123,13 @@ contains
       end subroutine exchange
    end subroutine change
 
-   !> A preconditioner that has followed all changes is the inverse of the changed matrix, to single precision.
+   !> A preconditioner that has followed all changes is the inverse of the changed matrix, to single
+   !> precision.
    subroutine follows(across, up, count, parts)
       integer, intent(in) :: across, up, count
       integer, intent(in) :: parts  !< in which the changes come
       type(block_matrix_type) :: matrix
-      type(stale_factor_type) :: stale
+      type(lagged_factor_type) :: stale
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       logical :: done
@@ -135,7 +137,7 @@ contains
 
       call case('springs put in')
       call wall(across, up, matrix)
-      call analyse_stale(stale, matrix)
+      call analyse_lagged(stale, matrix)
       call refresh(stale, matrix, error)
       call check_no_error(error, 'the factor')
       do part = 1, parts
@@ -150,9 +152,10 @@ contains
 
    !> P⁻¹ A x is x, as far as single precision can tell.
    subroutine check_inverse(stale, matrix)
-      type(stale_factor_type), intent(inout) :: stale
+      type(lagged_factor_type), intent(inout) :: stale
       type(block_matrix_type), intent(in) :: matrix
-      real(wp), parameter :: tolerance = 1.0e-2_wp  ! rounding in single precision gives 5e-4 to 2e-3
+      ! rounding in single precision gives 5e-4 to 2e-3
+      real(wp), parameter :: tolerance = 1.0e-2_wp
       real(wp) :: x(6, matrix%n), image(6, matrix%n), back(6, matrix%n)
 
       x = reshape(random_vector(6*matrix%n), [6, matrix%n])
@@ -164,7 +167,7 @@ contains
    !> Springs taken out again leave the first matrix; so does a spring that the factor itself holds.
    subroutine to_and_fro()
       type(block_matrix_type) :: matrix, first
-      type(stale_factor_type) :: stale
+      type(lagged_factor_type) :: stale
       type(rank_one_type) :: changes, back
       type(error_type), allocatable :: error
       logical :: done
@@ -173,7 +176,7 @@ contains
       call wall(20, 15, matrix)
       first = matrix
       call change(matrix, changes, 60)
-      call analyse_stale(stale, matrix)
+      call analyse_lagged(stale, matrix)
       call refresh(stale, matrix, error)
       back = changes
       back%k = -back%k
@@ -188,14 +191,14 @@ contains
    !> What is too much to follow is refused.
    subroutine too_many()
       type(block_matrix_type) :: matrix
-      type(stale_factor_type) :: stale
+      type(lagged_factor_type) :: stale
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       logical :: done
 
       call case('more changes than can be followed')
       call wall(12, 9, matrix)
-      call analyse_stale(stale, matrix)
+      call analyse_lagged(stale, matrix)
       call refresh(stale, matrix, error)
       call change(matrix, changes, most_changes + 1)
       call check(changes%n == most_changes + 1, 'counted')
@@ -217,14 +220,14 @@ contains
    !> A spring that was never there cannot be taken out.
    subroutine not_definite()
       type(block_matrix_type) :: matrix
-      type(stale_factor_type) :: stale
+      type(lagged_factor_type) :: stale
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       logical :: done
 
       call case('a spring that was never there')
       call wall(12, 9, matrix)
-      call analyse_stale(stale, matrix)
+      call analyse_lagged(stale, matrix)
       call refresh(stale, matrix, error)
       call add_change(changes, 5, random_vector(6), 6, random_vector(6), -100.0_wp*stiff)
       call follow(stale, changes, done)
@@ -234,7 +237,7 @@ contains
    !> Neither threads nor the parts in which the changes came alter a bit.
    subroutine same_bits()
       type(block_matrix_type) :: matrix
-      type(stale_factor_type) :: stale
+      type(lagged_factor_type) :: stale
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       real(wp), allocatable :: b(:,:), one(:,:), more(:,:)
@@ -247,7 +250,7 @@ contains
       call wall(60, 40, matrix)
       allocate (b(6, matrix%n), one(6, matrix%n), more(6, matrix%n))
       b = reshape(random_vector(6*matrix%n), [6, matrix%n])
-      call analyse_stale(stale, matrix)
+      call analyse_lagged(stale, matrix)
       call check(stale%factor%plan%sharing%is_shared, 'large enough for threads')
       call refresh(stale, matrix, error)
       do part = 1, 3

@@ -14,7 +14,8 @@ contains
       integer :: i
 
       do i = 1, size(ratio)
-         call inverse_of_compliance(material_type('', 2643.0_wp, 4.788e9_wp, ratio(i), 0.0_wp, 0.0_wp))
+         call inverse_of_compliance(material_type('', 2643.0_wp, 4.788e9_wp, ratio(i), 0.0_wp, &
+            0.0_wp))
          call speeds(material_type('', 2643.0_wp, 4.788e9_wp, ratio(i), 0.0_wp, 0.0_wp))
       end do
    end subroutine material_suite
@@ -32,7 +33,8 @@ contains
          unit(i, i) = 1.0_wp
       end do
       call case('plane stress')
-      s = reshape([1.0_wp, -nu, 0.0_wp, -nu, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 2.0_wp*(1.0_wp + nu)], [3, 3])/e
+      s = reshape([1.0_wp, -nu, 0.0_wp, -nu, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+         2.0_wp*(1.0_wp + nu)], [3, 3])/e
       call check_close(matmul(elasticity(rock, .false.), s), unit, 'D S', absolute=1.0e-14_wp)
       call case('plane strain')
       s(1, 1) = (1.0_wp - nu**2)/e
@@ -51,10 +53,10 @@ contains
       g = 0.5_wp*e/(1.0_wp + nu)
       lame = e*nu/((1.0_wp + nu)*(1.0_wp - 2.0_wp*nu))
       call case('wave speeds')
-      call check_close(wave_speeds(rock, .true.), sqrt([lame + 2.0_wp*g, g]/rock%density), 'plane strain', &
-         relative=1.0e-14_wp)
-      call check_close(wave_speeds(rock, .false.), sqrt([e/(1.0_wp - nu**2), g]/rock%density), 'plane stress', &
-         relative=1.0e-14_wp)
+      call check_close(wave_speeds(rock, .true.), sqrt([lame + 2.0_wp*g, g]/rock%density), &
+         'plane strain', relative=1.0e-14_wp)
+      call check_close(wave_speeds(rock, .false.), sqrt([e/(1.0_wp - nu**2), g]/rock%density), &
+         'plane stress', relative=1.0e-14_wp)
    end subroutine speeds
 
 end module test_material

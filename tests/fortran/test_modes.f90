@@ -9,8 +9,8 @@ module test_modes
    use dda_start, only: set_rates
    use dda_time_step, only: advance
    use dda_text, only: to_text
-   use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, loose_blocks, hinged_bar, &
-      free_stack, started, linear_of
+   use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, loose_blocks, &
+      hinged_bar, free_stack, started, linear_of
    use testing, only: case, check, check_close, check_no_error
    implicit none
    private
@@ -75,11 +75,13 @@ contains
       call find_modes(linear, 96, modes, error)
       call check_no_error(error, 'modes')
       call check(modes%n == 96, 'as many as coordinates')
-      call check_close(sum(modes%effective_mass, 2), [1.0_wp, 1.0_wp], 'sum of effective masses', relative=1.0e-9_wp)
+      call check_close(sum(modes%effective_mass, 2), [1.0_wp, 1.0_wp], 'sum of effective masses', &
+         relative=1.0e-9_wp)
       call check(all(modes%omega(2:) >= modes%omega(:95)), 'ascending')
       product = 0.0_wp
       do b = 1, linear%n
-         product = product + dot_product(modes%shape(:, b, 1), matmul(linear%mass(:, :, b), modes%shape(:, b, 2)))
+         product = product + dot_product(modes%shape(:, b, 1), matmul(linear%mass(:, :, b), &
+            modes%shape(:, b, 2)))
       end do
       call check_close(product, 0.0_wp, 'orthogonal', absolute=1.0e-9_wp)
       call check(modes%effective_mass(1, 1) > 0.7_wp, 'the first mode shears')
@@ -102,9 +104,10 @@ contains
       call check_no_error(error, 'modes')
       do i = 1, count
          call watch(text, linear, modes%shape(:, :, i), omega, damping)
-         call check_close(omega, modes%omega(i)/(1.0_wp + modes%elongation(i))*sqrt(1.0_wp + damping_term(damping)), &
-            'frequency of mode '//to_text(i), relative=1.0e-3_wp)
-         call check_close(damping, modes%damping(i), 'damping of mode '//to_text(i), relative=1.0e-2_wp)
+         call check_close(omega, modes%omega(i)/(1.0_wp + modes%elongation(i))*sqrt(1.0_wp &
+            + damping_term(damping)), 'frequency of mode '//to_text(i), relative=1.0e-3_wp)
+         call check_close(damping, modes%damping(i), 'damping of mode '//to_text(i), &
+            relative=1.0e-2_wp)
       end do
    end subroutine free_vibration
 
@@ -115,7 +118,8 @@ contains
       damping_term = damping**2/(1.0_wp - damping**2)
    end function damping_term
 
-   !> Coordinate of the mode over some steps; q_{k+1} = trace q_k − determinant q_{k−1} by least squares.
+   !> Coordinate of the mode over some steps; q_{k+1} = trace q_k − determinant q_{k−1} by least
+   !> squares.
    subroutine watch(text, linear, shape, omega, damping)
       character(len=*), intent(in) :: text
       type(linear_model_type), intent(in) :: linear
@@ -146,7 +150,8 @@ contains
       a(1, 2) = -sum(q(1:steps - 1)*q(0:steps - 2))
       a(2, 2) = sum(q(0:steps - 2)**2)
       b = [sum(q(2:)*q(1:steps - 1)), -sum(q(2:)*q(0:steps - 2))]
-      solution = [a(2, 2)*b(1) - a(1, 2)*b(2), a(1, 1)*b(2) - a(1, 2)*b(1)]/(a(1, 1)*a(2, 2) - a(1, 2)**2)
+      solution = [a(2, 2)*b(1) - a(1, 2)*b(2), a(1, 1)*b(2) - a(1, 2)*b(1)]/(a(1, 1)*a(2, 2) &
+         - a(1, 2)**2)
       size_of_log = hypot(acos(0.5_wp*solution(1)/sqrt(solution(2))), 0.5_wp*log(solution(2)))
       omega = size_of_log/simulation%model%control%time_step
       damping = -0.5_wp*log(solution(2))/size_of_log
@@ -168,7 +173,8 @@ contains
       call linearise(linear, simulation, 'present', error)
       call find_modes(linear, 3, modes, error)
       call check_no_error(error, 'present')
-      call check(linear%closed == 20 .and. modes%rigid == 0, 'contacts in touch are taken to stick at first')
+      call check(linear%closed == 20 .and. modes%rigid == 0, &
+         'contacts in touch are taken to stick at first')
       call linearise(linear, simulation, 'auto', error)
       call check_no_error(error, 'settled')
       call check(linear%settling%steady, 'at rest')
@@ -191,12 +197,14 @@ contains
       call check_no_error(error, 'modes')
       call check(modes%rigid == 3*linear%n, 'each block is free')
       call check(modes%n == 4 .and. all(modes%omega > 1.0_wp), 'only strains have stiffness')
-      call check(index(modes%words, 'no contact') > 0 .and. index(modes%words, 'rigid') > 0, 'said in words')
+      call check(index(modes%words, 'no contact') > 0 .and. index(modes%words, 'rigid') > 0, &
+         'said in words')
       call case('a stack on nothing')
       call linear_of(linear, free_stack(12), 'closed')
       call find_modes(linear, 4, modes, error)
       call check_no_error(error, 'modes')
-      call check(modes%rigid == 3 .and. modes%mechanisms == 0 .and. modes%n == 4, 'moves as one body')
+      call check(modes%rigid == 3 .and. modes%mechanisms == 0 .and. modes%n == 4, &
+         'moves as one body')
       call case('a bar on one fixed point')
       call linear_of(linear, hinged_bar(), 'closed')
       call find_modes(linear, 2, modes, error)
@@ -210,7 +218,8 @@ contains
       call slide(linear)
       call find_modes(linear, 3, modes, error)
       call check_no_error(error, 'modes')
-      call check(modes%rigid == 3 .and. modes%mechanisms == 11 .and. modes%n == 3, 'eleven joints slide')
+      call check(modes%rigid == 3 .and. modes%mechanisms == 11 .and. modes%n == 3, &
+         'eleven joints slide')
    end subroutine not_held
 
    !> Make the shear springs void.
@@ -230,13 +239,16 @@ contains
       call check_close(free_damping(1.0_wp, 1.0e-3_wp), 0.25e-3_wp, 'ζ ≈ Ω/4', relative=1.0e-6_wp)
       call check_close(free_damping(1.0_wp, 1.0e-12_wp), 0.25e-12_wp, 'tiny', relative=1.0e-6_wp)
       call check_close(free_damping(1.0_wp, 4.1_wp), 1.0_wp, 'beyond 4')
-      call check_close(period_elongation(1.0_wp, 1.0e-3_wp), 11.0_wp/96.0_wp*1.0e-6_wp, '11Ω²/96', relative=1.0e-4_wp)
+      call check_close(period_elongation(1.0_wp, 1.0e-3_wp), 11.0_wp/96.0_wp*1.0e-6_wp, '11Ω²/96', &
+         relative=1.0e-4_wp)
       call check_close(period_elongation(1.0_wp, 5.0_wp), -1.0_wp, 'no period')
       call check(forced_damping(4.0_wp, 1.0_wp) > 1.0e300_wp, 'beyond the Nyquist frequency')
       exact = inertia_factor(80.0_wp, 1.0e-3_wp, 1.0_wp)
       general = inertia_factor(80.0_wp, 1.0e-3_wp, 1.0_wp - 1.0e-12_wp)
-      call check_close(abs(general - exact), 0.0_wp, 'dynamic factor 1', absolute=1.0e-6_wp*abs(exact))
-      call check_close(-0.5_wp*aimag(exact)/real(exact), forced_damping(80.0_wp, 1.0e-3_wp), 'ζ', relative=1.0e-12_wp)
+      call check_close(abs(general - exact), 0.0_wp, 'dynamic factor 1', &
+         absolute=1.0e-6_wp*abs(exact))
+      call check_close(-0.5_wp*aimag(exact)/real(exact), forced_damping(80.0_wp, 1.0e-3_wp), 'ζ', &
+         relative=1.0e-12_wp)
    end subroutine scheme_limits
 
 end module test_modes

@@ -34,7 +34,8 @@ contains
       call check(size(groups) == size(names), 'number of groups')
       if (size(groups) /= size(names)) return
       do i = 1, size(names)
-         call check(groups(i)%name == names(i), 'name of group '//trim(names(i))//': '//groups(i)%name)
+         call check(groups(i)%name == names(i), 'name of group '//trim(names(i))//': '// &
+            groups(i)%name)
          call check(groups(i)%line == lines(i), 'line of group '//trim(names(i)))
       end do
    end subroutine expect
@@ -66,15 +67,16 @@ contains
    subroutine plain()
       call case('plain groups')
       call expect('&run title = ''a'' /', ['run'], [1])
-      call expect('&run /'//newline//newline//'  &CONTROL x = 1'//newline//'y = 2 /'//newline//'&fixed_point /', &
-         [character(len=11) :: 'run', 'control', 'fixed_point'], [1, 3, 5])
+      call expect('&run /'//newline//newline//'  &CONTROL x = 1'//newline//'y = 2 /'//newline// &
+         '&fixed_point /', [character(len=11) :: 'run', 'control', 'fixed_point'], [1, 3, 5])
       call expect('&a / &b / &c/', ['a', 'b', 'c'], [1, 1, 1])
       call expect_text('&a x = 1, 2 /', '&a x = 1, 2 /')
    end subroutine plain
 
    subroutine comments_and_quotes()
       call case('comments and quotes')
-      call expect('! &no group / ''"'//newline//'&a x = 1 ! it''s / &b'//newline//'/ ! end', ['a'], [2])
+      call expect('! &no group / ''"'//newline//'&a x = 1 ! it''s / &b'//newline//'/ ! end', &
+         ['a'], [2])
       call expect_text('&a x = ''a/b!c&d'' /', '&a x = ''a/b!c&d'' /')
       call expect_text('&a x = "it''s / here" /', '&a x = "it''s / here" /')
       call expect_text('&a x = ''it''''s'' /', '&a x = ''it''''s'' /')
@@ -84,9 +86,8 @@ contains
 
    subroutine line_ends()
       call case('line ends and marks')
-      call expect('&a'//carriage_return//newline//'x = 1'//carriage_return//newline//'/'//carriage_return//newline// &
-         '&b /', &
-         ['a', 'b'], [1, 4])
+      call expect('&a'//carriage_return//newline//'x = 1'//carriage_return//newline//'/'// &
+         carriage_return//newline//'&b /', ['a', 'b'], [1, 4])
       call expect_text('&a'//tab//'x = 1'//newline//'/', '&a x = 1 /')
       call expect(char(239)//char(187)//char(191)//'&a /', ['a'], [1])
       call expect('! Höhe – ☃'//newline//'&a /', ['a'], [2])

@@ -37,8 +37,8 @@ contains
 
       do i = 1, n
          scale = 10.0_wp**random(-2.0_wp, 1.0_wp)
-         call add_outline(outlines, shifted(scale*star(3 + modulo(i, 7), 0.3_wp, 1.0_wp), 15.0_wp*random_vector(2)), &
-            1, 1, 1, '')
+         call add_outline(outlines, shifted(scale*star(3 + modulo(i, 7), 0.3_wp, 1.0_wp), &
+            15.0_wp*random_vector(2)), 1, 1, 1, '')
       end do
       call blocks_of(outlines, blocks)
       call find_neighbours(near, blocks, 0.3_wp)
@@ -50,7 +50,8 @@ contains
       call compare(near, blocks, 1.0_wp)
    end subroutine try_random
 
-   !> Every convex vertex within reach of an edge of another block is a probe with that edge; no other.
+   !> Every convex vertex within reach of an edge of another block is a probe with that edge; no
+   !> other.
    subroutine compare(near, blocks, reach)
       type(neighbours_type), intent(in) :: near
       type(blocks_type), intent(in) :: blocks
@@ -58,7 +59,8 @@ contains
       logical, allocatable :: listed(:,:), paired(:,:)
       integer :: p, i, v, e, missed, surplus, repeated, wrong_pair
 
-      allocate (listed(size(blocks%owner), size(blocks%owner)), paired(blocks%n, blocks%n), source=.false.)
+      allocate (listed(size(blocks%owner), size(blocks%owner)), paired(blocks%n, blocks%n), &
+         source=.false.)
       repeated = 0
       wrong_pair = 0
       do p = 1, near%n_pairs
@@ -90,10 +92,12 @@ contains
       call check(surplus == 0, 'none beyond reach')
       call check(repeated == 0, 'none twice')
       call check(wrong_pair == 0, 'probes name their pair, pairs ascend')
-      call check(all([(corners_listed(near, blocks, p, reach), p=1, near%n_probes)]), 'corners within reach are listed')
+      call check(all([(corners_listed(near, blocks, p, reach), p=1, near%n_probes)]), &
+         'corners within reach are listed')
    end subroutine compare
 
-   !> Probe p lists every convex vertex of the other block that is within reach, and of the others only such as are convex.
+   !> Probe p lists every convex vertex of the other block that is within reach, and of the others
+   !> only such as are convex.
    pure logical function corners_listed(near, blocks, p, reach)
       type(neighbours_type), intent(in) :: near
       type(blocks_type), intent(in) :: blocks
@@ -101,11 +105,13 @@ contains
       real(wp), intent(in) :: reach
       integer :: w, other
 
-      associate (corner => near%corner(near%first_corner(p):near%first_corner(p + 1) - 1), v => near%probe(1, p))
+      associate (corner => near%corner(near%first_corner(p):near%first_corner(p + 1) - 1), &
+         v => near%probe(1, p))
          other = blocks%owner(near%edge(near%first_edge(p)))
          corners_listed = all(blocks%owner(corner) == other) .and. all(near%convex(corner))
          do w = blocks%first(other), blocks%first(other + 1) - 1
-            if (.not. is_convex(blocks, w) .or. norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) > reach) cycle
+            if (.not. is_convex(blocks, w) .or. norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) &
+               > reach) cycle
             corners_listed = corners_listed .and. any(corner == w)
          end do
       end associate
@@ -141,8 +147,8 @@ contains
 
       do i = 1, n
          do j = 1, n
-            call add_outline(outlines, rectangle(real(i, wp), real(j, wp), real(i + 1, wp), real(j + 1, wp)), 1, 1, &
-               1, '')
+            call add_outline(outlines, rectangle(real(i, wp), real(j, wp), real(i + 1, wp), &
+               real(j + 1, wp)), 1, 1, 1, '')
          end do
       end do
       call blocks_of(outlines, blocks)
@@ -191,16 +197,19 @@ contains
 
       call case('a stray block')
       do i = 1, 100
-         call add_outline(outlines, rectangle(real(i, wp), 0.0_wp, real(i + 1, wp), 1.0_wp), 1, 1, 1, '')
+         call add_outline(outlines, rectangle(real(i, wp), 0.0_wp, real(i + 1, wp), 1.0_wp), 1, 1, &
+            1, '')
       end do
-      call add_outline(outlines, rectangle(1.0e6_wp, 1.0e6_wp, 1.0e6_wp + 1.0_wp, 1.0e6_wp + 1.0_wp), 1, 1, 1, '')
+      call add_outline(outlines, rectangle(1.0e6_wp, 1.0e6_wp, 1.0e6_wp + 1.0_wp, &
+         1.0e6_wp + 1.0_wp), 1, 1, 1, '')
       call blocks_of(outlines, blocks)
       call find_neighbours(near, blocks, 0.01_wp)
       call check(near%n_pairs == 99, 'the row has 99 joints')
       call compare(near, blocks, 0.01_wp)
    end subroutine far_apart
 
-   !> Thirty-six times the blocks: as many pairs and probes per block but for the rim, and about as much time.
+   !> Thirty-six times the blocks: as many pairs and probes per block but for the rim, and about as
+   !> much time.
    subroutine linear_in_n()
       real(wp) :: small(2), large(2)
 
@@ -208,7 +217,8 @@ contains
       small = measure(25)
       large = measure(150)
       call check(abs(large(1)/small(1) - 1.0_wp) < 0.1_wp, 'probes per block do not grow')
-      call check(large(2) < 6.0_wp*small(2), 'time per block does not grow sixfold for 36 times the blocks')
+      call check(large(2) < 6.0_wp*small(2), 'time per block does not grow sixfold for 36 '// &
+         'times the blocks')
    end subroutine linear_in_n
 
    !> Probes and least seconds for each block of an n × n lattice.

@@ -1,14 +1,16 @@
-!> The highest frequency, its bracket, what governs it, and the modes that a time step cannot resolve.
+!> The highest frequency, its bracket, what governs it, and the modes that a time step cannot
+!> resolve.
 module test_omega_max
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, all_eigenvalues
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_type, energy_of, set_constants, strain_energy
+   use dda_linear_model, only: linear_model_type, energy_type, energy_of, set_constants, &
+      strain_energy
    use dda_omega_max, only: omega_max_type, find_omega_max
    use dda_springs, only: spring_normal, spring_fixed
    use dda_unresolved, only: unresolved_type, count_unresolved
-   use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, plane_strain_heap, loose_blocks, &
-      linear_of
+   use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, &
+      plane_strain_heap, loose_blocks, linear_of
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
    private
@@ -87,7 +89,8 @@ contains
          call check(result%bracket%upper >= result%omega, 'upper end')
          call check(result%bracket%upper <= 1.15_wp*result%omega, 'the upper end is near')
       end do
-      call check(result%kind == spring_normal .or. result%kind == spring_fixed, 'stiff springs govern')
+      call check(result%kind == spring_normal .or. result%kind == spring_fixed, &
+         'stiff springs govern')
    end subroutine many_penalties
 
    !> A loose tolerance states the residual that it reached.
@@ -128,7 +131,8 @@ contains
             call check(unresolved%exact .and. unresolved%least == beyond, 'exact by inertia')
          end associate
       end do
-      call check(unresolved%most == 0 .and. index(unresolved%words, 'all') == 1, 'all below, in words')
+      call check(unresolved%most == 0 .and. index(unresolved%words, 'all') == 1, &
+         'all below, in words')
       call linear_of(linear, layered_site(), 'closed')
       call count_unresolved(linear, 1.0e-3_wp, unresolved, error)
       call check(unresolved%exact .and. unresolved%least == 66, 'layered site')

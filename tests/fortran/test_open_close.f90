@@ -1,13 +1,13 @@
-!> The open–close iteration on random systems: its solution obeys the contact law, and without friction it is the one
-!> that trying all combinations of open and closed contacts finds.
+!> The open–close iteration on random systems: its solution obeys the contact law, and without
+!> friction it is the one that trying all combinations of open and closed contacts finds.
 module test_open_close
    use dda_kinds, only: wp, pi
-   use dda_assembly, only: system_type
+   use dda_system, only: system_type
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
    use dda_open_close, only: close_contacts, iteration_type
-   use dda_solver, only: analyse, choose_solver, solver_type
+   use dda_linear_solver, only: analyse, choose_solver, solver_type
    use models, only: random, sow
    use systems, only: flat, gap_row, random_system, slip_row, stiffness, unknowns
    use testing, only: case, check, check_close, check_fails, check_no_error
@@ -182,8 +182,10 @@ contains
       end do
       largest = maxval(abs(system%load))
       do c = 1, contacts%n
-         normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), flat(system%d))))
-         shear = stiffness/2.5_wp*(contacts%stretch(c) + dot_product(slip_row(contacts, c), flat(system%d)))
+         normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), &
+            flat(system%d))))
+         shear = stiffness/2.5_wp*(contacts%stretch(c) + dot_product(slip_row(contacts, c), &
+            flat(system%d)))
          shear = max(-mu*normal, min(mu*normal, shear))
          rest = rest + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
          largest = max(largest, normal)
@@ -206,8 +208,8 @@ contains
       call check_no_error(error, 'converges')
       call check(iteration%iterations == 1, 'at once')
       do b = 1, 2
-         call check_close(matmul(system%base(:, :, b), system%d(:, b)), system%load(:, b), 'K d = f', &
-            relative=1.0e-12_wp)
+         call check_close(matmul(system%base(:, :, b), system%d(:, b)), system%load(:, b), &
+            'K d = f', relative=1.0e-12_wp)
       end do
    end subroutine no_contacts
 

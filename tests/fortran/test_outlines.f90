@@ -60,11 +60,13 @@ contains
       call sow(24)
       do i = 1, 100
          vertices(:, :, i) = star(12, 0.5_wp, 2.0_wp)
-         call add_outline(outlines, vertices(:, :3 + modulo(i, 10), i), i, 2*i, 3*i, 'b'//to_text(i))
+         call add_outline(outlines, vertices(:, :3 + modulo(i, 10), i), i, 2*i, 3*i, 'b'// &
+            to_text(i))
       end do
       kept = outlines%n == 100
       do i = 1, 100
-         kept = kept .and. outlines%material(i) == i .and. outlines%joint(i) == 2*i .and. outlines%source(i) == 3*i
+         kept = kept .and. outlines%material(i) == i .and. outlines%joint(i) == 2*i &
+            .and. outlines%source(i) == 3*i
          kept = kept .and. outlines%name(i) == 'b'//to_text(i)
          kept = kept .and. outlines%first(i + 1) - outlines%first(i) == 3 + modulo(i, 10)
          kept = kept .and. all(outline(outlines, i) == vertices(:, :3 + modulo(i, 10), i))
@@ -80,9 +82,8 @@ contains
       call add_layers(outlines, -1.0_wp, 2.0_wp, 15.0_wp, 0.5_wp, 20, 3, 4, 5, 'layer')
       call check(outlines%n == 20, 'twenty')
       do i = 1, 20
-         call check_close(outline(outlines, i), rectangle(-1.0_wp, 2.0_wp + 0.5_wp*(i - 1), 14.0_wp, &
-            2.0_wp + 0.5_wp*i), &
-            'layer', relative=1.0e-15_wp)
+         call check_close(outline(outlines, i), rectangle(-1.0_wp, 2.0_wp + 0.5_wp*(i - 1), &
+            14.0_wp, 2.0_wp + 0.5_wp*i), 'layer', relative=1.0e-15_wp)
       end do
       call check(outlines%name(20) == 'layer_20', 'named')
       call check(all(outlines%material(:20) == 3) .and. all(outlines%joint(:20) == 4) .and. &
@@ -120,14 +121,16 @@ contains
       do bricks = 1, 4
          do courses = 1, 5
             call clear(outlines)
-            call add_wall(outlines, 1.0_wp, -2.0_wp, [0.6_wp, 0.3_wp], bricks, courses, 1, 1, 1, 'brick')
+            call add_wall(outlines, 1.0_wp, -2.0_wp, [0.6_wp, 0.3_wp], bricks, courses, 1, 1, 1, &
+               'brick')
             call check(outlines%n == bricks*courses + courses/2, 'count')
-            call check_close(total_area(outlines), 0.18_wp*bricks*courses, 'area', relative=1.0e-13_wp)
+            call check_close(total_area(outlines), 0.18_wp*bricks*courses, 'area', &
+               relative=1.0e-13_wp)
             call check_close(deepest_overlap(outlines), 0.0_wp, 'no overlap', absolute=1.0e-14_wp)
             associate (v => outlines%vertices(:, :outlines%n_vertices))
                call check_close(minval(v, 2), [1.0_wp, -2.0_wp], 'lower left', relative=1.0e-14_wp)
-               call check_close(maxval(v, 2), [1.0_wp + 0.6_wp*bricks, -2.0_wp + 0.3_wp*courses], 'upper right', &
-                  relative=1.0e-14_wp)
+               call check_close(maxval(v, 2), [1.0_wp + 0.6_wp*bricks, -2.0_wp + 0.3_wp*courses], &
+                  'upper right', relative=1.0e-14_wp)
             end associate
          end do
       end do

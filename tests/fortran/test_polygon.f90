@@ -1,8 +1,8 @@
 !> Polygons against triangulation, winding numbers and unions of rectangles.
 module test_polygon
    use dda_kinds, only: wp, pi
-   use dda_polygon, only: area_of, centroid_of, contains_point, distance_to_boundary, is_simple, overlap_depth, &
-      second_moments
+   use dda_polygon, only: area_of, centroid_of, contains_point, distance_to_boundary, is_simple, &
+      overlap_depth, second_moments
    use models, only: fan, random, random_vector, rectangle, shifted, sow, star, turned
    use testing, only: case, check, check_close
    implicit none
@@ -36,10 +36,13 @@ contains
          vertices = shifted(star(3 + modulo(i, 15), 0.2_wp, 2.0_wp), centre)
          call fan(vertices, centre, points, weights)
          call check_close(area_of(vertices), sum(weights), 'area', relative=1.0e-13_wp)
-         call check_close(centroid_of(vertices), matmul(points, weights)/sum(weights), 'centroid', absolute=1.0e-12_wp)
-         moments = [sum(weights*points(1, :)**2), sum(weights*points(2, :)**2), sum(weights*points(1, :)*points(2, :))]
+         call check_close(centroid_of(vertices), matmul(points, weights)/sum(weights), 'centroid', &
+            absolute=1.0e-12_wp)
+         moments = [sum(weights*points(1, :)**2), sum(weights*points(2, :)**2), &
+            sum(weights*points(1, :)*points(2, :))]
          call check_close(second_moments(vertices), moments, 'second moments', relative=1.0e-12_wp)
-         call check_close(area_of(vertices(:, size(vertices, 2):1:-1)), -sum(weights), 'clockwise', relative=1.0e-13_wp)
+         call check_close(area_of(vertices(:, size(vertices, 2):1:-1)), -sum(weights), &
+            'clockwise', relative=1.0e-13_wp)
       end do
    end subroutine stars
 
@@ -112,11 +115,15 @@ contains
          call check(.not. is_simple(vertices(:, [1, 2, 3, 1])), 'the first vertex again')
       end do
       call check(.not. is_simple(turned(bow_tie(), 0.3_wp)), 'bow tie')
-      call check(.not. is_simple(reshape([0, 0, 4, 0, 4, 2, 2, 0, 0, 2]*1.0_wp, [2, 5])), 'a vertex on an edge')
-      call check(.not. is_simple(reshape([0, 0, 4, 0, 2, 0, 2, 2]*1.0_wp, [2, 4])), 'an edge runs back')
+      call check(.not. is_simple(reshape([0, 0, 4, 0, 4, 2, 2, 0, 0, 2]*1.0_wp, [2, 5])), &
+         'a vertex on an edge')
+      call check(.not. is_simple(reshape([0, 0, 4, 0, 2, 0, 2, 2]*1.0_wp, [2, 4])), &
+         'an edge runs back')
       call check(.not. is_simple(reshape([0, 0, 1, 0, 2, 0]*1.0_wp, [2, 3])), 'a line')
-      call check(.not. is_simple(reshape([0, 0, 2, 0, 2, 2, 1, 1, 0, 2, 1, 1]*1.0_wp, [2, 6])), 'a vertex on a vertex')
-      call check(is_simple(reshape([0, 0, 1, 0, 2, 0, 2, 1, 0, 1]*1.0_wp, [2, 5])), 'a vertex amid a straight edge')
+      call check(.not. is_simple(reshape([0, 0, 2, 0, 2, 2, 1, 1, 0, 2, 1, 1]*1.0_wp, [2, 6])), &
+         'a vertex on a vertex')
+      call check(is_simple(reshape([0, 0, 1, 0, 2, 0, 2, 1, 0, 1]*1.0_wp, [2, 5])), &
+         'a vertex amid a straight edge')
    end subroutine simple_or_not
 
    pure function bow_tie() result(vertices)
@@ -139,7 +146,8 @@ contains
          do k = 1, 50
             point = 2.0_wp*random_vector(2)
             if (contains_point(vertices, point, 0.0_wp)) inside = inside + 1
-            if (contains_point(vertices, point, 0.0_wp) .neqv. winding(vertices, point) > pi) wrong = wrong + 1
+            if (contains_point(vertices, point, 0.0_wp) .neqv. winding(vertices, point) > pi) &
+               wrong = wrong + 1
          end do
       end do
       call check(wrong == 0, 'as the winding number says')
@@ -186,7 +194,8 @@ contains
                   - real(k, wp)/parts*(vertices(:, modulo(j, 7) + 1) - vertices(:, j))))
             end do
          end do
-         call check_close(distance_to_boundary(vertices, point), least, 'distance', absolute=1.0e-4_wp)
+         call check_close(distance_to_boundary(vertices, point), least, 'distance', &
+            absolute=1.0e-4_wp)
       end do
    end subroutine distances
 
@@ -203,8 +212,10 @@ contains
          call touch(square, shifted(square, [1.0_wp, 0.0_wp]), angle, 'side by side')
          call touch(square, shifted(square, [1.0_wp, 0.4_wp]), angle, 'side by side, shifted')
          call touch(square, shifted(square, [1.0_wp, 1.0_wp]), angle, 'corner to corner')
-         call touch(square, shifted(turned(square, 0.25_wp*pi), [0.5_wp, 1.0_wp]), angle, 'corner on edge')
-         call touch(square, rectangle(-3.0_wp, 1.0_wp, 4.0_wp, 2.0_wp), angle, 'long edge on short edge')
+         call touch(square, shifted(turned(square, 0.25_wp*pi), [0.5_wp, 1.0_wp]), angle, &
+            'corner on edge')
+         call touch(square, rectangle(-3.0_wp, 1.0_wp, 4.0_wp, 2.0_wp), angle, &
+            'long edge on short edge')
          call touch(notched, shifted(square, [0.0_wp, 1.0_wp]), angle, 'in a notch')
          call touch(square, shifted(square, [3.0_wp, 0.0_wp]), angle, 'apart')
       end do
@@ -214,9 +225,10 @@ contains
       real(wp), intent(in) :: a(:,:), b(:,:), angle
       character(len=*), intent(in) :: what
 
-      call check_close(overlap_depth(turned(a, angle), turned(b, angle)), 0.0_wp, what, absolute=1.0e-14_wp)
-      call check_close(overlap_depth(turned(b, angle), turned(a, angle)), 0.0_wp, what//', other way', &
+      call check_close(overlap_depth(turned(a, angle), turned(b, angle)), 0.0_wp, what, &
          absolute=1.0e-14_wp)
+      call check_close(overlap_depth(turned(b, angle), turned(a, angle)), 0.0_wp, what// &
+         ', other way', absolute=1.0e-14_wp)
    end subroutine touch
 
    !> A star cut from vertex to centre to vertex: the parts touch along two edges.
@@ -244,16 +256,19 @@ contains
       square = rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp)
       do i = 1, 9
          depth = 10.0_wp**(-i)
-         call check_close(overlap_depth(square, shifted(square, [1.0_wp - depth, 0.0_wp])), depth, 'side by side', &
-            relative=1.0e-6_wp)
-         call check_close(overlap_depth(square, shifted(square, [1.0_wp - depth, 1.0_wp - depth])), depth, 'corners', &
+         call check_close(overlap_depth(square, shifted(square, [1.0_wp - depth, 0.0_wp])), depth, &
+            'side by side', relative=1.0e-6_wp)
+         call check_close(overlap_depth(square, &
+            shifted(square, [1.0_wp - depth, 1.0_wp - depth])), depth, 'corners', &
             relative=1.0e-6_wp)
       end do
       call check(overlap_depth(square, square) > 0.4_wp, 'the same twice')
       cross = rectangle(-1.0_wp, 0.4_wp, 2.0_wp, 0.6_wp)
       call check(overlap_depth(square, cross) > 0.09_wp, 'a cross, no vertex of one in the other')
-      call check(overlap_depth(square, rectangle(0.4_wp, 0.4_wp, 0.6_wp, 0.6_wp)) > 0.39_wp, 'one in the other')
-      call check(overlap_depth(rectangle(0.4_wp, 0.4_wp, 0.6_wp, 0.6_wp), square) > 0.39_wp, 'the other way')
+      call check(overlap_depth(square, rectangle(0.4_wp, 0.4_wp, 0.6_wp, 0.6_wp)) > 0.39_wp, &
+         'one in the other')
+      call check(overlap_depth(rectangle(0.4_wp, 0.4_wp, 0.6_wp, 0.6_wp), square) > 0.39_wp, &
+         'the other way')
    end subroutine overlaps
 
 end module test_polygon

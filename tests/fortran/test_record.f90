@@ -11,7 +11,8 @@ module test_record
 
    integer, parameter :: samples = 100
    real(wp), parameter :: step = 0.02_wp, omega = 2.0_wp*pi
-   real(wp), parameter :: printed = 1.0e-6_wp   !< half a unit of the last digit, in parts of the peak
+   !> half a unit of the last digit, in parts of the peak
+   real(wp), parameter :: printed = 1.0e-6_wp
 
 contains
 
@@ -80,7 +81,8 @@ contains
 
       call read_record(record, data_file(name), 'auto', quantity, '', error, channel=channel)
       call check_no_error(error, name//' '//quantity)
-      if (.not. allocated(error)) call check_close(record%values, expected, name//' '//quantity, relative=printed)
+      if (.not. allocated(error)) call check_close(record%values, expected, name//' '//quantity, &
+         relative=printed)
    end subroutine expect_section
 
    subroutine expect_no_section(name, channel, names)
@@ -99,16 +101,19 @@ contains
       type(error_type), allocatable :: error
 
       call case('columns of text')
-      call read_record(record, data_file('sine one column.txt'), 'auto', 'acceleration', 'gal', error, time_step=step)
+      call read_record(record, data_file('sine one column.txt'), 'auto', 'acceleration', 'gal', &
+         error, time_step=step)
       call check_no_error(error, 'one column')
-      if (.not. allocated(error)) call check_close(record%values, sine(1.0_wp), 'one column', relative=printed)
+      if (.not. allocated(error)) call check_close(record%values, sine(1.0_wp), 'one column', &
+         relative=printed)
       call read_record(record, data_file('sine_time.csv'), 'auto', '', 'cm/s^2', error)
       call check_no_error(error, 'two columns')
       if (allocated(error)) return
       call check_close(record%values, sine(1.0_wp), 'two columns', relative=printed)
       call check_close(record%time_step, step, 'step from the times', relative=1.0e-12_wp)
       call check(record%unit == 'cm/s^2', 'unit as given')
-      call read_record(record, data_file('sine one column.txt'), 'text', '', 'mm', error, time_step=step)
+      call read_record(record, data_file('sine one column.txt'), 'text', '', 'mm', error, &
+         time_step=step)
       call check_no_error(error, 'numbers as millimetres')
       if (allocated(error)) return
       call check(record%quantity == 'displacement', 'the unit implies the quantity')
@@ -122,10 +127,12 @@ contains
       call case('words of the header')
       call read_record(record, data_file('sine.esm'), 'auto', '', '', error)
       call check_no_error(error, 'esm')
-      if (.not. allocated(error)) call check(index(record%station, 'Plätze') > 0, 'a name in UTF-8: '//record%station)
+      if (.not. allocated(error)) call check(index(record%station, 'Plätze') > 0, &
+         'a name in UTF-8: '//record%station)
       call read_record(record, data_file('sine.v2c'), 'auto', '', '', error, channel=2)
       call check_no_error(error, 'cosmos')
-      if (.not. allocated(error)) call check(index(record%description, 'section 2 of 2') > 0, record%description)
+      if (.not. allocated(error)) call check(index(record%description, 'section 2 of 2') > 0, &
+         record%description)
    end subroutine header_in_words
 
    !> Good files whose headers say something else: what they say is what the samples are.
@@ -135,21 +142,24 @@ contains
       call case('headers of other kinds')
       smc = contents(data_file('sine.smc'))
       at2 = contents(data_file('sine.at2'))
-      call expect_changed(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED VELOCITY    ', 'velocity', 1.0_wp, step)
-      call expect_changed(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED DISPLACEMENT', 'displacement', 1.0_wp, step)
-      call expect_changed(at2, 'ACCELERATION TIME SERIES IN UNITS OF G', 'VELOCITY TIME SERIES IN UNITS OF M/S', &
-         'velocity', 1.0_wp/9.80665_wp, step)
+      call expect_changed(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED VELOCITY    ', 'velocity', &
+         1.0_wp, step)
+      call expect_changed(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED DISPLACEMENT', 'displacement', &
+         1.0_wp, step)
+      call expect_changed(at2, 'ACCELERATION TIME SERIES IN UNITS OF G', &
+         'VELOCITY TIME SERIES IN UNITS OF M/S', 'velocity', 1.0_wp/9.80665_wp, step)
       ! A number that its unit follows without a blank, and begins like an exponent.
       call expect_changed(at2, 'DT=   .0200 SEC', 'DT= .0100each', 'acceleration', 1.0_wp, 0.01_wp)
       ! A comment where a part of the file may begin.
       call expect_changed(contents(data_file('sine.v2c')), '     100 acceleration pts', &
          '| a comment'//new_line('a')//'     100 acceleration pts', 'acceleration', 1.0_wp, step)
-      call expect_changed(contents(data_file('sine_time.csv')), '0.00,'//achar(9)//'0.000000', '', '', &
-         0.0_wp, step)
+      call expect_changed(contents(data_file('sine_time.csv')), '0.00,'//achar(9)//'0.000000', '', &
+         '', 0.0_wp, step)
       call remove_scratch()
    end subroutine headers_of_other_kinds
 
-   !> A file with one piece of text in place of another; an amplitude of 0: the first sample is gone.
+   !> A file with one piece of text in place of another; an amplitude of 0: the first sample is
+   !> gone.
    subroutine expect_changed(bytes, old, new, quantity, amplitude, time_step)
       character(len=*), intent(in) :: bytes, old, new, quantity
       real(wp), intent(in) :: amplitude, time_step
@@ -213,7 +223,8 @@ contains
       call case('time steps must agree')
       call read_record(record, data_file('sine.at2'), 'at2', '', '', error, time_step=0.01_wp)
       call check_fails(error, '0.01')
-      call read_record(record, data_file('sine_time.csv'), 'text', '', 'gal', error, time_step=0.01_wp)
+      call read_record(record, data_file('sine_time.csv'), 'text', '', 'gal', error, &
+         time_step=0.01_wp)
       call check_fails(error, '0.01')
       call read_record(record, data_file('sine one column.txt'), 'text', '', 'gal', error)
       call check_fails(error, 'time_step')
@@ -221,14 +232,16 @@ contains
       call check_no_error(error, 'the same step')
    end subroutine steps_agree
 
-   !> The record of the Loma Prieta earthquake that the project carries; numbers from its own header.
+   !> The record of the Loma Prieta earthquake that the project carries; numbers from its own
+   !> header.
    subroutine real_record()
       type(record_type) :: record
       type(error_type), allocatable :: error
 
       call case('a real SMC record')
-      call read_record(record, data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), &
-         'auto', 'acceleration', '', error)
+      call read_record(record, &
+         data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), 'auto', &
+         'acceleration', '', error)
       call check_no_error(error, 'Loma Prieta')
       if (allocated(error)) return
       call check(size(record%values) == 7183, 'number of samples')

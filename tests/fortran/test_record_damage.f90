@@ -52,7 +52,8 @@ contains
       type(error_type), allocatable :: error
 
       call case('odd requests')
-      call read_record(record, scratch_name, 'text', '', 'm', error, time_step=ieee_value(1.0_wp, ieee_positive_inf))
+      call read_record(record, scratch_name, 'text', '', 'm', error, time_step=ieee_value(1.0_wp, &
+         ieee_positive_inf))
       call check_fails(error, 'not a finite number')
       call read_record(record, repeat('folder/', 100)//'record.smc', 'smc', '', '', error)
       call check_fails(error, 'record.smc')
@@ -64,7 +65,8 @@ contains
       integer :: unit
 
       call case('a file that is too large')
-      open (newunit=unit, file=scratch_name, access='stream', form='unformatted', action='write', status='replace')
+      open (newunit=unit, file=scratch_name, access='stream', form='unformatted', action='write', &
+         status='replace')
       write (unit, pos=300000000) '1'
       close (unit)
       call expect_error('text', 'bytes long')
@@ -129,7 +131,8 @@ contains
 
    subroutine wrong_columns()
       call case('columns that do not fit')
-      call expect_text('0 1'//nl//'1 2'//nl//'3 2'//nl//'4 3', 'line 3: the time 3 s comes 2 s after')
+      call expect_text('0 1'//nl//'1 2'//nl//'3 2'//nl//'4 3', &
+         'line 3: the time 3 s comes 2 s after')
       call expect_text('0 1'//nl//'1 2'//nl//'1 2'//nl, 'line 3: the time 1 s does not follow')
       call expect_text('0 1'//nl//'1'//nl, 'line 2: 1 number(s)')
       call expect_text('1 2 3'//nl, 'more than two columns')
@@ -152,11 +155,13 @@ contains
       call damaged(smc, '  0.5000000E+02', '  0.1700000E+39', 'sampling rate')
       call damaged(smc, 'CORRECTED ACCELEROGRAM', 'RESPONSE SPECTRA      ', 'not a time series')
       call damaged(smc, '| 100 sin', '  100 sin', 'is not a comment')
-      call damaged(smc, '    -32768    -32768    -32768', '    -32768    -32768', 'integers of an SMC header')
+      call damaged(smc, '    -32768    -32768    -32768', '    -32768    -32768', &
+         'integers of an SMC header')
       call damaged(at2, 'DT=   .0200', 'DT=      -1', 'time step -1')
       call damaged(at2, 'DT=   .0200', 'DX=   .0200', 'dt= number')
       call damaged(at2, 'UNITS OF G', 'UNITS OF H', 'does not state its unit')
-      call damaged(contents(data_file('sine_old.at2')), '     100   .02000', '     100  unknown', 'does not begin with')
+      call damaged(contents(data_file('sine_old.at2')), '     100   .02000', '     100  unknown', &
+         'does not begin with')
       call write_scratch(repeat('a line without numbers'//nl, 20))
       call expect_error('at2', 'none of the first lines states NPTS')
       call damaged(knet, '2000(gal)/8388608', '2000(gal)/0      ', 'scale factor')
@@ -169,11 +174,14 @@ contains
       call damaged(cosmos, '      20.000000', '    -999.000000', 'time step')
       call damaged(smc, 'CORRECTED ACCELEROGRAM', 'CORRECTED SEISMOGRAM  ', 'does not say')
       call damaged(smc, '    -32768         2', '    -32768        -2', '-2 comment lines')
-      call damaged(smc, '  0.1700000E+39  0.5000000E+02', '  0.1700000E+39'//nl//'  0.5000000E+02', 'lines instead of')
+      call damaged(smc, '  0.1700000E+39  0.5000000E+02', '  0.1700000E+39'//nl// &
+         '  0.5000000E+02', 'lines instead of')
       call damaged(knet, '50Hz', '0Hz ', 'positive numbers')
-      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: RESPONSE SPECTRUM', 'not a time series')
+      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: RESPONSE SPECTRUM', &
+         'not a time series')
       call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: VELOCITY', 'not one of velocity')
-      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: DISPLACEMENT', 'not one of displacement')
+      call damaged(esm, 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: DISPLACEMENT', &
+         'not one of displacement')
       call damaged(cosmos, ' 100 Integer-header', '-100 Integer-header', 'announced')
       call damaged(cosmos, 'units=cm/sec2', 'units=counts ', "'counts'")
       call damaged(cosmos, '       2.000000', '       9.000000', '9 s')
@@ -181,8 +189,8 @@ contains
 
    !> A file that ends anywhere is an error, except where only a line end is lost.
    subroutine cut_anywhere()
-      character(len=8), parameter :: names(7) = [character(len=8) :: '.smc', '.at2', '.knet', '.esm', '.v2c', '.v2', &
-         '_old.at2']
+      character(len=8), parameter :: names(7) = [character(len=8) :: '.smc', '.at2', '.knet', &
+         '.esm', '.v2c', '.v2', '_old.at2']
       character(len=:), allocatable :: bytes
       type(record_type) :: record
       type(error_type), allocatable :: error
@@ -207,7 +215,8 @@ contains
    subroutine line_ends()
       type(record_type) :: record
       type(error_type), allocatable :: error
-      character(len=2), parameter :: ends(3) = [achar(10)//' ', achar(13)//achar(10), achar(13)//' ']
+      character(len=2), parameter :: ends(3) = [achar(10)//' ', achar(13)//achar(10), achar(13)// &
+         ' ']
       integer :: i
 
       call case('line ends')
@@ -249,7 +258,8 @@ contains
       unit = ''
       if (format == 'text' .or. index(names, 'columns') > 0) unit = 'm/s2'
       call system_clock(before, rate)
-      if (format == 'text') call read_record(record, scratch_name, format, '', unit, error, time_step=0.1_wp)
+      if (format == 'text') call read_record(record, scratch_name, format, '', unit, error, &
+         time_step=0.1_wp)
       if (format /= 'text') call read_record(record, scratch_name, format, '', unit, error)
       call system_clock(after)
       call check_fails(error, names)

@@ -1,4 +1,5 @@
-!> Whole runs against mechanics: flight, spin, sliding and sticking, and what step control does and says.
+!> Whole runs against mechanics: flight, spin, sliding and sticking, and what step control does and
+!> says.
 module test_simulation
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_convergence, error_type
@@ -6,9 +7,8 @@ module test_simulation
    use dda_simulation, only: finished, simulation_type, summary
    use dda_start, only: start
    use dda_time_step, only: advance
-   use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, number, rectangle, &
-      rock, &
-      run, turned
+   use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, &
+      number, rectangle, rock, run, turned
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
    private
@@ -46,13 +46,15 @@ contains
 
       call case('free fall')
       do i = 1, 3
-         call begin(simulation, control_text(step(i), 1000, gravity)//rock//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
-            block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 2.0_wp)))
+         call begin(simulation, control_text(step(i), 1000, gravity)//rock// &
+            joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
+            2.0_wp)))
          from = simulation%blocks%position(1:2, 1)
          call run(simulation, 1000)
-         call check_close(simulation%blocks%position(1:2, 1) - from, [0.0_wp, -0.5_wp*g*(1000*step(i))**2], '½ g t²', &
+         call check_close(simulation%blocks%position(1:2, 1) - from, &
+            [0.0_wp, -0.5_wp*g*(1000*step(i))**2], '½ g t²', relative=1.0e-12_wp)
+         call check_close(simulation%blocks%velocity(2, 1), -g*1000*step(i), 'g t', &
             relative=1.0e-12_wp)
-         call check_close(simulation%blocks%velocity(2, 1), -g*1000*step(i), 'g t', relative=1.0e-12_wp)
       end do
    end subroutine free_fall
 
@@ -61,14 +63,16 @@ contains
       real(wp) :: from(2)
 
       call case('flight without force')
-      call begin(simulation, control_text(1.0e-3_wp, 5000, '')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
-         " &material density = 1000.0 young_modulus = 1.0e7 poisson_ratio = 0.3 initial_velocity = 3.0 -2.0 0.0 /"// &
+      call begin(simulation, control_text(1.0e-3_wp, 5000, '')//joint_text(0.0_wp, 0.0_wp, &
+         0.0_wp)//" &material density = 1000.0 young_modulus = 1.0e7 poisson_ratio = 0.3 "// &
+         "initial_velocity = 3.0 -2.0 0.0 /"// &
          block_text('b', reshape([0, 0, 2, 0, 2, 1, 1, 1, 1, 2, 0, 2]*1.0_wp, [2, 6])))
       from = simulation%blocks%position(1:2, 1)
       call run(simulation, 5000)
-      call check_close(simulation%blocks%position(1:2, 1) - from, [15.0_wp, -10.0_wp], 'v t', relative=1.0e-12_wp)
-      call check_close(simulation%blocks%velocity(:, 1), [3.0_wp, -2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 'v', &
-         absolute=1.0e-10_wp)
+      call check_close(simulation%blocks%position(1:2, 1) - from, [15.0_wp, -10.0_wp], 'v t', &
+         relative=1.0e-12_wp)
+      call check_close(simulation%blocks%velocity(:, 1), [3.0_wp, -2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
+         0.0_wp], 'v', absolute=1.0e-10_wp)
    end subroutine flight
 
    !> A hundred turns of a block without symmetry, in a hundred steps each.
@@ -78,24 +82,27 @@ contains
       integer :: i
 
       call case('a hundred turns')
-      shape = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.1_wp, 2.5_wp, 1.0_wp, 1.0_wp, 0.6_wp, 0.2_wp, 1.4_wp], [2, 5])
-      call begin(simulation, control_text(1.0e-3_wp, 10000, '')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
-         ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 initial_velocity = 0.5 0.0 '// &
-         number(20.0_wp*pi)//' /'//block_text('b', shape))
+      shape = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.1_wp, 2.5_wp, 1.0_wp, 1.0_wp, 0.6_wp, 0.2_wp, &
+         1.4_wp], [2, 5])
+      call begin(simulation, control_text(1.0e-3_wp, 10000, '')//joint_text(0.0_wp, 0.0_wp, &
+         0.0_wp)//' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 '// &
+         'initial_velocity = 0.5 0.0 '//number(20.0_wp*pi)//' /'//block_text('b', shape))
       edges = norm2(shape - cshift(shape, 1, 2), 1)
       momentum = angular_momentum()
       call run(simulation, 10000)
       call check_close(simulation%blocks%position(3, 1), 200.0_wp*pi, 'angle', relative=1.0e-11_wp)
-      call check_close(area_of(simulation%blocks%vertex), area_of(shape), 'area', relative=1.0e-10_wp)
-      call check_close(norm2(simulation%blocks%vertex - cshift(simulation%blocks%vertex, 1, 2), 1), edges, 'edges', &
+      call check_close(area_of(simulation%blocks%vertex), area_of(shape), 'area', &
          relative=1.0e-10_wp)
+      call check_close(norm2(simulation%blocks%vertex - cshift(simulation%blocks%vertex, 1, 2), &
+         1), edges, 'edges', relative=1.0e-10_wp)
       call check_close(angular_momentum(), momentum, 'angular momentum', relative=1.0e-10_wp)
       do i = 4, 6
          call check_close(simulation%blocks%position(i, 1), 0.0_wp, 'strain', absolute=1.0e-12_wp)
       end do
    contains
       real(wp) function angular_momentum()
-         angular_momentum = dot_product(simulation%blocks%inertia(3, :, 1), simulation%blocks%velocity(:, 1))
+         angular_momentum = dot_product(simulation%blocks%inertia(3, :, 1), &
+            simulation%blocks%velocity(:, 1))
       end function angular_momentum
    end subroutine spin
 
@@ -109,14 +116,15 @@ contains
       character(len=:), allocatable :: text
       integer :: i
 
-      text = control_text(step, steps, gravity)//contact_text(stiffness, '')//joint_text(friction_angle, 0.0_wp, &
-         0.0_wp)// &
+      text = control_text(step, steps, gravity)//contact_text(stiffness, '')// &
+         joint_text(friction_angle, 0.0_wp, 0.0_wp)// &
          " &material density = 1000.0 young_modulus = 1.0e10 poisson_ratio = 0.2 /"// &
          block_text('plane', turned(rectangle(0.0_wp, -1.0_wp, 16.0_wp, 0.0_wp), alpha))// &
          block_text('slider', turned(rectangle(1.0_wp, 0.0_wp, 2.0_wp, 0.5_wp), alpha))
       held = turned(rectangle(0.5_wp, -0.9_wp, 15.5_wp, -0.1_wp), alpha)
       do i = 1, 4
-         text = text//' &fixed_point x = '//number(held(1, i))//' y = '//number(held(2, i))//" block = 'plane' /"
+         text = text//' &fixed_point x = '//number(held(1, i))//' y = '//number(held(2, i))// &
+            " block = 'plane' /"
       end do
       call begin(simulation, text)
    end subroutine begin_incline
@@ -125,8 +133,8 @@ contains
    pure real(wp) function way(simulation)
       type(simulation_type), intent(in) :: simulation
 
-      way = dot_product(simulation%blocks%position(1:2, 2) - simulation%model%blocks%position(1:2, 2), &
-         [cos(pi/6.0_wp), -sin(pi/6.0_wp)])
+      way = dot_product(simulation%blocks%position(1:2, 2) - simulation%model%blocks%position(1:2, &
+         2), [cos(pi/6.0_wp), -sin(pi/6.0_wp)])
    end function way
 
    !> s = ½ g (sin α − cos α tan φ) t², at a penalty of `factor` × E.
@@ -139,7 +147,8 @@ contains
       call case('sliding at φ = '//number(friction_angle)//', k/E = '//number(factor))
       call begin_incline(simulation, friction_angle, factor*1.0e10_wp, 1.0e-3_wp, steps)
       call run(simulation, steps)
-      expected = 0.5_wp*g*(0.5_wp - sqrt(0.75_wp)*tan(friction_angle*pi/180.0_wp))*(1.0e-3_wp*steps)**2
+      expected = 0.5_wp*g*(0.5_wp - sqrt(0.75_wp)*tan(friction_angle*pi/180.0_wp)) &
+         *(1.0e-3_wp*steps)**2
       call check_close(way(simulation), expected, 's', relative=1.0e-6_wp)
    end subroutine incline
 
@@ -163,18 +172,19 @@ contains
       real(wp) :: from
 
       call case('rest in a notch')
-      call begin(simulation, control_text(1.0e-3_wp, 300, gravity)//contact_text(1.0e9_wp, '')//rock// &
-         joint_text(20.0_wp, 0.0_wp, 0.0_wp)// &
-         block_text('base', reshape([-2, -2, 2, -2, 2, 1, 1, 1, 0, 0, -1, 1, -2, 1]*1.0_wp, [2, 7]))// &
-         block_text('needle', reshape([0.0_wp, 0.0_wp, 0.2_wp, 0.8_wp, -0.2_wp, 0.8_wp], [2, 3]))// &
-         ' &fixed_point x = -1.5 y = -1.5 / &fixed_point x = 1.5 y = -1.5 / &fixed_point x = -1.5 y = 0.5 /'// &
-         ' &fixed_point x = 1.5 y = 0.5 /')
+      call begin(simulation, control_text(1.0e-3_wp, 300, gravity)//contact_text(1.0e9_wp, '')// &
+         rock//joint_text(20.0_wp, 0.0_wp, 0.0_wp)// &
+         block_text('base', reshape([-2, -2, 2, -2, 2, 1, 1, 1, 0, 0, -1, 1, -2, 1]*1.0_wp, &
+         [2, 7]))//block_text('needle', reshape([0.0_wp, 0.0_wp, 0.2_wp, 0.8_wp, -0.2_wp, 0.8_wp], &
+         [2, 3]))//' &fixed_point x = -1.5 y = -1.5 / &fixed_point x = 1.5 y = -1.5 / '// &
+         '&fixed_point x = -1.5 y = 0.5 /'//' &fixed_point x = 1.5 y = 0.5 /')
       from = simulation%blocks%position(2, 2)
       call run(simulation, 300)
       call check_close(simulation%blocks%position(2, 2), from, 'it stays', absolute=1.0e-4_wp)
    end subroutine rest_in_a_notch
 
-   !> A contact soft enough to give 1.6 cm, more than the contact distance, still throws the block back.
+   !> A contact soft enough to give 1.6 cm, more than the contact distance, still throws the block
+   !> back.
    subroutine deep_penetration()
       type(simulation_type) :: simulation
       real(wp) :: lowest
@@ -182,12 +192,13 @@ contains
       integer :: i
 
       call case('penetration beyond the contact distance')
-      call begin(simulation, control_text(1.0e-4_wp, 6000, gravity//'max_displacement_ratio = 0.002')// &
-         contact_text(1.0e8_wp, '')//" &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.2 /"// &
-         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
-         block_text('b', rectangle(-0.5_wp, 1.0_wp, 0.5_wp, 2.0_wp))// &
-         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = -1.9 y = -0.1 /'// &
-         ' &fixed_point x = 1.9 y = -0.1 /')
+      call begin(simulation, control_text(1.0e-4_wp, 6000, gravity// &
+         'max_displacement_ratio = 0.002')//contact_text(1.0e8_wp, '')// &
+         " &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.2 /"// &
+         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('floor', rectangle(-2.0_wp, -1.0_wp, &
+         2.0_wp, 0.0_wp))//block_text('b', rectangle(-0.5_wp, 1.0_wp, 0.5_wp, 2.0_wp))// &
+         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = '// &
+         '-1.9 y = -0.1 /'//' &fixed_point x = 1.9 y = -0.1 /')
       lowest = huge(1.0_wp)
       do i = 1, 6000
          call advance(simulation, error)
@@ -195,14 +206,17 @@ contains
          lowest = min(lowest, simulation%blocks%position(2, 2))
       end do
       if (allocated(error)) then
-         call check(index(error%message, 'normal_stiffness') > 0, 'refused by name: '//error%message)
+         call check(index(error%message, 'normal_stiffness') > 0, 'refused by name: '// &
+            error%message)
       else
-         call check(lowest > simulation%blocks%position(2, 1) + 0.9_wp, 'it never sinks deeper than 10 cm')
+         call check(lowest > simulation%blocks%position(2, 1) + 0.9_wp, &
+            'it never sinks deeper than 10 cm')
          call check(simulation%blocks%velocity(2, 2) > 0.0_wp, 'and goes up again')
       end if
    end subroutine deep_penetration
 
-   !> Δt shrinks while a block falls fast, recovers when it lies, is told of, and the end is met exactly.
+   !> Δt shrinks while a block falls fast, recovers when it lies, is told of, and the end is met
+   !> exactly.
    subroutine adaptive_step()
       type(simulation_type) :: simulation
       type(error_type), allocatable :: error
@@ -211,19 +225,20 @@ contains
 
       call case('adaptive time step')
       call begin(simulation, control_text(1.0e-2_wp, 200, gravity// &
-         "time_step_control = 'adaptive' least_time_step = 1.0e-6 max_displacement_ratio = 0.005")// &
-         contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         "time_step_control = 'adaptive' least_time_step = 1.0e-6 max_displacement_ratio = "// &
+         "0.005")//contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
          block_text('b', rectangle(-0.5_wp, 0.5_wp, 0.5_wp, 1.5_wp))// &
-         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = -1.9 y = -0.1 /'// &
-         ' &fixed_point x = 1.9 y = -0.1 /')
+         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = '// &
+         '-1.9 y = -0.1 /'//' &fixed_point x = 1.9 y = -0.1 /')
       least = huge(1.0_wp)
       largest_at_rest = 0.0_wp
       do i = 1, 100000
          call advance(simulation, error)
          if (allocated(error) .or. finished(simulation)) exit
          least = min(least, simulation%last_time_step)
-         if (simulation%time > 1.5_wp) largest_at_rest = max(largest_at_rest, simulation%last_time_step)
+         if (simulation%time > 1.5_wp) largest_at_rest = max(largest_at_rest, &
+            simulation%last_time_step)
       end do
       call check_no_error(error, 'all steps close')
       call check_close(simulation%time, 2.0_wp, 'the duration is met', relative=1.0e-12_wp)
@@ -231,9 +246,10 @@ contains
       call check(least >= 1.0e-6_wp, 'not below the least')
       call check(largest_at_rest > 0.99e-2_wp, 'and recovers')
       call check(simulation%counters%repeated > 0, 'repeated steps are counted')
-      call check(index(summary(simulation), 'repeated with a smaller time step') > 0, summary(simulation))
-      call check_close(simulation%blocks%position(2, 2) - simulation%blocks%position(2, 1), 1.0_wp, 'it lies', &
-         absolute=1.0e-3_wp)
+      call check(index(summary(simulation), 'repeated with a smaller time step') > 0, &
+         summary(simulation))
+      call check_close(simulation%blocks%position(2, 2) - simulation%blocks%position(2, 1), &
+         1.0_wp, 'it lies', absolute=1.0e-3_wp)
    end subroutine adaptive_step
 
    !> A corner hits a stack: more than two iterations; the error names step, time and blocks.
@@ -248,8 +264,8 @@ contains
          " &layers name = 'layer' width = 4.0 thickness = 1.0 count = 5 /"// &
          " &wall name = 'layer_w' left = 0.5 bottom = 5.05 brick_length = 0.6"// &
          ' brick_height = 0.3 bricks = 4 courses = 3 /'// &
-         ' &fixed_point x = 0.5 y = 0.1 / &fixed_point x = 3.5 y = 0.1 / &fixed_point x = 0.5 y = 0.9 /'// &
-         ' &fixed_point x = 3.5 y = 0.9 /', error)
+         ' &fixed_point x = 0.5 y = 0.1 / &fixed_point x = 3.5 y = 0.1 / &fixed_point x = 0.5 '// &
+         'y = 0.9 /'//' &fixed_point x = 3.5 y = 0.9 /', error)
       call check_no_error(error, 'the model starts')
       if (allocated(error)) return
       do i = 1, 1000
@@ -279,8 +295,8 @@ contains
       integer :: i
 
       call case('clock')
-      call begin(simulation, control_text(0.1_wp, 37, '')//rock//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
-         block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 2.0_wp)))
+      call begin(simulation, control_text(0.1_wp, 37, '')//rock//joint_text(0.0_wp, 0.0_wp, &
+         0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 2.0_wp)))
       do i = 1, 37
          call check(.not. finished(simulation), 'not yet')
          call run(simulation, 1)

@@ -1,10 +1,10 @@
-!> A state that is put into another run of the same model makes that run go on as the first one: to the last bit,
-!> whatever the other run had done before.
+!> A state that is put into another run of the same model makes that run go on as the first one: to
+!> the last bit, whatever the other run had done before.
 module test_simulation_state
    use dda_archive, only: archive_type, read_archive, write_archive
    use dda_kinds, only: wp
    use dda_simulation, only: simulation_type
-   use dda_simulation_state, only: carry_simulation
+   use dda_simulation_state, only: serialise_simulation
    use models, only: begin, contact_text, control_text, joint_text, rock, run
    use testing, only: case, check
    implicit none
@@ -41,9 +41,11 @@ contains
       text = control_text(1.0e-3_wp, 10*steps, control)//contact_text(1.0e9_wp, contact)//rock// &
          joint_text(15.0_wp, 1.0e3_wp, 1.0e3_wp)// &
          " &layers name = 'base' left = -0.5 bottom = -0.5 width = 11.0 thickness = 0.5 /"// &
-         ' &wall bottom = 0.0 brick_length = 1.0 brick_height = 0.5 bricks = '//count//' courses = '//count//' /'// &
-         " &motion name = 'cycle' quantity = 'velocity' time_step = 0.01 values = 0.0 1.0 -1.0 1.5 -1.5 0.5 0.0 /"// &
-         " &fixed_point x = 0.0 y = -0.25 motion_x = 'cycle' / &fixed_point x = 9.0 y = -0.25 motion_x = 'cycle' /"
+         ' &wall bottom = 0.0 brick_length = 1.0 brick_height = 0.5 bricks = '//count// &
+         ' courses = '//count//' /'//" &motion name = 'cycle' quantity = 'velocity' time_step "// &
+         "= 0.01 values = 0.0 1.0 -1.0 1.5 -1.5 0.5 0.0 /"// &
+         " &fixed_point x = 0.0 y = -0.25 motion_x = 'cycle' / &fixed_point x = 9.0 y = -0.25 "// &
+         "motion_x = 'cycle' /"
    end function wall_text
 
    subroutine goes_on(control, contact, bricks)
@@ -57,13 +59,13 @@ contains
       call begin(one, wall_text(control, contact, bricks))
       call run(one, steps)
       call write_archive(archive)
-      call carry_simulation(archive, one)
+      call serialise_simulation(archive, one)
       call run(one, steps/2)
       call begin(other, wall_text(control, contact, bricks))
       call run(other, 2*steps + 7)
       call read_archive(archive)
-      call carry_simulation(archive, other)
-      call check(.not. allocated(archive%trouble), 'the state is read')
+      call serialise_simulation(archive, other)
+      call check(.not. allocated(archive%failure), 'the state is read')
       call run(other, steps/2)
       call check(same(one, other), 'the same bits')
    end subroutine goes_on
@@ -74,9 +76,9 @@ contains
       type(archive_type) :: first, second
 
       call write_archive(first)
-      call carry_simulation(first, one)
+      call serialise_simulation(first, one)
       call write_archive(second)
-      call carry_simulation(second, other)
+      call serialise_simulation(second, other)
       same = first%at == second%at
       if (same) same = all(first%bytes(:first%at) == second%bytes(:second%at))
    end function same
@@ -90,11 +92,11 @@ contains
       allocate (one, other)
       call begin(one, wall_text(gravity, '', 2))
       call write_archive(archive)
-      call carry_simulation(archive, one)
+      call serialise_simulation(archive, one)
       call begin(other, wall_text(gravity, '', 2))
       call run(other, 5)
       call read_archive(archive)
-      call carry_simulation(archive, other)
+      call serialise_simulation(archive, other)
       call run(one, 5)
       call run(other, 5)
       call check(same(one, other), 'the same bits')
@@ -109,10 +111,10 @@ contains
       call begin(one, wall_text(gravity, '', 2))
       call begin(other, wall_text(gravity, '', 3))
       call write_archive(archive)
-      call carry_simulation(archive, one)
+      call serialise_simulation(archive, one)
       call read_archive(archive)
-      call carry_simulation(archive, other)
-      call check(allocated(archive%trouble), 'is refused')
+      call serialise_simulation(archive, other)
+      call check(allocated(archive%failure), 'is refused')
    end subroutine another_model
 
 end module test_simulation_state

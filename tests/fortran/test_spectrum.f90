@@ -1,4 +1,5 @@
-!> Spectra of series whose transforms are known, amplification by a known filter, peaks of known curves.
+!> Spectra of series whose transforms are known, amplification by a known filter, peaks of known
+!> curves.
 module test_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
@@ -33,8 +34,8 @@ contains
       integer :: i
 
       call case('sine and constant')
-      call fourier_amplitude([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, wp)), i=0, n - 1)], step, &
-         frequency, amplitude, error)
+      call fourier_amplitude([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, wp)), i=0, &
+         n - 1)], step, frequency, amplitude, error)
       call check_no_error(error, 'spectrum')
       expected = 0.0_wp
       expected(1) = 5.0_wp*step*real(n, wp)
@@ -63,7 +64,8 @@ contains
          direct = (0.0_wp, 0.0_wp)
          do i = 1, n
             weight = 0.5_wp*(1.0_wp - cos(2.0_wp*pi*real(i - 1, wp)/real(n - 1, wp)))
-            direct = direct + step*weight*x(i)*exp(cmplx(0.0_wp, -2.0_wp*pi*frequency(k)*step*real(i - 1, wp), wp))
+            direct = direct + step*weight*x(i)*exp(cmplx(0.0_wp, &
+               -2.0_wp*pi*frequency(k)*step*real(i - 1, wp), wp))
          end do
          call check_close(abs(spectrum(k) - direct), 0.0_wp, 'bin', absolute=1.0e-14_wp)
       end do
@@ -109,14 +111,16 @@ contains
       if (allocated(error)) return
       allocate (back(size(frequency)))
       back(:) = exp(cmplx(0.0_wp, -2.0_wp*pi*frequency*step, wp))
-      call check_close(abs(ratio - 1.0_wp/(1.0_wp - 2.0_wp*r*cos(theta)*back + r**2*back**2)), 0.0_wp*frequency, &
-         'transfer function', absolute=1.0e-10_wp)
+      call check_close(abs(ratio - 1.0_wp/(1.0_wp - 2.0_wp*r*cos(theta)*back + r**2*back**2)), &
+         0.0_wp*frequency, 'transfer function', absolute=1.0e-10_wp)
       summit = acos((1.0_wp + r**2)/(2.0_wp*r)*cos(theta))
       call find_peak(frequency, abs(ratio), 1.0_wp, 20.0_wp, peak, error)
       call check_no_error(error, 'peak')
       call check_close(peak%frequency, summit/(2.0_wp*pi*step), 'its frequency', relative=1.0e-6_wp)
-      call check_close(peak%amplitude, 1.0_wp/((1.0_wp - r**2)*sin(theta)), 'its height', relative=1.0e-6_wp)
-      call check_close(peak%bin_width, 1.0_wp/(4.0_wp*real(n, wp)*step), 'bin width', relative=1.0e-12_wp)
+      call check_close(peak%amplitude, 1.0_wp/((1.0_wp - r**2)*sin(theta)), 'its height', &
+         relative=1.0e-6_wp)
+      call check_close(peak%bin_width, 1.0_wp/(4.0_wp*real(n, wp)*step), 'bin width', &
+         relative=1.0e-12_wp)
    end subroutine filter
 
    !> Where the base is silent there is no ratio, and nothing is divided by zero.

@@ -20,7 +20,8 @@ contains
       type(load_type) :: load
 
       call case('a ramp')
-      load = load_type(1, 0.0_wp, [1.0_wp, 3.0_wp], reshape([2.0_wp, -4.0_wp, 6.0_wp, 0.0_wp], [2, 2]))
+      load = load_type(1, 0.0_wp, [1.0_wp, 3.0_wp], reshape([2.0_wp, -4.0_wp, 6.0_wp, 0.0_wp], &
+         [2, 2]))
       call check_close(load_at(load, 0.999_wp), [0.0_wp, 0.0_wp], 'before')
       call check_close(load_at(load, 1.0_wp), [2.0_wp, -4.0_wp], 'at its start')
       call check_close(load_at(load, 1.5_wp), [3.0_wp, -3.0_wp], 'between', relative=1.0e-15_wp)
@@ -67,8 +68,8 @@ contains
             if (load%time(i + 1) > t) exit
          end do
          ratio = (t - load%time(i))/(load%time(i + 1) - load%time(i))
-         call check_close(load_at(load, t), (1.0_wp - ratio)*load%force(:, i) + ratio*load%force(:, i + 1), 'force', &
-            absolute=1.0e-6_wp)
+         call check_close(load_at(load, t), (1.0_wp - ratio)*load%force(:, i) &
+            + ratio*load%force(:, i + 1), 'force', absolute=1.0e-6_wp)
       end do
    end subroutine random_history
 

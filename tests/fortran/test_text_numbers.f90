@@ -1,7 +1,8 @@
 !> The strict number parser: what is a number, what is not, and that rounding is right.
 module test_text_numbers
    use dda_kinds, only: wp
-   use dda_text_numbers, only: next_number, whole_number, word_at, number_found, number_none, number_bad, number_large
+   use dda_text_numbers, only: next_number, whole_number, word_at, number_found, number_none, &
+      number_bad, number_large
    use testing, only: case, check, check_close
    implicit none
    private
@@ -34,8 +35,8 @@ contains
    end subroutine numbers_are_read
 
    subroutine others_are_refused()
-      character(len=8), parameter :: bad(16) = [character(len=8) :: 'NaN', 'Inf', '3*5', '/', '1.2.3', 'e5', '.', '-', &
-         '1e', '1e+', '0x10', '1_8', '--1', '1,5', '****', '1.0-2.0']
+      character(len=8), parameter :: bad(16) = [character(len=8) :: 'NaN', 'Inf', '3*5', '/', &
+         '1.2.3', 'e5', '.', '-', '1e', '1e+', '0x10', '1_8', '--1', '1,5', '****', '1.0-2.0']
       integer :: i
 
       call case('what is not a number is refused')

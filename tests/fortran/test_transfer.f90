@@ -10,8 +10,8 @@ module test_transfer
    use dda_simulation, only: simulation_type
    use dda_start, only: start
    use dda_time_step, only: advance
-   use dda_transfer, only: transfer_type, peak_type, prepare_transfer, transfer_at, undamped_transfer_at, &
-      transfer_error, transfer_peak
+   use dda_transfer, only: transfer_type, peak_type, prepare_transfer, transfer_at, &
+      undamped_transfer_at, transfer_error, transfer_peak
    use check_models, only: layered_site, layered_site_two, brick_wall, linear_of
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
@@ -56,7 +56,8 @@ contains
       call check_close(peak%amplitude, amplitude, 'amplification', relative=1.0e-3_wp)
       call check_close(peak%frequency, frequency, 'resonance', relative=1.0e-3_wp)
       call check_close(abs(transfer_at(transfer, 1.0e-3_wp)), 1.0_wp, 'static', absolute=1.0e-6_wp)
-      call check(abs(undamped_transfer_at(transfer, peak%frequency)) > 2*peak%amplitude, 'higher without damping')
+      call check(abs(undamped_transfer_at(transfer, peak%frequency)) > 2*peak%amplitude, &
+         'higher without damping')
    end subroutine check_site
 
    !> The ratio of two histories of a run, at any frequency, is the transfer function.
@@ -104,11 +105,12 @@ contains
       allocate (model%motions(1))
       if (body_force) then
          model%control%base_motion(1) = 1
-         call make_motion_curve(model%motions(1)%curve, 'acceleration', 1.0e4_wp*pulse, 1.0e-3_wp, error, &
-            baseline_type(order=0))
+         call make_motion_curve(model%motions(1)%curve, 'acceleration', 1.0e4_wp*pulse, 1.0e-3_wp, &
+            error, baseline_type(order=0))
       else
          model%fixed_points%motion(1) = 1
-         call make_motion_curve(model%motions(1)%curve, 'displacement', pulse, 1.0e-3_wp, error, baseline_type(order=0))
+         call make_motion_curve(model%motions(1)%curve, 'displacement', pulse, 1.0e-3_wp, error, &
+            baseline_type(order=0))
       end if
       call check_no_error(error, 'motion')
       model%control%dynamic_factor = dynamic_factor
@@ -184,8 +186,8 @@ contains
       x = [1.0_wp, 20.0_wp, 60.0_wp, 65.0_wp, 130.0_wp, 190.0_wp]
       do i = 1, size(x)
          call solve_directly(linear, real(x(i)), expected)
-         call check_close(abs(transfer_at(transfer, real(x(i))) - expected), 0.0_wp, 'against a direct solution', &
-            absolute=1.0e-6_wp*abs(expected))
+         call check_close(abs(transfer_at(transfer, real(x(i))) - expected), 0.0_wp, &
+            'against a direct solution', absolute=1.0e-6_wp*abs(expected))
       end do
    end subroutine ritz_vectors
 
@@ -241,7 +243,8 @@ contains
       linear%fixed_points([1, 2])%motion(1) = 1
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
       call check_no_error(error, 'transfer')
-      call check_close(transfer%still(2), 0.5_wp, 'the middle of the base follows half', relative=1.0e-3_wp)
+      call check_close(transfer%still(2), 0.5_wp, 'the middle of the base follows half', &
+         relative=1.0e-3_wp)
       call check_close(abs(transfer_at(transfer, 1.0e-3_wp)), 1.0_wp, 'static', absolute=1.0e-3_wp)
    end subroutine supports_apart
 

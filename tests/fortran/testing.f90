@@ -52,7 +52,8 @@ contains
       character(len=*), intent(in) :: what
       real(wp), intent(in), optional :: relative, absolute
 
-      call check_close_vector(reshape(got, [size(got)]), reshape(expected, [size(expected)]), what, relative, absolute)
+      call check_close_vector(reshape(got, [size(got)]), reshape(expected, [size(expected)]), &
+         what, relative, absolute)
    end subroutine check_close_matrix
 
    subroutine check_close_vector(got, expected, what, relative, absolute)
@@ -70,8 +71,8 @@ contains
       if (present(absolute)) allowed = allowed + absolute
       where_worst = maxloc(abs(got - expected), 1)
       worst = abs(got(where_worst) - expected(where_worst))
-      write (detail, '(a,es23.15,a,es23.15,a,es9.2,a,es9.2)') ' got', got(where_worst), ' expected', &
-         expected(where_worst), ' off by', worst, ' allowed', allowed
+      write (detail, '(a,es23.15,a,es23.15,a,es9.2,a,es9.2)') ' got', got(where_worst), &
+         ' expected', expected(where_worst), ' off by', worst, ' allowed', allowed
       call check(all(abs(got - expected) <= allowed), what//trim(detail))
    end subroutine check_close_vector
 

@@ -1,0 +1,110 @@
+!> Cholesky factor of a block matrix as a band, by LAPACK, after a bandwidth-reducing order.
+module dda_band_cholesky
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type, error_solver, fail
+   use dda_text, only: to_text
+   use dda_block_matrix, only: block_matrix_type
+   use dda_block_graph, only: block_graph_type, graph_of
+   use dda_ordering, only: bandwidth_order
+   use dda_lapack, only: dpbtrf, dpbtrs
+   implicit none
+   private
+   public :: band_cholesky_type, analyse_band, factorise_band, solve_band
+
+   !> Order, band and work space; the band is [half_width+1, 6n], lower storage.
+   type :: band_cholesky_type
+      integer :: n = 0                       !< block rows
+      integer :: half_width = 0              !< scalar sub-diagonals
+      integer, allocatable :: place(:)       !< [n] position of each block row in the order
+      real(wp), allocatable :: band(:,:)
+      real(wp), allocatable :: work(:,:)     !< [6,n]
+   end type band_cholesky_type
+
+contains
+
+   !> Order the pattern and make room.
+   subroutine analyse_band(factor, matrix)
+      type(band_cholesky_type), intent(inout) :: factor
+      type(block_matrix_type), intent(in) :: matrix
+      type(block_graph_type) :: graph
+      integer, allocatable :: order(:)
+      integer :: i, e, apart
+
+      call graph_of(matrix%n, matrix%row_start, matrix%column, graph)
+      call bandwidth_order(graph, order)
+      factor%n = matrix%n
+      if (allocated(factor%place)) deallocate (factor%place, factor%band, factor%work)
+      allocate (factor%place(matrix%n), factor%work(6, matrix%n))
+      do i = 1, matrix%n
+         factor%place(order(i)) = i
+      end do
+      apart = 0
+      do i = 1, matrix%n
+         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            apart = max(apart, abs(factor%place(i) - factor%place(matrix%column(e))))
+         end do
+      end do
+      factor%half_width = 6*apart + 5
+      allocate (factor%band(factor%half_width + 1, 6*matrix%n))
+   end subroutine analyse_band
+
+   !> Copy the values into the band and factorise it.
+   subroutine factorise_band(factor, matrix, error)
+      type(band_cholesky_type), intent(inout) :: factor
+      type(block_matrix_type), intent(in) :: matrix
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i, e, info
+
+      factor%band = 0.0_wp
+      do i = 1, matrix%n
+         call put_block(factor, matrix%diagonal(:, :, i), factor%place(i), factor%place(i))
+         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            call put_block(factor, matrix%lower(:, :, e), factor%place(i), &
+               factor%place(matrix%column(e)))
+         end do
+      end do
+      call dpbtrf('L', 6*factor%n, factor%half_width, factor%band, factor%half_width + 1, info)
+      if (info /= 0) call fail(error, error_solver, &
+         'the matrix is not positive definite at scalar row '//to_text(info)//' of the band')
+   end subroutine factorise_band
+
+   !> Put a 6×6 block, or its transpose if it falls above the diagonal, into the band.
+   pure subroutine put_block(factor, block, row, column)
+      type(band_cholesky_type), intent(inout) :: factor
+      real(wp), intent(in) :: block(6, 6)
+      integer, intent(in) :: row, column
+      integer :: i, j, first
+
+      do j = 1, 6
+         if (row == column) then
+            factor%band(1:7 - j, 6*column - 6 + j) = block(j:6, j)
+         else if (row > column) then
+            first = 6*(row - column) + 2 - j
+            factor%band(first:first + 5, 6*column - 6 + j) = block(:, j)
+         else
+            first = 6*(column - row) + 2 - j
+            do i = 1, 6
+               factor%band(first + i - 1, 6*row - 6 + j) = block(j, i)
+            end do
+         end if
+      end do
+   end subroutine put_block
+
+   !> x = K⁻¹ b
+   subroutine solve_band(factor, b, x)
+      type(band_cholesky_type), intent(inout) :: factor
+      real(wp), intent(in) :: b(:,:)   !< [6,n]
+      real(wp), intent(out) :: x(:,:)  !< [6,n]
+      integer :: i, info
+
+      do i = 1, factor%n
+         factor%work(:, factor%place(i)) = b(:, i)
+      end do
+      call dpbtrs('L', 6*factor%n, factor%half_width, 1, factor%band, factor%half_width + 1, &
+         factor%work, 6*factor%n, info)
+      do i = 1, factor%n
+         x(:, i) = factor%work(:, factor%place(i))
+      end do
+   end subroutine solve_band
+
+end module dda_band_cholesky

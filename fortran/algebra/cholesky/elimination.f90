@@ -1,0 +1,242 @@
+!> From an order of elimination to a tree of fronts.
+!>
+!> Block columns that eliminate well together form one front (a relaxed supernode).  A column
+!> joins the front of its parent when the time saved by one front less, and by longer products,
+!> exceeds the time spent on the zeros so stored.
+!>
+!> References: J. W. H. Liu, SIAM J. Matrix Anal. Appl. 11 (1990) 134 (elimination tree);
+!> C. Ashcraft, R. Grimes, ACM TOMS 15 (1989) 291 (relaxed supernodes).
+module dda_elimination
+   use dda_kinds, only: wp
+   use dda_block_graph, only: block_graph_type
+   implicit none
+   private
+   public :: front_tree_type, tree_of_fronts, front_cost
+
+   !> Fronts in postorder: children before parents, each subtree one stretch of fronts.
+   type :: front_tree_type
+      integer :: n = 0                   !< block rows
+      integer :: fronts = 0              !< fronts
+      integer, allocatable :: order(:)   !< [n] block row eliminated at each place
+      integer, allocatable :: first(:)   !< [fronts+1] first place of each front
+      integer, allocatable :: parent(:)  !< [fronts] front that takes its update; 0 for a root
+   end type front_tree_type
+
+   !> Columns gathered while walking up the elimination tree; a cluster is named by its last column.
+   type :: clusters_type
+      integer, allocatable :: parent(:)   !< [n] parent in the elimination tree, 0 for a root
+      integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 once it has been absorbed
+      integer, allocatable :: rows(:)     !< [n] rows of its front, own columns included
+      integer, allocatable :: head(:)     !< [n] its first column
+      integer, allocatable :: next(:)     !< [n] the column after a column in its cluster, else 0
+      integer, allocatable :: child(:)    !< [n] its first child cluster, else 0
+      integer, allocatable :: sibling(:)  !< [n] the next child of the same parent, else 0
+   end type clusters_type
+
+contains
+
+   !> The tree of fronts of a graph eliminated in the given order, and its refined order.
+   pure subroutine tree_of_fronts(graph, order, tree)
+      type(block_graph_type), intent(in) :: graph
+      integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
+      type(front_tree_type), intent(out) :: tree
+      type(clusters_type) :: clusters
+      integer, allocatable :: place(:)
+      integer :: k
+
+      allocate (place(graph%n))
+      place(order) = [(k, k=1, graph%n)]
+      allocate (clusters%parent(graph%n), clusters%rows(graph%n))
+      call elimination_parents(graph, order, place, clusters%parent)
+      call count_rows(graph, order, place, clusters%parent, clusters%rows)
+      call gather_columns(graph%n, clusters)
+      call number_fronts(graph%n, order, clusters, tree)
+   end subroutine tree_of_fronts
+
+   !> Liu's algorithm with path compression.
+   pure subroutine elimination_parents(graph, order, place, parent)
+      type(block_graph_type), intent(in) :: graph
+      integer, intent(in) :: order(graph%n), place(graph%n)
+      integer, intent(out) :: parent(graph%n)
+      integer :: ancestor(graph%n), i, j, e, above
+
+      ancestor = 0
+      parent = 0
+      do i = 1, graph%n
+         do e = graph%start(order(i)), graph%start(order(i) + 1) - 1
+            j = place(graph%neighbour(e))
+            if (j > i) cycle
+            do while (j /= i)
+               above = ancestor(j)
+               ancestor(j) = i
+               if (above == 0) then
+                  parent(j) = i
+                  exit
+               end if
+               j = above
+            end do
+         end do
+      end do
+   end subroutine elimination_parents
+
+   !> Blocks in each column of the factor, the diagonal included: row i of the factor is the part
+   !> of the elimination tree between i and its neighbours.
+   pure subroutine count_rows(graph, order, place, parent, rows)
+      type(block_graph_type), intent(in) :: graph
+      integer, intent(in) :: order(graph%n), place(graph%n), parent(graph%n)
+      integer, intent(out) :: rows(graph%n)
+      integer :: mark(graph%n), i, j, e
+
+      rows = 1
+      mark = 0
+      do i = 1, graph%n
+         mark(i) = i
+         do e = graph%start(order(i)), graph%start(order(i) + 1) - 1
+            j = place(graph%neighbour(e))
+            if (j > i) cycle
+            do while (mark(j) /= i)
+               mark(j) = i
+               rows(j) = rows(j) + 1
+               j = parent(j)
+            end do
+         end do
+      end do
+   end subroutine count_rows
+
+   !> Let each column absorb those child clusters that make it cheaper.
+   pure subroutine gather_columns(n, clusters)
+      integer, intent(in) :: n
+      type(clusters_type), intent(inout) :: clusters
+      integer :: k, child, later
+
+      allocate (clusters%columns(n), clusters%head(n), clusters%next(n), source=1)
+      allocate (clusters%child(n), clusters%sibling(n), source=0)
+      clusters%head = [(k, k=1, n)]
+      clusters%next = 0
+      do k = 1, n
+         child = clusters%child(k)
+         clusters%child(k) = 0
+         do while (child > 0)
+            later = clusters%sibling(child)
+            if (cheaper_together(clusters, child, k)) then
+               call absorb(clusters, child, k)
+            else
+               call hang_below(clusters, child, k)
+            end if
+            child = later
+         end do
+         if (clusters%parent(k) > 0) call hang_below(clusters, k, clusters%parent(k))
+      end do
+   end subroutine gather_columns
+
+   pure logical function cheaper_together(clusters, child, k)
+      type(clusters_type), intent(in) :: clusters
+      integer, intent(in) :: child, k
+
+      associate (columns => clusters%columns, rows => clusters%rows)
+         cheaper_together = front_cost(columns(child) + columns(k), columns(child) + rows(k)) &
+            <= front_cost(columns(child), rows(child)) + front_cost(columns(k), rows(k))
+      end associate
+   end function cheaper_together
+
+   !> Time to assemble, eliminate and pass on a front, in units of one 6×6 product.
+   pure real(wp) function front_cost(columns, rows)
+      integer, intent(in) :: columns  !< block columns to eliminate
+      integer, intent(in) :: rows     !< block rows, own columns included
+      real(wp), parameter :: per_front = 8.0_wp      ! calls, loops
+      real(wp), parameter :: per_panel_block = 1.0_wp ! clear, fill, scale
+      real(wp), parameter :: per_update_block = 1.5_wp ! write, then add to the parent
+      real(wp) :: c, u
+
+      c = real(columns, wp)
+      u = real(rows - columns, wp)
+      front_cost = per_front + per_panel_block*c*(u + 0.5_wp*c) + per_update_block*0.5_wp*u*(u &
+         + 1.0_wp) + 0.5_wp*c*(u*(u + c) + c*c/3.0_wp)
+   end function front_cost
+
+   !> A child's columns become the first columns of cluster k, its children those of k.
+   pure subroutine absorb(clusters, child, k)
+      type(clusters_type), intent(inout) :: clusters
+      integer, intent(in) :: child, k
+      integer :: grandchild, later
+
+      clusters%next(child) = clusters%head(k)
+      clusters%head(k) = clusters%head(child)
+      clusters%columns(k) = clusters%columns(k) + clusters%columns(child)
+      clusters%rows(k) = clusters%rows(k) + clusters%columns(child)
+      clusters%columns(child) = 0
+      grandchild = clusters%child(child)
+      do while (grandchild > 0)
+         later = clusters%sibling(grandchild)
+         call hang_below(clusters, grandchild, k)
+         grandchild = later
+      end do
+   end subroutine absorb
+
+   !> Make `child` the first child of cluster k.
+   pure subroutine hang_below(clusters, child, k)
+      type(clusters_type), intent(inout) :: clusters
+      integer, intent(in) :: child, k
+
+      clusters%sibling(child) = clusters%child(k)
+      clusters%child(k) = child
+   end subroutine hang_below
+
+   !> Number the fronts and lay out their columns one after the other.
+   pure subroutine number_fronts(n, order, clusters, tree)
+      integer, intent(in) :: n
+      integer, intent(in) :: order(n)
+      type(clusters_type), intent(in) :: clusters
+      type(front_tree_type), intent(out) :: tree
+      integer, allocatable :: cluster(:)
+      integer :: front, k, places
+
+      tree%n = n
+      tree%fronts = count(clusters%columns > 0)
+      allocate (tree%order(n), tree%first(tree%fronts + 1), tree%parent(tree%fronts), &
+         cluster(tree%fronts))
+      call postorder(n, clusters, cluster, tree%parent)
+      places = 0
+      do front = 1, tree%fronts
+         tree%first(front) = places + 1
+         k = clusters%head(cluster(front))
+         do while (k > 0)
+            places = places + 1
+            tree%order(places) = order(k)
+            k = clusters%next(k)
+         end do
+      end do
+      tree%first(tree%fronts + 1) = n + 1
+   end subroutine number_fronts
+
+   !> Postorder of the clusters: the reverse of the order in which a stack visits parents first.
+   pure subroutine postorder(n, clusters, cluster, parent)
+      integer, intent(in) :: n
+      type(clusters_type), intent(in) :: clusters
+      integer, intent(out) :: cluster(:)  !< [fronts] the cluster that is each front
+      integer, intent(out) :: parent(:)   !< [fronts]
+      integer :: stack(n), above(n), height, front, k, child
+
+      height = 0
+      do k = 1, n
+         if (clusters%columns(k) == 0 .or. clusters%parent(k) > 0) cycle
+         height = height + 1
+         stack(height) = k
+         above(k) = 0
+      end do
+      do front = size(cluster), 1, -1
+         k = stack(height)
+         height = height - 1
+         cluster(front) = k
+         parent(front) = above(k)
+         child = clusters%child(k)
+         do while (child > 0)
+            height = height + 1
+            stack(height) = child
+            above(child) = front
+            child = clusters%sibling(child)
+         end do
+      end do
+   end subroutine postorder
+
+end module dda_elimination

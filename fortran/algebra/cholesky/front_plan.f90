@@ -1,0 +1,440 @@
+!> All that a multifrontal Cholesky factor knows before it sees a number.
+!>
+!> A front is a dense matrix of 6×6 blocks: its own columns, then the rows below them that they
+!> touch.  Its own columns are eliminated in a panel and become a part of the factor; what they take
+!> from the rest is an update that its parent adds.  The plan says where every panel, part, update
+!> and matrix block lies, so that the numeric work allocates nothing and no front looks for another.
+!>
+!> A front's part of the factor is kept as a solve reads it (`dda_slices`).
+!>
+!> References: I. S. Duff, J. K. Reid, ACM TOMS 9 (1983) 302 (multifrontal);
+!> J. W. H. Liu, SIAM Review 34 (1992) 82.
+module dda_front_plan
+   use dda_kinds, only: long, wp
+   use dda_block_graph, only: block_graph_type
+   use dda_elimination, only: front_cost, front_tree_type, tree_of_fronts
+   use dda_slices, only: slice_rows, slice_size, slices_of, own_slices
+   use dda_task_plan, only: plan_tasks, task_plan_type
+   implicit none
+   private
+   public :: front_plan_type, make_plan, widest_part
+
+   !> Symbolic Cholesky factor.  "Place" means place in the order of elimination.
+   type :: front_plan_type
+      integer :: n = 0                     !< block rows
+      integer :: entries = 0               !< lower blocks of the matrix
+      integer :: fronts = 0                !< fronts, in postorder
+      integer, allocatable :: order(:)     !< [n] block row at each place
+      integer, allocatable :: first(:)     !< [fronts+1] first place of each front
+      integer, allocatable :: parent(:)    !< [fronts] front that adds its update; 0 for a root
+      integer, allocatable :: child_start(:) !< [fronts+1] where the children of each front begin
+      integer, allocatable :: child(:)     !< [fronts] children, front by front
+      integer, allocatable :: row_start(:) !< [fronts+1] where the rows below each front begin
+      integer, allocatable :: row(:)       !< [rows] places below each front's own, ascending
+      integer, allocatable :: position(:)  !< [rows] the same rows counted in the parent's front
+      !> [rows] last row, counted in its front, that follows without a gap
+      integer, allocatable :: run_end(:)
+      !> [fronts] leading rows that are own columns of the parent
+      integer, allocatable :: inside(:)
+      integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each place begin
+      integer, allocatable :: entry(:)     !< [entries] which one; negative if it enters transposed
+      integer, allocatable :: entry_row(:) !< [entries] its row, counted in the front
+      !> [fronts+1] first number of each front's part of the factor
+      integer(long), allocatable :: part_start(:)
+      !> [fronts] first number of the panel it is eliminated in
+      integer(long), allocatable :: panel_start(:)
+      integer(long) :: panel_size = 0      !< numbers in the workspace for panels
+      integer(long), allocatable :: update_start(:) !< [fronts] first number of each update
+      integer(long) :: update_size = 0     !< numbers in the workspace for updates
+      type(task_plan_type) :: sharing      !< division between threads
+      !> [rows] where a solve keeps each row; see `set_solve_rows`
+      integer, allocatable :: solve_row(:)
+      integer, allocatable :: lent_row(:)  !< [any] rows that tasks share: place in the whole vector
+      integer :: widest = 0                !< most block rows in a front
+   end type front_plan_type
+
+contains
+
+   !> Plan the factor of a matrix with this graph, eliminated in this order.
+   pure subroutine make_plan(graph, order, plan)
+      type(block_graph_type), intent(in) :: graph
+      integer, intent(in) :: order(graph%n)
+      type(front_plan_type), intent(out) :: plan
+      type(front_tree_type) :: tree
+      integer :: place(graph%n), front_at(graph%n), front, k
+
+      call tree_of_fronts(graph, order, tree)
+      plan%n = graph%n
+      plan%entries = size(graph%neighbour)/2
+      plan%fronts = tree%fronts
+      call move_alloc(tree%order, plan%order)
+      call move_alloc(tree%first, plan%first)
+      call move_alloc(tree%parent, plan%parent)
+      place(plan%order) = [(k, k=1, plan%n)]
+      do front = 1, plan%fronts
+         front_at(plan%first(front):plan%first(front + 1) - 1) = front
+      end do
+      call list_children(plan)
+      call list_rows(graph, place, front_at, plan)
+      call relate_to_parents(plan)
+      call list_entries(graph, place, front_at, plan)
+      call share_out(plan)
+      call place_panels(plan)
+      call place_updates(plan)
+      call set_solve_rows(plan)
+   end subroutine make_plan
+
+   !> Children of each front, in postorder.
+   pure subroutine list_children(plan)
+      type(front_plan_type), intent(inout) :: plan
+      integer :: next(plan%fronts), front
+
+      allocate (plan%child_start(plan%fronts + 1), source=0)
+      allocate (plan%child(count(plan%parent > 0)))
+      do front = 1, plan%fronts
+         if (plan%parent(front) == 0) cycle
+         plan%child_start(plan%parent(front) + 1) = plan%child_start(plan%parent(front) + 1) + 1
+      end do
+      call accumulate(plan%child_start)
+      next = plan%child_start(:plan%fronts)
+      do front = 1, plan%fronts
+         if (plan%parent(front) == 0) cycle
+         plan%child(next(plan%parent(front))) = front
+         next(plan%parent(front)) = next(plan%parent(front)) + 1
+      end do
+   end subroutine list_children
+
+   !> Rows below each front: place i belongs to every front between it and its neighbours in the
+   !> tree.
+   pure subroutine list_rows(graph, place, front_at, plan)
+      type(block_graph_type), intent(in) :: graph
+      integer, intent(in) :: place(graph%n), front_at(graph%n)
+      type(front_plan_type), intent(inout) :: plan
+      integer :: next(plan%fronts), pass
+
+      allocate (plan%row_start(plan%fronts + 1), source=0)
+      do pass = 1, 2
+         if (pass == 2) then
+            call accumulate(plan%row_start)
+            allocate (plan%row(plan%row_start(plan%fronts + 1) - 1))
+            next = plan%row_start(:plan%fronts)
+         end if
+         call walk_rows(graph, place, front_at, plan, next, counting=pass == 1)
+      end do
+   end subroutine list_rows
+
+   !> Count or note the rows of all fronts, row by row, so that each list ascends.
+   pure subroutine walk_rows(graph, place, front_at, plan, next, counting)
+      type(block_graph_type), intent(in) :: graph
+      integer, intent(in) :: place(graph%n), front_at(graph%n)
+      type(front_plan_type), intent(inout) :: plan
+      integer, intent(inout) :: next(:)
+      logical, intent(in) :: counting
+      integer :: mark(plan%fronts), i, e, front
+
+      mark = 0
+      do i = 1, plan%n
+         mark(front_at(i)) = i
+         do e = graph%start(plan%order(i)), graph%start(plan%order(i) + 1) - 1
+            if (place(graph%neighbour(e)) > i) cycle
+            front = front_at(place(graph%neighbour(e)))
+            do while (mark(front) /= i)
+               mark(front) = i
+               if (counting) then
+                  plan%row_start(front + 1) = plan%row_start(front + 1) + 1
+               else
+                  plan%row(next(front)) = i
+                  next(front) = next(front) + 1
+               end if
+               front = plan%parent(front)
+            end do
+         end do
+      end do
+   end subroutine walk_rows
+
+   !> Find each front's rows in its parent, and where they follow one another without a gap.
+   pure subroutine relate_to_parents(plan)
+      type(front_plan_type), intent(inout) :: plan
+      integer :: front, start, last, i
+
+      allocate (plan%position(size(plan%row)), plan%run_end(size(plan%row)), &
+         plan%inside(plan%fronts))
+      plan%widest = 0
+      do front = 1, plan%fronts
+         start = plan%row_start(front)
+         last = plan%row_start(front + 1) - 1
+         plan%widest = max(plan%widest, plan%first(front + 1) - plan%first(front) + last - start &
+            + 1)
+         plan%inside(front) = 0
+         if (last < start) cycle
+         call find_positions(plan, front, plan%parent(front))
+         plan%run_end(last) = last - start + 1
+         do i = last - 1, start, -1
+            plan%run_end(i) = plan%run_end(i + 1)
+            if (plan%position(i + 1) /= plan%position(i) + 1) plan%run_end(i) = i - start + 1
+         end do
+      end do
+   end subroutine relate_to_parents
+
+   !> Walk along the rows of a front and of its parent together: both ascend.
+   pure subroutine find_positions(plan, front, parent)
+      type(front_plan_type), intent(inout) :: plan
+      integer, intent(in) :: front, parent
+      integer :: own, i, p
+
+      own = plan%first(parent + 1) - plan%first(parent)
+      p = plan%row_start(parent)
+      do i = plan%row_start(front), plan%row_start(front + 1) - 1
+         if (plan%row(i) < plan%first(parent + 1)) then
+            plan%position(i) = plan%row(i) - plan%first(parent) + 1
+            plan%inside(front) = plan%inside(front) + 1
+         else
+            do while (plan%row(p) < plan%row(i))
+               p = p + 1
+            end do
+            plan%position(i) = own + p - plan%row_start(parent) + 1
+         end if
+      end do
+   end subroutine find_positions
+
+   !> Where each lower block of the matrix goes: to the column of the place eliminated first.
+   pure subroutine list_entries(graph, place, front_at, plan)
+      type(block_graph_type), intent(in) :: graph
+      integer, intent(in) :: place(graph%n), front_at(graph%n)
+      type(front_plan_type), intent(inout) :: plan
+      integer :: local(graph%n), front, own, i, j, e, filled
+
+      allocate (plan%entry_start(plan%n + 1), plan%entry(plan%entries), &
+         plan%entry_row(plan%entries))
+      filled = 0
+      do j = 1, plan%n
+         front = front_at(j)
+         own = plan%first(front + 1) - plan%first(front)
+         if (j == plan%first(front)) then
+            do i = 1, own
+               local(j + i - 1) = i
+            end do
+            do i = plan%row_start(front), plan%row_start(front + 1) - 1
+               local(plan%row(i)) = own + i - plan%row_start(front) + 1
+            end do
+         end if
+         plan%entry_start(j) = filled + 1
+         do e = graph%start(plan%order(j)), graph%start(plan%order(j) + 1) - 1
+            i = place(graph%neighbour(e))
+            if (i < j) cycle
+            filled = filled + 1
+            plan%entry(filled) = graph%entry(e)
+            if (plan%order(i) < plan%order(j)) plan%entry(filled) = -graph%entry(e)
+            plan%entry_row(filled) = local(i)
+         end do
+      end do
+      plan%entry_start(plan%n + 1) = filled + 1
+   end subroutine list_entries
+
+   !> Divide the fronts between threads.
+   pure subroutine share_out(plan)
+      type(front_plan_type), intent(inout) :: plan
+      real(wp) :: cost(plan%fronts)
+      integer :: front
+
+      do front = 1, plan%fronts
+         cost(front) = front_cost(own_columns(plan, front), own_columns(plan, front) &
+            + rows_below(plan, front))
+      end do
+      call plan_tasks(plan%parent, cost, plan%sharing)
+   end subroutine share_out
+
+   !> Parts of the factor lie one after the other, in the order in which a solve reads them; each
+   !> task, and the top, eliminates its fronts in a panel of its own.
+   pure subroutine place_panels(plan)
+      type(front_plan_type), intent(inout) :: plan
+      integer :: front, t
+
+      allocate (plan%part_start(plan%fronts + 1), plan%panel_start(plan%fronts))
+      plan%part_start(1) = 1
+      do front = 1, plan%fronts
+         associate (own => own_columns(plan, front))
+            plan%part_start(front + 1) = plan%part_start(front) &
+               + slice_size*(own_slices(own) + int(own, long)*slices_of(rows_below(plan, front)))
+         end associate
+      end do
+      plan%panel_size = 0
+      do t = 1, plan%sharing%tasks
+         call share_panel([(front, front=plan%sharing%first(t), plan%sharing%last(t))], plan)
+      end do
+      call share_panel(plan%sharing%top, plan)
+   end subroutine place_panels
+
+   !> One panel for some fronts, as large as the largest of them needs.
+   pure subroutine share_panel(fronts, plan)
+      integer, intent(in) :: fronts(:)
+      type(front_plan_type), intent(inout) :: plan
+      integer(long) :: largest
+      integer :: i
+
+      largest = 0
+      do i = 1, size(fronts)
+         associate (own => int(own_columns(plan, fronts(i)), long), below => rows_below(plan, &
+            fronts(i)))
+            plan%panel_start(fronts(i)) = plan%panel_size + 1
+            largest = max(largest, 36*own*(own + below))
+         end associate
+      end do
+      plan%panel_size = plan%panel_size + largest
+   end subroutine share_panel
+
+   !> Numbers that a front's part of a vector takes at most: own rows and rows below, each with room
+   !> for what its last slice holds beyond them.
+   pure integer function widest_part(plan)
+      type(front_plan_type), intent(in) :: plan
+
+      widest_part = 6*plan%widest + 2*slice_rows
+   end function widest_part
+
+   !> Give each task, and the top, a workspace of its own for updates.
+   pure subroutine place_updates(plan)
+      type(front_plan_type), intent(inout) :: plan
+      integer :: region(plan%fronts), level(plan%fronts), t, front
+
+      allocate (plan%update_start(plan%fronts))
+      plan%update_size = 0
+      call find_levels(plan, level)
+      region = 0
+      do t = 1, plan%sharing%tasks
+         region(plan%sharing%first(t):plan%sharing%last(t)) = t
+         call stack_updates([(front, front=plan%sharing%first(t), plan%sharing%last(t))], region, &
+            level, plan)
+      end do
+      call stack_updates(plan%sharing%top, region, level, plan)
+   end subroutine place_updates
+
+   !> Stack the updates of a region's fronts.  An update is made while those of the children still
+   !> live; odd and even levels of the tree therefore use two stacks, each last in, first out.
+   pure subroutine stack_updates(fronts, region, level, plan)
+      integer, intent(in) :: fronts(:)  !< a region's fronts, in postorder
+      integer, intent(in) :: region(:)  !< [fronts] region of each front of the tree
+      integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
+      type(front_plan_type), intent(inout) :: plan
+      integer(long) :: height(0:1), peak(0:1)
+      integer :: i, c, child
+
+      height = 0
+      peak = 0
+      do i = 1, size(fronts)
+         associate (front => fronts(i), mine => mod(level(fronts(i)), 2))
+            do c = plan%child_start(front), plan%child_start(front + 1) - 1
+               child = plan%child(c)
+               if (region(child) == region(front)) height(1 - mine) = height(1 - mine) &
+                  - update_length(plan, child)
+            end do
+            plan%update_start(front) = height(mine)
+            height(mine) = height(mine) + update_length(plan, front)
+            peak(mine) = max(peak(mine), height(mine))
+         end associate
+      end do
+      do i = 1, size(fronts)
+         plan%update_start(fronts(i)) = plan%update_start(fronts(i)) + plan%update_size + 1 &
+                                        + merge(peak(0), 0_long, mod(level(fronts(i)), 2) == 1)
+      end do
+      plan%update_size = plan%update_size + sum(peak)
+   end subroutine stack_updates
+
+   !> Where a solve keeps the rows below each front.
+   !>
+   !> Tasks may not add to the same part of the vector.  What a task adds above itself goes to
+   !> places lent to it beyond the end of the vector, one for each row of the update of its root.
+   pure subroutine set_solve_rows(plan)
+      type(front_plan_type), intent(inout) :: plan
+      integer :: lent(plan%n), front, i, borrowed, last_place
+
+      plan%solve_row = plan%row
+      borrowed = 0
+      last_place = plan%n
+      allocate (plan%lent_row(lent_rows(plan)))
+      do front = plan%fronts, 1, -1
+         if (plan%sharing%in_top(front)) cycle
+         if (is_below_top(plan, front)) then
+            last_place = plan%first(front + 1) - 1
+            do i = plan%row_start(front), plan%row_start(front + 1) - 1
+               borrowed = borrowed + 1
+               plan%lent_row(borrowed) = plan%row(i)
+               lent(plan%row(i)) = plan%n + borrowed
+            end do
+         else if (plan%parent(front) == 0) then
+            last_place = plan%n
+         end if
+         do i = plan%row_start(front), plan%row_start(front + 1) - 1
+            if (plan%row(i) > last_place) plan%solve_row(i) = lent(plan%row(i))
+         end do
+      end do
+   end subroutine set_solve_rows
+
+   !> Rows of all updates that pass from a task to the top.
+   pure integer function lent_rows(plan)
+      type(front_plan_type), intent(in) :: plan
+      integer :: front
+
+      lent_rows = 0
+      do front = 1, plan%fronts
+         if (is_below_top(plan, front)) lent_rows = lent_rows + rows_below(plan, front)
+      end do
+   end function lent_rows
+
+   !> Is this front the root of a subtree that hangs from the top?
+   pure logical function is_below_top(plan, front)
+      type(front_plan_type), intent(in) :: plan
+      integer, intent(in) :: front
+
+      is_below_top = .false.
+      if (plan%sharing%in_top(front) .or. plan%parent(front) == 0) return
+      is_below_top = plan%sharing%in_top(plan%parent(front))
+   end function is_below_top
+
+   !> Distance of each front from its root.
+   pure subroutine find_levels(plan, level)
+      type(front_plan_type), intent(in) :: plan
+      integer, intent(out) :: level(plan%fronts)
+      integer :: front
+
+      do front = plan%fronts, 1, -1
+         level(front) = 0
+         if (plan%parent(front) > 0) level(front) = level(plan%parent(front)) + 1
+      end do
+   end subroutine find_levels
+
+   !> Block columns that a front eliminates.
+   pure integer function own_columns(plan, front)
+      type(front_plan_type), intent(in) :: plan
+      integer, intent(in) :: front
+
+      own_columns = plan%first(front + 1) - plan%first(front)
+   end function own_columns
+
+   !> Block rows of a front's update.
+   pure integer function rows_below(plan, front)
+      type(front_plan_type), intent(in) :: plan
+      integer, intent(in) :: front
+
+      rows_below = plan%row_start(front + 1) - plan%row_start(front)
+   end function rows_below
+
+   !> Numbers in a front's update, kept as a full square.
+   pure integer(long) function update_length(plan, front)
+      type(front_plan_type), intent(in) :: plan
+      integer, intent(in) :: front
+
+      update_length = 36*int(rows_below(plan, front), long)**2
+   end function update_length
+
+   !> Turn counts kept one place late into starts.
+   pure subroutine accumulate(start)
+      integer, intent(inout) :: start(:)
+      integer :: i
+
+      start(1) = 1
+      do i = 2, size(start)
+         start(i) = start(i) + start(i - 1)
+      end do
+   end subroutine accumulate
+
+end module dda_front_plan

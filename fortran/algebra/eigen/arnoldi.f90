@@ -1,0 +1,186 @@
+!> A few of the largest eigenvalues of a symmetric operator, by ARPACK.
+!>
+!> The start vector is fixed and irregular: results repeat to the last bit, and neither symmetric
+!> nor antisymmetric vectors are missed.  The residual of each returned pair is computed anew.
+module dda_arnoldi
+   use dda_kinds, only: wp, long
+   use dda_errors, only: error_type, error_solver, fail
+   use dda_arpack, only: dsaupd, dseupd
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: operator_type, largest_pairs, irregular_vector
+
+   !> A symmetric linear operator.
+   type, abstract :: operator_type
+      integer(long) :: products = 0  !< how often it was applied
+   contains
+      procedure(apply_operator), deferred :: apply
+   end type operator_type
+
+   abstract interface
+      !> y = A x
+      subroutine apply_operator(self, x, y)
+         import :: operator_type, wp
+         class(operator_type), intent(inout) :: self
+         real(wp), intent(in) :: x(:)
+         real(wp), intent(out) :: y(:)
+      end subroutine apply_operator
+   end interface
+
+   !> What ARPACK keeps between calls.
+   type :: iteration_type
+      integer :: n, count, basis
+      integer :: iparam(11) = 0, ipntr(11) = 0
+      real(wp) :: tolerance
+      real(wp), allocatable :: v(:,:), resid(:), workd(:), workl(:)
+   end type iteration_type
+
+   integer, parameter :: least_basis = 20
+
+contains
+
+   !> The `count` algebraically largest eigenvalues, descending, with orthonormal vectors.
+   subroutine largest_pairs(operator, n, count, tolerance, values, vectors, residuals, error, &
+      salt, most_restarts)
+      class(operator_type), intent(inout) :: operator
+      integer, intent(in) :: n          !< size of the operator
+      integer, intent(in) :: count      !< 1 … n−1
+      real(wp), intent(in) :: tolerance !< of the residual / eigenvalue
+      real(wp), allocatable, intent(out) :: values(:)    !< [count]
+      real(wp), allocatable, intent(out) :: vectors(:,:) !< [n,count]
+      real(wp), allocatable, intent(out) :: residuals(:) !< [count] ‖Av − λv‖ / |λ|
+      type(error_type), allocatable, intent(out) :: error
+      integer, intent(in), optional :: salt           !< another start vector
+      integer, intent(in), optional :: most_restarts  !< default 3000
+      type(iteration_type) :: iteration
+
+      if (count < 1 .or. count >= n) then
+         call fail(error, error_solver, to_text(count)// &
+            ' eigenvalues cannot be found of a problem of size '//to_text(n))
+         return
+      end if
+      call prepare(iteration, n, count, tolerance)
+      iteration%iparam(3) = 3000
+      if (present(most_restarts)) iteration%iparam(3) = most_restarts
+      iteration%resid = irregular_vector(n, salt)
+      call iterate(iteration, operator, error)
+      if (allocated(error)) return
+      call extract(iteration, values, vectors, error)
+      if (allocated(error)) return
+      call check_pairs(operator, tolerance, values, vectors, residuals, error)
+   end subroutine largest_pairs
+
+   subroutine prepare(iteration, n, count, tolerance)
+      type(iteration_type), intent(out) :: iteration
+      integer, intent(in) :: n, count
+      real(wp), intent(in) :: tolerance
+
+      iteration%n = n
+      iteration%count = count
+      iteration%basis = min(n, max(2*count + 10, least_basis))
+      iteration%tolerance = max(tolerance, 2*epsilon(1.0_wp))
+      iteration%iparam(1) = 1
+      iteration%iparam(4) = 1
+      iteration%iparam(7) = 1
+      associate (basis => iteration%basis)
+         allocate (iteration%v(n, basis), iteration%workd(3*n), &
+            iteration%workl(basis*(basis + 8)), source=0.0_wp)
+      end associate
+   end subroutine prepare
+
+   !> Serve ARPACK with products until it is done.
+   subroutine iterate(iteration, operator, error)
+      type(iteration_type), intent(inout) :: iteration
+      class(operator_type), intent(inout) :: operator
+      type(error_type), allocatable, intent(out) :: error
+      integer :: ido, info, from, to
+
+      ido = 0
+      info = 1
+      do
+         call dsaupd(ido, 'I', iteration%n, 'LA', iteration%count, iteration%tolerance, &
+            iteration%resid, iteration%basis, iteration%v, iteration%n, iteration%iparam, &
+            iteration%ipntr, iteration%workd, iteration%workl, size(iteration%workl), info)
+         if (abs(ido) /= 1) exit
+         from = iteration%ipntr(1)
+         to = iteration%ipntr(2)
+         call operator%apply(iteration%workd(from:from + iteration%n - 1), &
+            iteration%workd(to:to + iteration%n - 1))
+         operator%products = operator%products + 1
+      end do
+      if (info == 1) then
+         call fail(error, error_solver, 'ARPACK has converged '//to_text(iteration%iparam(5))// &
+            ' of '//to_text(iteration%count)//' eigenvalues to '//to_text(iteration%tolerance)// &
+            ' after '//to_text(iteration%iparam(3))//' restarts; ask for a looser tolerance')
+      else if (info /= 0) then
+         call fail(error, error_solver, 'ARPACK dsaupd failed with info = '//to_text(info))
+      end if
+   end subroutine iterate
+
+   !> Values and vectors in descending order.
+   subroutine extract(iteration, values, vectors, error)
+      type(iteration_type), intent(inout) :: iteration
+      real(wp), allocatable, intent(out) :: values(:), vectors(:,:)
+      type(error_type), allocatable, intent(out) :: error
+      logical :: select(iteration%basis)
+      integer :: info, count
+
+      count = iteration%count
+      allocate (values(count), vectors(iteration%n, count))
+      select = .true.
+      call dseupd(.true., 'A', select, values, vectors, iteration%n, 0.0_wp, 'I', iteration%n, &
+         'LA', count, iteration%tolerance, iteration%resid, iteration%basis, iteration%v, &
+         iteration%n, iteration%iparam, iteration%ipntr, iteration%workd, iteration%workl, &
+         size(iteration%workl), info)
+      if (info /= 0) then
+         call fail(error, error_solver, 'ARPACK dseupd failed with info = '//to_text(info))
+         return
+      end if
+      values = values(count:1:-1)
+      vectors = vectors(:, count:1:-1)
+   end subroutine extract
+
+   !> ARPACK's word is not taken: the residuals are computed from the operator itself.
+   subroutine check_pairs(operator, tolerance, values, vectors, residuals, error)
+      class(operator_type), intent(inout) :: operator
+      real(wp), intent(in) :: tolerance, values(:), vectors(:,:)
+      real(wp), allocatable, intent(out) :: residuals(:)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: slack = 10.0_wp, rounding = 1.0e-12_wp
+      real(wp), allocatable :: image(:)
+      real(wp) :: scale
+      integer :: i
+
+      allocate (image(size(vectors, 1)), residuals(size(values)))
+      do i = 1, size(values)
+         call operator%apply(vectors(:, i), image)
+         operator%products = operator%products + 1
+         scale = max(abs(values(i)), tiny(1.0_wp))
+         residuals(i) = norm2(image - values(i)*vectors(:, i))/scale
+         if (residuals(i) <= slack*tolerance + rounding*max(1.0_wp, abs(values(1))/scale)) cycle
+         call fail(error, error_solver, 'eigenvalue '//to_text(i)//' of '//to_text(size(values))// &
+            ' has a relative residual of '//to_text(residuals(i))//', asked were '// &
+            to_text(tolerance))
+         return
+      end do
+   end subroutine check_pairs
+
+   !> Reproducible numbers between −1 and 1 without a pattern, by a linear congruence.
+   pure function irregular_vector(n, salt) result(vector)
+      integer, intent(in) :: n
+      integer, intent(in), optional :: salt
+      real(wp) :: vector(n)
+      integer(long), parameter :: modulus = 2147483647_long, factor = 48271_long
+      integer(long) :: seed
+      integer :: i
+
+      seed = 12345_long
+      if (present(salt)) seed = seed + 7919_long*int(abs(salt), long)
+      do i = 1, n
+         seed = modulo(factor*seed, modulus)
+         vector(i) = 2.0_wp*real(seed, wp)/real(modulus, wp) - 1.0_wp
+      end do
+   end function irregular_vector
+
+end module dda_arnoldi

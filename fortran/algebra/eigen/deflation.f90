@@ -1,0 +1,91 @@
+!> Vectors that are known already and are kept out of an eigenvalue search.
+!>
+!> Two kinds: null vectors that live on groups of block rows (a loose part of a model moves as a
+!> rigid body), up to three for each group, and full vectors found in an earlier search.  Both are
+!> orthonormal in the coordinates of the standard problem (`dda_mass_factor`).
+module dda_deflation
+   use dda_kinds, only: wp
+   use dda_mass_factor, only: mass_factor_type, from_places
+   implicit none
+   private
+   public :: null_space_type, deflation_type, prepare_deflation, keep_vector, project_out, &
+      project_known
+
+   !> Null vectors of a stiffness matrix, mass-orthonormal, each on one group of block rows.
+   type :: null_space_type
+      integer :: groups = 0
+      integer :: dimension = 0                !< number of null vectors
+      integer, allocatable :: group(:)        !< [n] of each block row
+      !> [6,3,n] up to three vectors of the row's group, else zero
+      real(wp), allocatable :: basis(:,:,:)
+   end type null_space_type
+
+   !> What is to be projected out.
+   type :: deflation_type
+      type(null_space_type) :: known          !< `basis` in coordinates of the standard problem
+      integer :: kept = 0                     !< full vectors
+      real(wp), allocatable :: vector(:,:)    !< [6n,any]
+   end type deflation_type
+
+contains
+
+   !> Take over a null space; without one only kept vectors count.
+   pure subroutine prepare_deflation(deflation, mass, known)
+      type(deflation_type), intent(out) :: deflation
+      type(mass_factor_type), intent(in) :: mass
+      type(null_space_type), intent(in), optional :: known
+      integer :: i
+
+      allocate (deflation%vector(6*size(mass%g, 3), 0))
+      if (.not. present(known)) return
+      if (known%dimension == 0) return
+      deflation%known = known
+      do i = 1, 3
+         call from_places(mass, known%basis(:, i, :), deflation%known%basis(:, i, :))
+      end do
+   end subroutine prepare_deflation
+
+   !> Keep one more vector.
+   pure subroutine keep_vector(deflation, vector)
+      type(deflation_type), intent(inout) :: deflation
+      real(wp), intent(in) :: vector(:)  !< [6n] of length 1
+      real(wp), allocatable :: larger(:,:)
+
+      if (deflation%kept == size(deflation%vector, 2)) then
+         allocate (larger(size(vector), 2*deflation%kept + 4))
+         larger(:, :deflation%kept) = deflation%vector(:, :deflation%kept)
+         call move_alloc(larger, deflation%vector)
+      end if
+      deflation%kept = deflation%kept + 1
+      deflation%vector(:, deflation%kept) = vector
+   end subroutine keep_vector
+
+   !> Remove from y its components along all vectors.
+   pure subroutine project_out(deflation, y)
+      type(deflation_type), intent(in) :: deflation
+      real(wp), intent(inout) :: y(:)  !< [6n]
+      integer :: i
+
+      if (deflation%known%dimension > 0) call project_known(deflation%known, y)
+      do i = 1, deflation%kept
+         y = y - dot_product(deflation%vector(:, i), y)*deflation%vector(:, i)
+      end do
+   end subroutine project_out
+
+   !> Remove the null vectors, group by group.
+   pure subroutine project_known(known, y)
+      type(null_space_type), intent(in) :: known
+      real(wp), intent(inout) :: y(6, *)  !< [6,n]
+      real(wp) :: part(3, known%groups)
+      integer :: b
+
+      part = 0.0_wp
+      do b = 1, size(known%group)
+         part(:, known%group(b)) = part(:, known%group(b)) + matmul(y(:, b), known%basis(:, :, b))
+      end do
+      do b = 1, size(known%group)
+         y(:, b) = y(:, b) - matmul(known%basis(:, :, b), part(:, known%group(b)))
+      end do
+   end subroutine project_known
+
+end module dda_deflation

@@ -1,0 +1,323 @@
+!> K x = ω² M x with M block-diagonal: the largest ω² and the lowest ones.
+!>
+!> Large problems go to ARPACK, on S = G⁻¹KG⁻ᵀ for the top of the spectrum and on Gᵀ(K − σM)⁻¹G with
+!> a small negative shift σ for the bottom, so that a singular K is no obstacle; small ones to
+!> LAPACK.
+module dda_eigen
+   use dda_kinds, only: wp, long
+   use dda_arnoldi, only: operator_type, largest_pairs, irregular_vector
+   use dda_block_cholesky, only: cholesky_type, analyse, factorise, solve
+   use dda_block_matrix, only: block_matrix_type, multiply
+   use dda_deflation, only: deflation_type, null_space_type, prepare_deflation, project_out, &
+      keep_vector
+   use dda_dense_eigen, only: symmetric_eigen
+   use dda_errors, only: error_type, error_solver, fail
+   use dda_mass_factor, only: mass_factor_type, factor_mass, scale_matrix, to_places, from_places, &
+      apply_factor
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: eigenpairs_type, largest_eigenvalue, lowest_eigenvalues, all_eigenvalues, &
+      suggested_tolerance
+   public :: shifted_inverse_type, prepare_inverse
+
+   integer, parameter :: dense_blocks = 8          !< up to here LAPACK is asked
+   integer, parameter :: most_dense_blocks = 300   !< and up to here if nearly all modes are wanted
+   real(wp), parameter :: low_tolerance = 1.0e-10_wp
+
+   !> Eigenvalues with mass-normalised vectors.
+   type :: eigenpairs_type
+      integer :: n = 0
+      real(wp), allocatable :: value(:)       !< [n] ω², 1/s²
+      real(wp), allocatable :: vector(:,:,:)  !< [6,blocks,n], xᵀMx = 1
+      !> [n] of the operator that was iterated, relative; 0 if dense
+      real(wp), allocatable :: residual(:)
+      integer(long) :: products = 0           !< of that operator
+   end type eigenpairs_type
+
+   !> S = G⁻¹KG⁻ᵀ
+   type, extends(operator_type) :: scaled_stiffness_type
+      type(block_matrix_type) :: matrix
+   contains
+      procedure :: apply => apply_scaled
+   end type scaled_stiffness_type
+
+   !> Gᵀ(K − σM)⁻¹G, without the vectors of the deflation.
+   type, extends(operator_type) :: shifted_inverse_type
+      type(cholesky_type) :: factor
+      type(mass_factor_type) :: mass
+      type(deflation_type) :: deflation
+      real(wp) :: shift = 0.0_wp              !< σ ≤ 0, 1/s²
+      real(wp), allocatable :: force(:,:)     !< [6,n] workspace
+   contains
+      procedure :: apply => apply_inverse
+   end type shifted_inverse_type
+
+contains
+
+   !> Tolerance that a model of n blocks can afford: the top of a large spectrum is a dense band.
+   pure real(wp) function suggested_tolerance(n) result(tolerance)
+      integer, intent(in) :: n  !< blocks
+
+      tolerance = 1.0e-10_wp
+      if (n > 500) tolerance = 1.0e-6_wp
+      if (n > 3000) tolerance = 1.0e-3_wp
+   end function suggested_tolerance
+
+   !> The largest ω², a lower bound of the true one to second order in the residual.
+   subroutine largest_eigenvalue(stiffness, mass, tolerance, pairs, error)
+      type(block_matrix_type), intent(in) :: stiffness
+      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
+      real(wp), intent(in) :: tolerance             !< of the residual / ω²
+      type(eigenpairs_type), intent(out) :: pairs   !< one pair
+      type(error_type), allocatable, intent(out) :: error
+      type(scaled_stiffness_type) :: operator
+      type(mass_factor_type) :: factor
+      real(wp), allocatable :: values(:), vectors(:,:)
+
+      if (stiffness%n <= dense_blocks) then
+         call all_eigenvalues(stiffness, mass, pairs, error)
+         if (.not. allocated(error)) call keep_range(pairs, pairs%n, pairs%n)
+         return
+      end if
+      call factor_mass(factor, mass, error)
+      if (allocated(error)) return
+      operator%matrix = stiffness
+      call scale_matrix(factor, operator%matrix)
+      call largest_pairs(operator, 6*stiffness%n, 1, tolerance, values, vectors, pairs%residual, &
+         error)
+      if (allocated(error)) return
+      pairs%products = operator%products
+      call unscale(factor, values, vectors, pairs)
+   end subroutine largest_eigenvalue
+
+   !> The `count` lowest ω² that do not belong to a known null space; fewer if there are fewer.
+   subroutine lowest_eigenvalues(stiffness, mass, count, pairs, error, known)
+      type(block_matrix_type), intent(in) :: stiffness
+      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
+      integer, intent(in) :: count
+      type(eigenpairs_type), intent(out) :: pairs   !< ascending
+      type(error_type), allocatable, intent(out) :: error
+      type(null_space_type), intent(in), optional :: known
+      type(shifted_inverse_type) :: operator
+      real(wp), allocatable :: values(:), vectors(:,:)
+      integer :: left, wanted
+
+      left = 6*stiffness%n
+      if (present(known)) left = left - known%dimension
+      wanted = min(count, left)
+      if (stiffness%n <= dense_blocks &
+         .or. (wanted > left/2 .and. stiffness%n <= most_dense_blocks)) then
+         call all_eigenvalues(stiffness, mass, pairs, error, known)
+         if (.not. allocated(error)) call keep_range(pairs, 1, min(wanted, pairs%n))
+         return
+      else if (wanted > left/2) then
+         call fail(error, error_solver, to_text(wanted)//' of '//to_text(left)// &
+            ' modes are too many to ask for')
+         return
+      end if
+      call prepare_inverse(operator, stiffness, mass, error, known)
+      if (allocated(error)) return
+      call largest_pairs(operator, 6*stiffness%n, wanted, low_tolerance, values, vectors, &
+         pairs%residual, error)
+      if (.not. allocated(error)) call add_missing_copies(operator, values, vectors, &
+         pairs%residual, error)
+      if (allocated(error)) return
+      pairs%products = operator%products
+      call unscale(operator%mass, operator%shift + 1.0_wp/values, vectors, pairs)
+   end subroutine lowest_eigenvalues
+
+   !> All eigenvalues by LAPACK, ascending, without a known null space.
+   subroutine all_eigenvalues(stiffness, mass, pairs, error, known)
+      type(block_matrix_type), intent(in) :: stiffness
+      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
+      type(eigenpairs_type), intent(out) :: pairs
+      type(error_type), allocatable, intent(out) :: error
+      type(null_space_type), intent(in), optional :: known
+      type(scaled_stiffness_type) :: operator
+      type(mass_factor_type) :: factor
+      type(deflation_type) :: deflation
+      real(wp), allocatable :: a(:,:), values(:), unit(:)
+      integer :: i, size_all
+
+      call factor_mass(factor, mass, error)
+      if (allocated(error)) return
+      operator%matrix = stiffness
+      call scale_matrix(factor, operator%matrix)
+      call prepare_deflation(deflation, factor, known)
+      size_all = 6*stiffness%n
+      allocate (a(size_all, size_all), unit(size_all))
+      do i = 1, size_all
+         unit = 0.0_wp
+         unit(i) = 1.0_wp
+         call project_out(deflation, unit)
+         call operator%apply(unit, a(:, i))
+         call project_out(deflation, a(:, i))
+      end do
+      ! The null space, projected away, is put below all else and then left out.
+      if (deflation%known%dimension > 0) call push_down(deflation, a)
+      call symmetric_eigen(a, values, error)
+      if (allocated(error)) return
+      i = deflation%known%dimension + 1
+      allocate (pairs%residual(size_all - i + 1), source=0.0_wp)
+      call unscale(factor, values(i:), a(:, i:), pairs)
+   end subroutine all_eigenvalues
+
+   !> a − s ZZᵀ with s larger than every eigenvalue.
+   subroutine push_down(deflation, a)
+      type(deflation_type), intent(in) :: deflation
+      real(wp), intent(inout) :: a(:,:)
+      real(wp) :: unit(size(a, 1)), scale
+      integer :: i
+
+      scale = 1.0_wp
+      do i = 1, size(a, 1)
+         scale = scale + abs(a(i, i))
+      end do
+      do i = 1, size(a, 1)
+         unit = 0.0_wp
+         unit(i) = 1.0_wp
+         call project_out(deflation, unit)
+         a(:, i) = a(:, i) + scale*unit
+         a(i, i) = a(i, i) - scale
+      end do
+   end subroutine push_down
+
+   !> Factor of K − σM, with σ as small as rounding allows: K may be singular, the factor is not.
+   subroutine prepare_inverse(operator, stiffness, mass, error, known)
+      type(shifted_inverse_type), intent(out) :: operator
+      type(block_matrix_type), intent(in) :: stiffness
+      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
+      type(error_type), allocatable, intent(out) :: error
+      type(null_space_type), intent(in), optional :: known
+      real(wp), parameter :: first_shift = 1.0e-12_wp, last_shift = 1.0e-6_wp
+      type(block_matrix_type) :: shifted
+      real(wp) :: relative
+
+      call factor_mass(operator%mass, mass, error)
+      if (allocated(error)) return
+      call prepare_deflation(operator%deflation, operator%mass, known)
+      allocate (operator%force(6, stiffness%n))
+      shifted = stiffness
+      call analyse(operator%factor, shifted)
+      relative = first_shift
+      do
+         operator%shift = -relative*largest_trace(operator%mass, stiffness)
+         shifted%diagonal = stiffness%diagonal - operator%shift*mass
+         call factorise(operator%factor, shifted, error)
+         if (.not. allocated(error) .or. relative >= last_shift) return
+         relative = 100*relative
+      end do
+   end subroutine prepare_inverse
+
+   !> Largest trace of a diagonal block of S: the scale of the largest ω².
+   pure real(wp) function largest_trace(mass, stiffness) result(largest)
+      type(mass_factor_type), intent(in) :: mass
+      type(block_matrix_type), intent(in) :: stiffness
+      real(wp) :: trace
+      integer :: b, i
+
+      largest = tiny(1.0_wp)
+      do b = 1, stiffness%n
+         trace = 0.0_wp
+         do i = 1, 6
+            trace = trace + dot_product(mass%inverse(i, :i, b), &
+               matmul(stiffness%diagonal(:i, :i, b), mass%inverse(i, :i, b)))
+         end do
+         largest = max(largest, trace)
+      end do
+   end function largest_trace
+
+   !> A Lanczos iteration may miss a copy of a multiple eigenvalue.  Search again without what was
+   !> found, until nothing larger is left.
+   subroutine add_missing_copies(operator, values, vectors, residuals, error)
+      type(shifted_inverse_type), intent(inout) :: operator
+      real(wp), intent(inout) :: values(:), vectors(:,:), residuals(:)
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), parameter :: larger = 1.0_wp + 1.0e-7_wp, glance = 1.0e-3_wp
+      real(wp), allocatable :: new_value(:), new_vector(:,:), new_residual(:)
+      integer :: i, n, count, at
+
+      n = size(vectors, 1)
+      count = size(values)
+      do i = 1, count
+         call keep_vector(operator%deflation, vectors(:, i))
+      end do
+      do i = 1, count
+         ! A loose search is enough to see that nothing as large is left.
+         call largest_pairs(operator, n, 1, glance, new_value, new_vector, new_residual, error, &
+            salt=i)
+         if (allocated(error)) return
+         if (new_value(1)*(1.0_wp + 10*glance) < values(count)) return
+         call largest_pairs(operator, n, 1, low_tolerance, new_value, new_vector, new_residual, &
+            error, salt=i)
+         if (allocated(error)) return
+         if (new_value(1) <= larger*values(count)) return
+         call keep_vector(operator%deflation, new_vector(:, 1))
+         at = findloc(values < new_value(1), .true., 1)
+         values(at:) = [new_value(1), values(at:count - 1)]
+         residuals(at:) = [new_residual(1), residuals(at:count - 1)]
+         vectors(:, at + 1:) = vectors(:, at:count - 1)
+         vectors(:, at) = new_vector(:, 1)
+      end do
+   end subroutine add_missing_copies
+
+   !> Pairs from those of the standard problem.
+   subroutine unscale(factor, values, vectors, pairs)
+      type(mass_factor_type), intent(in) :: factor
+      real(wp), intent(in) :: values(:), vectors(:,:)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer :: i, blocks
+
+      blocks = size(factor%g, 3)
+      pairs%n = size(values)
+      pairs%value = values
+      allocate (pairs%vector(6, blocks, pairs%n))
+      do i = 1, pairs%n
+         call to_places(factor, reshape(vectors(:, i), [6, blocks]), pairs%vector(:, :, i))
+      end do
+   end subroutine unscale
+
+   !> Keep only some of the pairs.
+   subroutine keep_range(pairs, first, last)
+      type(eigenpairs_type), intent(inout) :: pairs
+      integer, value :: first, last  !< copies: pairs%n itself may be given
+
+      pairs%n = last - first + 1
+      pairs%value = pairs%value(first:last)
+      pairs%residual = pairs%residual(first:last)
+      pairs%vector = pairs%vector(:, :, first:last)
+   end subroutine keep_range
+
+   subroutine apply_scaled(self, x, y)
+      class(scaled_stiffness_type), intent(inout) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(out) :: y(:)
+
+      call multiply(self%matrix, x, y)
+   end subroutine apply_scaled
+
+   subroutine apply_inverse(self, x, y)
+      class(shifted_inverse_type), intent(inout) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(out) :: y(:)
+      real(wp) :: clean(size(x))
+
+      clean = x
+      call project_out(self%deflation, clean)
+      call apply_factor(self%mass, clean, self%force)
+      call solve(self%factor, self%force, self%force)
+      call from_places_flat(self%mass, self%force, y)
+      call project_out(self%deflation, y)
+   end subroutine apply_inverse
+
+   !> As from_places, into a plain vector.
+   pure subroutine from_places_flat(mass, x, y)
+      type(mass_factor_type), intent(in) :: mass
+      real(wp), intent(in) :: x(:,:)
+      real(wp), intent(out) :: y(6, *)
+
+      call from_places(mass, x, y(:, :size(x, 2)))
+   end subroutine from_places_flat
+
+end module dda_eigen

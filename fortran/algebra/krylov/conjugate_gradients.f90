@@ -1,0 +1,129 @@
+!> Preconditioned conjugate gradients on 6×6 blocks.
+!>
+!> The preconditioner is an object that answers z = P⁻¹ r: the inverse diagonal blocks, or an older
+!> Cholesky factor in single precision.
+module dda_conjugate_gradients
+   use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type, multiply
+   use dda_ordered_sums, only: inner_product
+   implicit none
+   private
+   public :: preconditioner_type, workspace_type, make_workspace, iterate_to_solution
+
+   integer, parameter :: trusted = 10              !< iterations whose residual needs no second look
+   real(wp), parameter :: drift = 10.0_wp          !< between the two that is let pass
+
+   !> Something that is nearly the inverse of the matrix.
+   type, abstract :: preconditioner_type
+   contains
+      procedure(apply_type), deferred :: apply
+   end type preconditioner_type
+
+   abstract interface
+      !> z = P⁻¹ r
+      subroutine apply_type(self, n, r, z)
+         import :: preconditioner_type, wp
+         class(preconditioner_type), intent(inout) :: self
+         integer, intent(in) :: n
+         real(wp), intent(in) :: r(6, n)
+         real(wp), intent(out) :: z(6, n)
+      end subroutine apply_type
+   end interface
+
+   !> Vectors of the iteration.
+   type :: workspace_type
+      real(wp), allocatable :: r(:,:), z(:,:), p(:,:), q(:,:)   !< [6,n]
+   end type workspace_type
+
+contains
+
+   subroutine make_workspace(work, n)
+      type(workspace_type), intent(out) :: work
+      integer, intent(in) :: n
+
+      allocate (work%r(6, n), work%z(6, n), work%p(6, n), work%q(6, n), source=0.0_wp)
+   end subroutine make_workspace
+
+   !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
+   !>
+   !> After many iterations the residual that they serialise along has drifted from the true one,
+   !> which is then looked at.
+   subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
+      work, iterations, residual, enough)
+      type(block_matrix_type), intent(in) :: matrix
+      class(preconditioner_type), intent(inout) :: preconditioner
+      real(wp), intent(in) :: b(6, matrix%n)
+      real(wp), intent(in) :: size               !< that residuals are measured by: ‖b‖, or more
+      real(wp), intent(inout) :: x(6, matrix%n)
+      real(wp), intent(in) :: tolerance, reduction
+      integer, intent(in) :: most                !< iterations
+      type(workspace_type), intent(inout) :: work
+      integer, intent(out) :: iterations
+      real(wp), intent(out) :: residual          !< ‖r‖/size reached
+      logical, intent(out) :: enough             !< it is as small as asked for
+      real(wp) :: wanted, slope, old_slope, length
+      integer :: n
+
+      n = matrix%n
+      iterations = 0
+      residual = 0.0_wp
+      enough = .true.
+      if (size <= 0.0_wp) then
+         x = 0.0_wp
+         return
+      end if
+      wanted = tolerance*size
+      call find_residual(matrix, b, x, work)
+      slope = 1.0_wp
+      do
+         residual = sqrt(inner_product(n, work%r, work%r))
+         if (iterations == 0) wanted = max(wanted, reduction*residual)
+         if (residual <= wanted .or. iterations == most .or. .not. residual <= huge(1.0_wp)) exit
+         call preconditioner%apply(n, work%r, work%z)
+         old_slope = slope
+         slope = inner_product(n, work%r, work%z)
+         call turn(n, work%z, merge(0.0_wp, slope/old_slope, iterations == 0), work%p)
+         call multiply(matrix, work%p, work%q)
+         length = slope/inner_product(n, work%p, work%q)
+         call advance(n, length, work%p, work%q, x, work%r)
+         iterations = iterations + 1
+      end do
+      if (iterations > trusted) then
+         call find_residual(matrix, b, x, work)
+         residual = sqrt(inner_product(n, work%r, work%r))
+         wanted = drift*wanted
+      end if
+      enough = residual <= wanted .and. residual <= huge(1.0_wp)
+      residual = residual/size
+   end subroutine iterate_to_solution
+
+   !> r = b − K x
+   subroutine find_residual(matrix, b, x, work)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: b(6, matrix%n), x(6, matrix%n)
+      type(workspace_type), intent(inout) :: work
+
+      call multiply(matrix, x, work%q)
+      work%r = b - work%q
+   end subroutine find_residual
+
+   !> p = z + share·p
+   pure subroutine turn(n, z, share, p)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: z(6, n), share
+      real(wp), intent(inout) :: p(6, n)
+
+      p = z + share*p
+   end subroutine turn
+
+   !> x += length·p, r −= length·q
+   pure subroutine advance(n, length, p, q, x, r)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: length, p(6, n), q(6, n)
+      real(wp), intent(inout) :: x(6, n), r(6, n)
+
+      x = x + length*p
+      r = r - length*q
+   end subroutine advance
+
+end module dda_conjugate_gradients

@@ -1,0 +1,221 @@
+!> Bytes that a state is written to and read back from by one and the same description of it.
+!>
+!> `serialise` writes a value or an array when the archive is being written, and reads it when it is
+!> being read: a list of calls that says what a state consists of serves both directions, so neither
+!> can forget what the other has.  Every array goes with its size; what does not fit, or is missing,
+!> is noted in `failure`, and nothing is read from there on.
+module dda_archive
+   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_size_t
+   use, intrinsic :: iso_fortran_env, only: int8
+   use dda_kinds, only: wp, sp, long
+   implicit none
+   private
+   public :: archive_type, write_archive, read_archive, serialise, serialise_label, &
+      serialise_number, serialise_count, serialise_list, check_list, fail_archive
+
+   integer(long), parameter :: first_room = 65536
+
+   !> Bytes and how far they are written or read.
+   type :: archive_type
+      logical :: reading = .false.
+      integer(int8), allocatable :: bytes(:)
+      integer(long) :: at = 0                    !< bytes written or read
+      character(len=:), allocatable :: failure   !< why the rest cannot be read
+   end type archive_type
+
+   !> One value, an array that has its size already, or a text.
+   interface serialise
+      module procedure serialise_integers, serialise_longs, serialise_reals, serialise_singles, &
+         serialise_logicals, serialise_text
+   end interface serialise
+
+   interface
+      type(c_ptr) function c_memcpy(to, from, bytes) bind(c, name='memcpy')
+         import :: c_ptr, c_size_t
+         type(c_ptr), value :: to, from
+         integer(c_size_t), value :: bytes
+      end function c_memcpy
+   end interface
+
+contains
+
+   !> An empty archive to write to.
+   pure subroutine write_archive(archive)
+      type(archive_type), intent(inout) :: archive
+
+      archive%reading = .false.
+      archive%at = 0
+      if (allocated(archive%failure)) deallocate (archive%failure)
+      if (.not. allocated(archive%bytes)) allocate (archive%bytes(first_room))
+   end subroutine write_archive
+
+   !> Read what has been written, or what `bytes` holds, from its beginning.
+   pure subroutine read_archive(archive)
+      type(archive_type), intent(inout) :: archive
+
+      archive%reading = .true.
+      archive%at = 0
+      if (allocated(archive%failure)) deallocate (archive%failure)
+   end subroutine read_archive
+
+   !> From here on nothing is read; the first reason stays.
+   pure subroutine fail_archive(archive, reason)
+      type(archive_type), intent(inout) :: archive
+      character(len=*), intent(in) :: reason
+
+      if (.not. allocated(archive%failure)) archive%failure = reason
+   end subroutine fail_archive
+
+   !> Move bytes to or from a place in memory.
+   subroutine pass(archive, place, bytes)
+      type(archive_type), target, intent(inout) :: archive
+      type(c_ptr), intent(in) :: place
+      integer(long), intent(in) :: bytes
+      type(c_ptr) :: unused
+
+      if (allocated(archive%failure) .or. bytes == 0) return
+      if (archive%reading) then
+         if (bytes > size(archive%bytes, kind=long) - archive%at) then
+            call fail_archive(archive, 'it ends too early')
+            return
+         end if
+         unused = c_memcpy(place, c_loc(archive%bytes(archive%at + 1)), int(bytes, c_size_t))
+      else
+         call make_room(archive, archive%at + bytes)
+         unused = c_memcpy(c_loc(archive%bytes(archive%at + 1)), place, int(bytes, c_size_t))
+      end if
+      archive%at = archive%at + bytes
+   end subroutine pass
+
+   pure subroutine make_room(archive, bytes)
+      type(archive_type), intent(inout) :: archive
+      integer(long), intent(in) :: bytes
+      integer(int8), allocatable :: larger(:)
+
+      if (size(archive%bytes, kind=long) >= bytes) return
+      allocate (larger(2*bytes))
+      larger(:archive%at) = archive%bytes(:archive%at)
+      call move_alloc(larger, archive%bytes)
+   end subroutine make_room
+
+   !> A mark between parts, which must be found again where it was put.
+   subroutine serialise_label(archive, label)
+      type(archive_type), intent(inout) :: archive
+      character(len=*), intent(in) :: label
+      character(len=:), allocatable :: found
+
+      found = label
+      call serialise_text(archive, found)
+      if (found /= label) call fail_archive(archive, 'it has no '//label//' where they should be')
+   end subroutine serialise_label
+
+   !> A number that must lie within limits.
+   subroutine serialise_number(archive, value, lowest, highest)
+      type(archive_type), intent(inout) :: archive
+      integer, intent(inout) :: value
+      integer, intent(in) :: lowest, highest
+
+      call serialise_integers(archive, value)
+      if (value < lowest .or. value > highest) &
+         call fail_archive(archive, 'a number is out of range')
+      if (archive%reading .and. allocated(archive%failure)) value = lowest
+   end subroutine serialise_number
+
+   !> A size; when read, as many bytes at least must still be there.
+   subroutine serialise_count(archive, count)
+      type(archive_type), intent(inout) :: archive
+      integer, intent(inout) :: count
+      integer(long) :: limit
+
+      limit = huge(count)
+      if (archive%reading) limit = min(limit, size(archive%bytes, kind=long) - archive%at)
+      call serialise_number(archive, count, 0, int(limit))
+   end subroutine serialise_count
+
+   !> An array as its bytes, behind its size, which must be that of the array it is read into.
+   subroutine pass_array(archive, place, items, bits)
+      type(archive_type), intent(inout) :: archive
+      type(c_ptr), intent(in) :: place
+      integer(long), intent(in) :: items
+      integer, intent(in) :: bits        !< of an item
+      integer(long), target :: bytes
+      integer(long) :: wanted
+
+      wanted = items*bits/8
+      bytes = wanted
+      call pass(archive, c_loc(bytes), storage_size(bytes, long)/8)
+      if (bytes /= wanted) call fail_archive(archive, 'an array has another size')
+      call pass(archive, place, wanted)
+   end subroutine pass_array
+
+   subroutine serialise_integers(archive, values)
+      type(archive_type), intent(inout) :: archive
+      integer, contiguous, target, intent(inout) :: values(..)
+
+      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+   end subroutine serialise_integers
+
+   subroutine serialise_longs(archive, values)
+      type(archive_type), intent(inout) :: archive
+      integer(long), contiguous, target, intent(inout) :: values(..)
+
+      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+   end subroutine serialise_longs
+
+   subroutine serialise_reals(archive, values)
+      type(archive_type), intent(inout) :: archive
+      real(wp), contiguous, target, intent(inout) :: values(..)
+
+      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+   end subroutine serialise_reals
+
+   subroutine serialise_singles(archive, values)
+      type(archive_type), intent(inout) :: archive
+      real(sp), contiguous, target, intent(inout) :: values(..)
+
+      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+   end subroutine serialise_singles
+
+   subroutine serialise_logicals(archive, values)
+      type(archive_type), intent(inout) :: archive
+      logical, contiguous, target, intent(inout) :: values(..)
+
+      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+   end subroutine serialise_logicals
+
+   !> A text, which takes the length it had.
+   subroutine serialise_text(archive, text)
+      type(archive_type), intent(inout) :: archive
+      character(len=:), allocatable, intent(inout) :: text
+      character(len=:), allocatable, target :: buffer
+      integer :: length
+
+      length = len(text)
+      call serialise_count(archive, length)
+      allocate (character(len=length) :: buffer)
+      if (.not. archive%reading) buffer = text
+      call pass(archive, c_loc(buffer), int(length, long))
+      text = buffer
+   end subroutine serialise_text
+
+   !> Integers that must lie within limits: what they point to exists.
+   subroutine serialise_list(archive, values, lowest, highest)
+      type(archive_type), intent(inout) :: archive
+      integer, contiguous, intent(inout) :: values(:)
+      integer, intent(in) :: lowest, highest
+
+      call serialise_integers(archive, values)
+      call check_list(archive, values, lowest, highest)
+   end subroutine serialise_list
+
+   !> Whether a list that has been read points only to what exists.
+   pure subroutine check_list(archive, values, lowest, highest)
+      type(archive_type), intent(inout) :: archive
+      integer, intent(in) :: values(:), lowest, highest
+
+      if (.not. archive%reading .or. allocated(archive%failure)) return
+      if (any(values < lowest .or. values > highest)) &
+         call fail_archive(archive, 'a number in a list is out of range')
+   end subroutine check_list
+
+end module dda_archive

@@ -1,0 +1,113 @@
+!> What to say of a step that fails, and of a run that should not be trusted: what, where, when,
+!> what to try.
+module dda_diagnostics
+   use dda_kinds, only: wp
+   use dda_energy, only: balance, turnover
+   use dda_errors, only: error_type, error_convergence, fail
+   use dda_model, only: half_size
+   use dda_simulation, only: simulation_type, block_name
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: explain, check_state, audit_warning
+
+   !> of half the model size, from its middle: beyond, a block is lost
+   real(wp), parameter :: most_away = 1.0e4_wp
+   !> of the energy that changed hands: tolerance of the audit
+   real(wp), parameter :: most_unexplained = 1.0e-6_wp
+   !> of the same, given to the springs between steps
+   real(wp), parameter :: most_geometric = 1.0e-2_wp
+
+contains
+
+   !> An error that says what, where and what to try.
+   subroutine explain(simulation, reason, error)
+      type(simulation_type), intent(in) :: simulation
+      character(len=*), intent(in) :: reason
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: place, advice
+      integer :: c, kind
+
+      kind = error_convergence
+      if (allocated(error)) kind = error%kind
+      place = ''
+      c = simulation%iteration%worst
+      if (c > 0) then
+         associate (contacts => simulation%contacts(simulation%now))
+            place = '; worst contact: a vertex of block '// &
+               block_name(simulation, contacts%block_v(c))//' on an edge of block '// &
+               block_name(simulation, contacts%block_e(c))//', force off by '// &
+               to_text(simulation%iteration%residual)//' N/m, allowed '// &
+               to_text(simulation%iteration%tolerance)
+         end associate
+      end if
+      advice = "; try a smaller time_step, or time_step_control = 'adaptive'"
+      if (simulation%model%control%adaptive) advice = '; try a smaller least_time_step or a '// &
+         'lower normal_stiffness'
+      call fail(error, kind, 'step '//to_text(simulation%step + 1)//' at t = '// &
+         to_text(simulation%time)//' s, time step '//to_text(simulation%time_step)//' s: '// &
+         reason//place//advice)
+   end subroutine explain
+
+   !> The new state must be one: numbers, and all blocks still somewhere near the model.
+   subroutine check_state(simulation, error)
+      type(simulation_type), intent(in) :: simulation
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: what
+      real(wp) :: allowed
+      integer :: b
+
+      allowed = most_away*half_size(simulation%model%blocks)
+      associate (blocks => simulation%blocks, limit => huge(1.0_wp))
+         if (all(abs(blocks%position(1:2, :)) <= allowed) &
+            .and. all(abs(blocks%position(3:6, :)) <= limit) &
+            .and. all(abs(blocks%velocity) <= limit) .and. abs(balance(simulation%energy)) &
+            <= limit) return
+         what = 'a strain, a velocity or an energy is beyond all numbers'
+         do b = 1, blocks%n
+            if (all(abs(blocks%position(1:2, b)) <= allowed)) cycle
+            what = 'block '//block_name(simulation, b)//' has left the model: it is '// &
+               to_text(norm2(blocks%position(1:2, b)))//' m from its middle, allowed '// &
+               to_text(allowed)
+            exit
+         end do
+      end associate
+      call fail(error, error_convergence, 'step '//to_text(simulation%step)//' at t = '// &
+         to_text(simulation%time)//' s: '//what// &
+         '; look at loads, supports and initial values, or try a smaller time_step')
+   end subroutine check_state
+
+   !> What the energy audit has against a run; '' if it balances.
+   pure function audit_warning(simulation) result(text)
+      type(simulation_type), intent(in) :: simulation
+      character(len=:), allocatable :: text
+      real(wp) :: scale, allowed
+
+      text = ''
+      scale = turnover(simulation%energy)
+      allowed = max(most_unexplained*scale, rounding(simulation))
+      if (abs(balance(simulation%energy)) > allowed) then
+         text = 'the energy audit does not balance: '//to_text(balance(simulation%energy))// &
+            ' of '//to_text(scale)//' J/m are unexplained, allowed '//to_text(allowed)// &
+            '; try a lower force_tolerance'
+      else if (abs(simulation%energy%geometric) > max(most_geometric*scale, allowed)) then
+         text = 'the geometry of contacts changed by so much in a step that their springs got '// &
+            to_text(simulation%energy%geometric)//' of '//to_text(scale)// &
+            ' J/m between steps; try a smaller time_step'
+      end if
+   end function audit_warning
+
+   !> What rounding of places leaves open, J/m: work of the weight over it in all steps, of the
+   !> forces that it makes in contacts over the path, and velocities.  A model at rest, or without
+   !> weight, balances no better.
+   pure real(wp) function rounding(simulation)
+      type(simulation_type), intent(in) :: simulation
+      real(wp) :: places, mass
+
+      places = 16*epsilon(1.0_wp)*half_size(simulation%model%blocks)
+      mass = sum(simulation%blocks%mass)
+      rounding = real(simulation%step, wp)*places*norm2(simulation%model%control%gravity)*mass &
+         + simulation%iteration%noise*simulation%path + 0.5_wp*mass*(places/simulation%time_step)**2
+   end function rounding
+
+end module dda_diagnostics

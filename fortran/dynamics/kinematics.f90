@@ -1,0 +1,137 @@
+!> Newmark β = ½, γ = 1: "constant acceleration" in DDA's usage (paper eq. 5).
+module dda_kinematics
+   use dda_kinds, only: wp
+   use dda_block_matrix, only: multiply_block
+   use dda_blocks, only: blocks_type, update_geometry
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
+   implicit none
+   private
+   public :: damp_velocity, predict, integrate, kinetic_energy, farthest_move
+
+contains
+
+   !> Multiply the velocity carried into the step by the dynamic factor; return the energy it takes.
+   subroutine damp_velocity(blocks, dynamic_factor, loss)
+      type(blocks_type), intent(inout) :: blocks
+      real(wp), intent(in) :: dynamic_factor
+      real(wp), intent(out) :: loss
+      real(wp) :: before
+
+      loss = 0.0_wp
+      if (dynamic_factor == 1.0_wp) return
+      before = kinetic_energy(blocks)
+      blocks%velocity = dynamic_factor*blocks%velocity
+      loss = before - kinetic_energy(blocks)
+   end subroutine damp_velocity
+
+   !> A first guess of the step for solvers that iterate: the acceleration of the last one goes on.
+   pure subroutine predict(blocks, d, time_step)
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(out) :: d(6, blocks%n)
+      real(wp), intent(in) :: time_step
+
+      d = time_step*(blocks%velocity + 0.5_wp*time_step*blocks%acceleration)
+   end subroutine predict
+
+   !> Accept the step: new coordinates, velocities, accelerations and vertices.
+   subroutine integrate(blocks, d, time_step)
+      type(blocks_type), intent(inout) :: blocks
+      real(wp), intent(in) :: d(:,:)      !< [6,n] increments of the coordinates
+      real(wp), intent(in) :: time_step
+      integer :: p
+
+      if (blocks%n < parallel_from) then
+         call integrate_piece(blocks, d, time_step, 1, blocks%n)
+      else
+         !$omp parallel do schedule(static)
+         do p = 1, pieces(blocks%n)
+            call integrate_piece(blocks, d, time_step, first_of(p, blocks%n), last_of(p, blocks%n))
+         end do
+      end if
+      call update_geometry(blocks)
+   end subroutine integrate
+
+   pure subroutine integrate_piece(blocks, d, time_step, first, last)
+      type(blocks_type), intent(inout) :: blocks
+      real(wp), intent(in) :: d(:,:), time_step
+      integer, intent(in) :: first, last
+      real(wp) :: new(6)
+      integer :: b
+
+      do b = first, last
+         new = 2.0_wp/time_step*d(:, b) - blocks%velocity(:, b)
+         blocks%acceleration(:, b) = (new - blocks%velocity(:, b))/time_step
+         blocks%velocity(:, b) = new
+         blocks%position(:, b) = blocks%position(:, b) + d(:, b)
+      end do
+   end subroutine integrate_piece
+
+   !> ½ vᵀMv, J/m.
+   real(wp) function kinetic_energy(blocks)
+      type(blocks_type), intent(in) :: blocks
+      real(wp) :: part(most_pieces)
+      integer :: p
+
+      if (blocks%n < parallel_from) then
+         kinetic_energy = kinetic_of(blocks, 1, blocks%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(blocks%n)
+         part(p) = kinetic_of(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
+      end do
+      kinetic_energy = sum(part(:pieces(blocks%n)))
+   end function kinetic_energy
+
+   !> The same of some blocks.
+   pure real(wp) function kinetic_of(blocks, first, last)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: first, last
+      integer :: b
+
+      kinetic_of = 0.0_wp
+      do b = first, last
+         kinetic_of = kinetic_of + 0.5_wp*form(blocks%inertia(:, :, b), blocks%velocity(:, b))
+      end do
+   end function kinetic_of
+
+   !> vᵀMv
+   pure real(wp) function form(m, v)
+      real(wp), intent(in) :: m(6, 6), v(6)
+      real(wp) :: mv(6)
+
+      call multiply_block(m, v, mv)
+      form = dot_product(mv, v)
+   end function form
+
+   !> A bound on how far any vertex moves by d, m.
+   real(wp) function farthest_move(blocks, d) result(move)
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: d(:,:)
+      integer :: p
+
+      if (blocks%n < parallel_from) then
+         move = farthest_of(blocks, d, 1, blocks%n)
+         return
+      end if
+      move = 0.0_wp
+      !$omp parallel do reduction(max:move) schedule(static)
+      do p = 1, pieces(blocks%n)
+         move = max(move, farthest_of(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n)))
+      end do
+   end function farthest_move
+
+   pure real(wp) function farthest_of(blocks, d, first, last) result(move)
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: d(:,:)
+      integer, intent(in) :: first, last
+      integer :: b
+
+      move = 0.0_wp
+      do b = first, last
+         move = max(move, sqrt(sum(d(1:2, b)**2)) + blocks%radius(b)*(abs(d(3, b)) &
+            + sqrt(sum(d(4:6, b)**2))))
+      end do
+   end function farthest_of
+
+end module dda_kinematics

@@ -1,0 +1,279 @@
+!> A namelist file becomes a model: everything it says checked, every name resolved.
+module dda_input
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type, error_input, fail
+   use dda_input_group, only: place_type, place_of_group, input_error, name_length
+   use dda_input_bodies, only: read_bodies
+   use dda_input_materials, only: read_material, read_joint, read_motion
+   use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
+   use dda_input_settings, only: read_run, read_control, read_contact, read_output
+   use dda_model, only: model_type, default_stiffness
+   use dda_motion, only: motion_named
+   use dda_namelist_groups, only: group_type, split_groups
+   use dda_text, only: quoted, to_text
+   use dda_text_file, only: read_text_file
+   implicit none
+   private
+   public :: read_model_file, read_model
+
+   character(len=*), parameter :: once(4) = [character(len=7) :: 'run', 'control', 'contact', &
+      'output']
+   character(len=*), parameter :: repeated(11) = [character(len=14) :: 'material', 'joint', &
+      'motion', 'block', 'layers', 'drums', 'wall', 'fixed_point', 'load', 'measured_point', &
+      'amplification']
+
+contains
+
+   !> Read a model from a file.
+   subroutine read_model_file(model, file, error)
+      type(model_type), intent(out) :: model
+      character(len=*), intent(in) :: file
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+
+      call read_text_file(file, text, error)
+      if (.not. allocated(error)) call read_model(model, file, text, error)
+   end subroutine read_model_file
+
+   !> Read a model from a text; files that it names are relative to the folder of `file`.
+   subroutine read_model(model, file, text, error)
+      type(model_type), intent(out) :: model
+      character(len=*), intent(in) :: file   !< where the text comes from
+      character(len=*), intent(in) :: text
+      type(error_type), allocatable, intent(out) :: error
+      type(group_type), allocatable :: groups(:)
+      character(len=name_length) :: base_motion(2)
+      character(len=:), allocatable :: folder
+
+      model%file = file
+      model%text = text
+      folder = file(:index(file, '/', back=.true.))
+      call split_groups(file, text, groups, error)
+      if (.not. allocated(error)) call check_names(file, groups, error)
+      if (.not. allocated(error)) call read_settings(model, file, groups, base_motion, error)
+      if (.not. allocated(error)) call read_substances(model, file, folder, groups, error)
+      if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
+      if (.not. allocated(error)) call read_bodies(model, file, groups, error)
+      if (.not. allocated(error)) call read_points(model, file, groups, error)
+      if (.not. allocated(error)) call read_amplifications(model, file, groups, error)
+   end subroutine read_model
+
+   !> Every group must be known, those of the run itself at most once.
+   subroutine check_names(file, groups, error)
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: i, seen(size(once))
+
+      seen = 0
+      do i = 1, size(groups)
+         where (once == groups(i)%name) seen = seen + 1
+         if (any(seen > 1)) call input_error(error, place_of_group(file, groups(i)), &
+            'this group may appear only once')
+         if (any(once == groups(i)%name) .or. any(repeated == groups(i)%name)) cycle
+         call input_error(error, place_of_group(file, groups(i)), &
+            'there is no such group; known are '//known_groups())
+      end do
+      if (.not. allocated(error) .and. seen(2) == 0) call fail(error, error_input, file// &
+         ': the group &control is missing')
+   end subroutine check_names
+
+   pure function known_groups() result(list)
+      character(len=:), allocatable :: list
+      integer :: i
+
+      list = ''
+      do i = 1, size(once)
+         list = list//'&'//trim(once(i))//', '
+      end do
+      do i = 1, size(repeated)
+         list = list//'&'//trim(repeated(i))//merge(', ', '  ', i < size(repeated))
+      end do
+      list = trim(list)
+   end function known_groups
+
+   pure integer function count_groups(groups, name)
+      type(group_type), intent(in) :: groups(:)
+      character(len=*), intent(in) :: name
+      integer :: i
+
+      count_groups = 0
+      do i = 1, size(groups)
+         if (groups(i)%name == name) count_groups = count_groups + 1
+      end do
+   end function count_groups
+
+   subroutine read_settings(model, file, groups, base_motion, error)
+      type(model_type), intent(inout) :: model
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      character(len=name_length), intent(out) :: base_motion(2)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type) :: place
+      integer :: i
+
+      model%title = ''
+      base_motion = ''
+      model%output%file = default_output(file)
+      do i = 1, size(groups)
+         place = place_of_group(file, groups(i))
+         associate (text => groups(i)%text)
+            select case (groups(i)%name)
+            case ('run')
+               call read_run(text, place, model%title, error)
+            case ('control')
+               call read_control(text, place, model%control, base_motion, error)
+            case ('contact')
+               call read_contact(text, place, model%contact, error)
+            case ('output')
+               call read_output(text, place, model%output, error)
+            end select
+         end associate
+         if (allocated(error)) return
+      end do
+   end subroutine read_settings
+
+   !> The input's name with .nc in place of .nml, in the working folder.
+   pure function default_output(file) result(name)
+      character(len=*), intent(in) :: file
+      character(len=:), allocatable :: name
+      integer :: length
+
+      name = file(index(file, '/', back=.true.) + 1:)
+      length = len(name)
+      if (length > 4) then
+         if (name(length - 3:) == '.nml') name = name(:length - 4)
+      end if
+      name = name//'.nc'
+   end function default_output
+
+   !> Materials, joints and motions.
+   subroutine read_substances(model, file, folder, groups, error)
+      type(model_type), intent(inout) :: model
+      character(len=*), intent(in) :: file, folder
+      type(group_type), intent(in) :: groups(:)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type) :: place
+      integer :: i, m, j, k
+
+      allocate (model%materials(count_groups(groups, 'material')), &
+         model%joints(count_groups(groups, 'joint')), model%motions(count_groups(groups, 'motion')))
+      if (size(model%materials) == 0) call fail(error, error_input, file//': there is no &material')
+      if (size(model%joints) == 0) call fail(error, error_input, file//': there is no &joint')
+      m = 0
+      j = 0
+      k = 0
+      do i = 1, size(groups)
+         if (allocated(error)) return
+         place = place_of_group(file, groups(i))
+         associate (text => groups(i)%text)
+            select case (groups(i)%name)
+            case ('material')
+               m = m + 1
+               call read_material(text, place, model%materials(m), error)
+               call check_new_name(place, model%materials(:m)%name, error)
+            case ('joint')
+               j = j + 1
+               call read_joint(text, place, model%joints(j), error)
+               call check_new_name(place, model%joints(:j)%name, error)
+            case ('motion')
+               k = k + 1
+               call read_motion(text, place, folder, model%motions(k), error)
+               call check_new_name(place, model%motions(:k)%name, error)
+            end select
+         end associate
+      end do
+      if (model%contact%normal_stiffness == 0.0_wp) model%contact%normal_stiffness = &
+         default_stiffness(model%materials)
+   end subroutine read_substances
+
+   !> The last name must not have been used before.
+   subroutine check_new_name(place, names, error)
+      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: names(:)
+      type(error_type), allocatable, intent(inout) :: error
+
+      associate (last => names(size(names)))
+         if (any(names(:size(names) - 1) == last)) call input_error(error, place, 'name = '// &
+            quoted(last)//' is used twice')
+      end associate
+   end subroutine check_new_name
+
+   subroutine resolve_base_motion(model, file, groups, base_motion, error)
+      type(model_type), intent(inout) :: model
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      character(len=*), intent(in) :: base_motion(2)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type) :: place
+      integer :: axis, i
+
+      do i = 1, size(groups)
+         if (groups(i)%name == 'control') place = place_of_group(file, groups(i))
+      end do
+      do axis = 1, 2
+         if (base_motion(axis) == '') cycle
+         model%control%base_motion(axis) = motion_named(model%motions, base_motion(axis))
+         if (model%control%base_motion(axis) == 0) call input_error(error, place, 'base_motion_'// &
+            merge('x', 'y', axis == 1)//' = '//quoted(base_motion(axis))// &
+            ' is not the name of a &motion')
+      end do
+   end subroutine resolve_base_motion
+
+   !> Fixed points, loads and measured points.
+   subroutine read_points(model, file, groups, error)
+      type(model_type), intent(inout) :: model
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type) :: place
+      integer :: i, f, l, p
+
+      allocate (model%fixed_points(count_groups(groups, 'fixed_point')), &
+         model%loads(count_groups(groups, 'load')), &
+         model%points(count_groups(groups, 'measured_point')))
+      f = 0
+      l = 0
+      p = 0
+      do i = 1, size(groups)
+         if (allocated(error)) return
+         place = place_of_group(file, groups(i))
+         associate (text => groups(i)%text)
+            select case (groups(i)%name)
+            case ('fixed_point')
+               f = f + 1
+               call read_fixed_point(text, place, model%blocks, model%block_names, model%origin, &
+                  model%motions, model%fixed_points(f), error)
+            case ('load')
+               l = l + 1
+               call read_load(text, place, model%blocks, model%block_names, model%origin, &
+                  model%loads(l), error)
+            case ('measured_point')
+               p = p + 1
+               call read_point(text, place, model%blocks, model%block_names, model%origin, &
+                  model%points(p), error)
+               call check_new_name(place, model%points(:p)%name, error)
+            end select
+         end associate
+      end do
+   end subroutine read_points
+
+   subroutine read_amplifications(model, file, groups, error)
+      type(model_type), intent(inout) :: model
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: i, a
+
+      allocate (model%amplifications(count_groups(groups, 'amplification')))
+      a = 0
+      do i = 1, size(groups)
+         if (allocated(error)) return
+         if (groups(i)%name /= 'amplification') cycle
+         a = a + 1
+         call read_amplification(groups(i)%text, place_of_group(file, groups(i)), model%points, &
+            model%amplifications(a), error)
+      end do
+   end subroutine read_amplifications
+
+end module dda_input

@@ -1,0 +1,190 @@
+!> All blocks of an input: read, brought to the engine's origin, and checked as a whole.
+module dda_input_bodies
+   use dda_kinds, only: wp, long
+   use dda_blocks, only: set_blocks
+   use dda_errors, only: error_type, error_input, fail
+   use dda_free_memory, only: free_memory
+   use dda_input_blocks, only: read_blocks, is_block_group
+   use dda_input_group, only: place_of_group, input_error
+   use dda_model, only: model_type
+   use dda_namelist_groups, only: group_type
+   use dda_neighbours, only: neighbours_type, find_near_pairs
+   use dda_outlines, only: outlines_type
+   use dda_polygon, only: area_of, overlap_depth
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: read_bodies
+
+   real(wp), parameter :: touching = 1.0e-6_wp     !< of the smaller block: deeper is an overlap
+   real(wp), parameter :: farthest = 1.0e9_wp      !< m; places beyond have no digits left for gaps
+   real(wp), parameter :: least_extent = 1.0e-9_wp !< m
+   !> size of a block over that of the model: less is rounding
+   real(wp), parameter :: least_share = 1.0e-9_wp
+   !> of a block over the same: less has no direction
+   real(wp), parameter :: least_side = 1.0e-12_wp
+   real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the size
+   integer(long), parameter :: block_bytes = 10000 !< of memory that a block with its contacts takes
+
+contains
+
+   !> All blocks, moved so that the middle of the model is the engine's origin.
+   subroutine read_bodies(model, file, groups, error)
+      type(model_type), intent(inout) :: model
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      type(error_type), allocatable, intent(inout) :: error
+      type(outlines_type) :: outlines
+      integer :: i
+
+      do i = 1, size(groups)
+         if (is_block_group(groups(i)%name)) call read_blocks(groups(i)%name, groups(i)%text, &
+            place_of_group(file, groups(i)), i, model%materials, model%joints, outlines, error)
+         if (allocated(error)) return
+      end do
+      if (outlines%n == 0) call fail(error, error_input, file// &
+         ': there are no blocks; give &block, &layers, &drums or &wall')
+      call check_memory(file, outlines%n, error)
+      if (.not. allocated(error)) call check_sizes(file, groups, outlines, error)
+      if (allocated(error)) return
+      associate (vertices => outlines%vertices(:, :outlines%n_vertices))
+         model%origin = 0.5_wp*(minval(vertices, 2) + maxval(vertices, 2))
+         vertices = vertices - spread(model%origin, 2, outlines%n_vertices)
+      end associate
+      model%block_names = outlines%name(:outlines%n)
+      call set_blocks(model%blocks, outlines%first(:outlines%n + 1), outlines%vertices, &
+         outlines%material(:outlines%n), outlines%joint(:outlines%n), model%materials, &
+         model%control%plane_strain)
+      call check_overlap(model, file, groups, outlines%source, error)
+   end subroutine read_bodies
+
+   !> The blocks must fit into the memory that is free.
+   subroutine check_memory(file, n, error)
+      character(len=*), intent(in) :: file
+      integer, intent(in) :: n
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), parameter :: giga = 1.0e9_wp
+      real(wp) :: needed, free
+
+      if (allocated(error)) return
+      needed = real(n, wp)*block_bytes
+      free = free_memory()
+      if (needed > free) call fail(error, error_input, file//': '//to_text(n)// &
+         ' blocks need about '//to_text(needed/giga)//' GB of memory, '//to_text(free/giga)// &
+         ' GB are free')
+   end subroutine check_memory
+
+   !> Places and sizes must be such that rounding leaves the shape of every block, generated ones
+   !> too.
+   subroutine check_sizes(file, groups, outlines, error)
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      type(outlines_type), intent(in) :: outlines
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: trouble
+      real(wp) :: extent
+      integer :: b
+
+      extent = extent_of(outlines%vertices(:, :outlines%n_vertices))
+      b = first_beyond(outlines)
+      trouble = ''
+      if (b > 0) trouble = ' reaches farther than '//to_text(farthest)//' m from the origin'
+      do while (trouble == '' .and. b < outlines%n)
+         b = b + 1
+         trouble = size_trouble(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1), &
+            extent)
+      end do
+      if (trouble /= '') call input_error(error, place_of_group(file, groups(outlines%source(b))), &
+         block_title(b, outlines%name(b))//trouble)
+   end subroutine check_sizes
+
+   !> The larger side of the box around places, m.
+   pure real(wp) function extent_of(places) result(extent)
+      real(wp), intent(in) :: places(:,:)
+
+      extent = maxval(maxval(places, 2) - minval(places, 2))
+   end function extent_of
+
+   !> The first block with a vertex too far away; 0 if there is none.
+   pure integer function first_beyond(outlines) result(b)
+      type(outlines_type), intent(in) :: outlines
+
+      do b = 1, outlines%n
+         if (.not. all(abs(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1)) &
+            <= farthest)) return
+      end do
+      b = 0
+   end function first_beyond
+
+   !> What is wrong with the size of a block in a model of some extent (m), or nothing.
+   pure function size_trouble(vertices, extent) result(trouble)
+      real(wp), intent(in) :: vertices(:,:), extent
+      character(len=:), allocatable :: trouble
+      real(wp) :: own
+
+      own = extent_of(vertices)
+      trouble = ''
+      if (own < least_extent) then
+         trouble = ' measures '//to_text(own)//' m, less than '//to_text(least_extent)//' m'
+      else if (own < least_share*extent) then
+         trouble = ' measures '//to_text(own)//' m, too little beside the '//to_text(extent)// &
+            ' m of the model'
+      else if (.not. area_of(vertices) > least_area*own**2) then
+         trouble = ' has no area'
+      else if (.not. shortest_side(vertices) > least_side*extent) then
+         trouble = ' has a side of '//to_text(shortest_side(vertices))// &
+            ' m, too little beside the '//to_text(extent)//' m of the model'
+      end if
+   end function size_trouble
+
+   !> Length of the shortest side of a polygon, m.
+   pure real(wp) function shortest_side(vertices) result(length)
+      real(wp), intent(in) :: vertices(:,:)
+
+      length = minval(norm2(cshift(vertices, 1, 2) - vertices, 1))
+   end function shortest_side
+
+   !> No two blocks may overlap.
+   subroutine check_overlap(model, file, groups, source, error)
+      type(model_type), intent(in) :: model
+      character(len=*), intent(in) :: file
+      type(group_type), intent(in) :: groups(:)
+      integer, intent(in) :: source(:)
+      type(error_type), allocatable, intent(inout) :: error
+      type(neighbours_type) :: near
+      real(wp) :: depth
+      integer :: p
+
+      associate (blocks => model%blocks)
+         call find_near_pairs(near, blocks, 0.0_wp)
+         do p = 1, near%n_pairs
+            associate (a => near%pair(1, p), b => near%pair(2, p))
+               depth = overlap_depth(blocks%vertex(:, blocks%first(a):blocks%first(a + 1) - 1), &
+                  blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1))
+               if (depth <= touching*min(blocks%radius(a), blocks%radius(b))) cycle
+               call input_error(error, place_of_group(file, groups(source(b))), &
+                  block_title(b, model%block_names(b))//' overlaps '// &
+                  block_title(a, model%block_names(a))//' of '//place_name(groups(source(a)))// &
+                  ' by '//to_text(depth)//' m')
+               return
+            end associate
+         end do
+      end associate
+   end subroutine check_overlap
+
+   pure function block_title(b, name) result(title)
+      integer, intent(in) :: b
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: title
+
+      title = trim('block '//to_text(b)//' '//name)
+   end function block_title
+
+   pure function place_name(group) result(name)
+      type(group_type), intent(in) :: group
+      character(len=:), allocatable :: name
+
+      name = '&'//group%name//' (line '//to_text(group%line)//')'
+   end function place_name
+
+end module dda_input_bodies

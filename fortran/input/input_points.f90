@@ -1,0 +1,243 @@
+!> The groups that stand at a material point: &fixed_point, &load, &measured_point,
+!> and &amplification, between two of these.
+module dda_input_points
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, reference_of
+   use dda_errors, only: error_type
+   use dda_input_group, only: place_type, input_error, read_error, require_finite, &
+      require_positive, require_within, unset, is_set, name_length
+   use dda_motion, only: motion_type, motion_named
+   use dda_polygon, only: contains_point
+   use dda_settings, only: amplification_type
+   use dda_support, only: fixed_point_type, load_type, point_type
+   use dda_text, only: quoted, to_text
+   implicit none
+   private
+   public :: read_fixed_point, read_load, read_point, read_amplification
+
+   integer, parameter :: most_times = 4096
+   real(wp), parameter :: on_boundary = 1.0e-9_wp  !< of the block's size: still inside
+
+contains
+
+   !> The block that holds a point: the named one, else the first that does.
+   subroutine find_block(place, blocks, names, origin, wanted, x, y, b, error)
+      type(place_type), intent(in) :: place
+      type(blocks_type), intent(in) :: blocks
+      character(len=*), intent(in) :: names(:)   !< [n] of the blocks
+      real(wp), intent(in) :: origin(2)          !< of the engine's coordinates, for messages
+      character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
+      real(wp), intent(in) :: x, y
+      integer, intent(out) :: b
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: point
+      integer :: status
+
+      b = 0
+      call require_finite(error, place, 'x', [x])
+      call require_finite(error, place, 'y', [y])
+      if (allocated(error)) return
+      point = 'the point ('//to_text(x + origin(1))//', '//to_text(y + origin(2))//')'
+      if (wanted == '') then
+         do b = 1, blocks%n
+            if (holds(blocks, b, [x, y])) return
+         end do
+         call input_error(error, place, point//' lies outside every block')
+         return
+      end if
+      b = findloc(names == wanted, .true., 1)
+      if (b == 0) then
+         read (wanted, *, iostat=status) b
+         if (status /= 0 .or. verify(trim(wanted), '0123456789') > 0 .or. b < 1 &
+            .or. b > blocks%n) then
+            call input_error(error, place, 'block = '//quoted(wanted)// &
+               ' is not the name or number of a block')
+            return
+         end if
+      end if
+      if (.not. holds(blocks, b, [x, y])) call input_error(error, place, point// &
+         ' lies outside block '//quoted(wanted))
+   end subroutine find_block
+
+   pure logical function holds(blocks, b, point)
+      type(blocks_type), intent(in) :: blocks
+      integer, intent(in) :: b
+      real(wp), intent(in) :: point(2)
+
+      holds = .false.
+      if (norm2(point - blocks%position(1:2, b)) > (1.0_wp + on_boundary)*blocks%radius(b)) return
+      holds = contains_point(blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1), point, &
+         on_boundary*blocks%radius(b))
+   end function holds
+
+   !> &fixed_point
+   subroutine read_fixed_point(group, place, blocks, names, origin, motions, new, error)
+      character(len=*), intent(in) :: group
+      type(place_type), intent(in) :: place
+      type(blocks_type), intent(in) :: blocks
+      character(len=*), intent(in) :: names(:)
+      real(wp), intent(in) :: origin(2)
+      type(motion_type), intent(in) :: motions(:)
+      type(fixed_point_type), intent(out) :: new
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp) :: x, y
+      character(len=name_length) :: block, direction, motion_x, motion_y
+      character(len=256) :: message
+      integer :: status
+      namelist /fixed_point/ x, y, block, direction, motion_x, motion_y
+
+      x = unset
+      y = unset
+      block = ''
+      direction = 'xy'
+      motion_x = ''
+      motion_y = ''
+      read (group, nml=fixed_point, iostat=status, iomsg=message)
+      if (status /= 0) call read_error(error, place, message)
+      call to_model_origin(x, y, origin)
+      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
+      if (.not. any(direction == [character(len=2) :: 'xy', 'x', 'y'])) &
+         call input_error(error, place, 'direction = '//quoted(direction)// &
+         " must be 'x', 'y' or 'xy'")
+      if (allocated(error)) return
+      new%held = [index(direction, 'x') > 0, index(direction, 'y') > 0]
+      new%place = [x, y]
+      new%reference = reference_of(blocks, new%block, new%place)
+      call find_motion(place, motions, 'motion_x', motion_x, new%motion(1), error)
+      call find_motion(place, motions, 'motion_y', motion_y, new%motion(2), error)
+      if (any(new%motion > 0 .and. .not. new%held)) call input_error(error, place, &
+         'a motion is given in a direction that the point is not held in')
+   end subroutine read_fixed_point
+
+   pure subroutine to_model_origin(x, y, origin)
+      real(wp), intent(inout) :: x, y
+      real(wp), intent(in) :: origin(2)
+
+      if (is_set(x)) x = x - origin(1)
+      if (is_set(y)) y = y - origin(2)
+   end subroutine to_model_origin
+
+   subroutine find_motion(place, motions, variable, name, motion, error)
+      type(place_type), intent(in) :: place
+      type(motion_type), intent(in) :: motions(:)
+      character(len=*), intent(in) :: variable, name
+      integer, intent(out) :: motion
+      type(error_type), allocatable, intent(inout) :: error
+
+      motion = 0
+      if (name == '') return
+      motion = motion_named(motions, name)
+      if (motion == 0) call input_error(error, place, variable//' = '//quoted(name)// &
+         ' is not the name of a &motion')
+   end subroutine find_motion
+
+   !> &load
+   subroutine read_load(group, place, blocks, names, origin, new, error)
+      character(len=*), intent(in) :: group
+      type(place_type), intent(in) :: place
+      type(blocks_type), intent(in) :: blocks
+      character(len=*), intent(in) :: names(:)
+      real(wp), intent(in) :: origin(2)
+      type(load_type), intent(out) :: new
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp) :: x, y, time(most_times), force_x(most_times), force_y(most_times)
+      character(len=name_length) :: block
+      character(len=256) :: message
+      integer :: status, n
+      namelist /load/ x, y, block, time, force_x, force_y
+
+      x = unset
+      y = unset
+      block = ''
+      time = unset
+      force_x = unset
+      force_y = unset
+      read (group, nml=load, iostat=status, iomsg=message)
+      if (status /= 0) call read_error(error, place, message)
+      call to_model_origin(x, y, origin)
+      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
+      n = count(is_set(time))
+      if (n < 2) call input_error(error, place, 'time: at least 2 values are needed')
+      if (.not. any(is_set(force_x))) force_x(:n) = 0.0_wp
+      if (.not. any(is_set(force_y))) force_y(:n) = 0.0_wp
+      call require_finite(error, place, 'time', time(:n))
+      call require_finite(error, place, 'force_x', force_x(:n))
+      call require_finite(error, place, 'force_y', force_y(:n))
+      if (count(is_set(force_x)) /= n .or. count(is_set(force_y)) /= n) &
+         call input_error(error, place, 'force_x and force_y must have as many values as time ('// &
+         to_text(n)//')')
+      if (any(time(2:n) < time(:n - 1))) call input_error(error, place, 'time must not decrease')
+      if (allocated(error)) return
+      new%reference = reference_of(blocks, new%block, [x, y])
+      new%time = time(:n)
+      new%force = transpose(reshape([force_x(:n), force_y(:n)], [n, 2]))
+   end subroutine read_load
+
+   !> &measured_point
+   subroutine read_point(group, place, blocks, names, origin, new, error)
+      character(len=*), intent(in) :: group
+      type(place_type), intent(in) :: place
+      type(blocks_type), intent(in) :: blocks
+      character(len=*), intent(in) :: names(:)
+      real(wp), intent(in) :: origin(2)
+      type(point_type), intent(out) :: new
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp) :: x, y
+      character(len=name_length) :: name, block
+      character(len=256) :: message
+      integer :: status
+      namelist /measured_point/ name, x, y, block
+
+      name = ''
+      x = unset
+      y = unset
+      block = ''
+      read (group, nml=measured_point, iostat=status, iomsg=message)
+      if (status /= 0) call read_error(error, place, message)
+      call to_model_origin(x, y, origin)
+      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
+      if (name == '') call input_error(error, place, 'name is missing')
+      if (allocated(error)) return
+      new%name = name
+      new%place = [x, y]
+      new%reference = reference_of(blocks, new%block, new%place)
+   end subroutine read_point
+
+   !> &amplification: the spectral ratio of two measured points.
+   subroutine read_amplification(group, place, points, new, error)
+      character(len=*), intent(in) :: group
+      type(place_type), intent(in) :: place
+      type(point_type), intent(in) :: points(:)
+      type(amplification_type), intent(out) :: new
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=name_length) :: surface, base, direction
+      real(wp) :: lowest, highest
+      integer :: padding, status
+      character(len=256) :: message
+      namelist /amplification/ surface, base, direction, lowest, highest, padding
+
+      surface = 'surface'
+      base = 'base'
+      direction = 'x'
+      lowest = unset
+      highest = unset
+      padding = new%padding
+      read (group, nml=amplification, iostat=status, iomsg=message)
+      if (status /= 0) call read_error(error, place, message)
+      call require_positive(error, place, 'lowest', lowest)
+      call require_positive(error, place, 'highest', highest)
+      if (highest <= lowest) call input_error(error, place, 'highest must be above lowest')
+      call require_within(error, place, 'padding', real(padding, wp), 1.0_wp, 64.0_wp)
+      if (.not. any(direction == ['x', 'y'])) call input_error(error, place, &
+         'direction = '//quoted(direction)//" must be 'x' or 'y'")
+      if (allocated(error)) return
+      new = amplification_type(findloc(points%name == surface, .true., 1), &
+         findloc(points%name == base, .true., 1), merge(1, 2, direction == 'x'), lowest, highest, &
+         padding)
+      if (new%surface == 0) call input_error(error, place, 'surface = '//quoted(surface)// &
+         ' is not a &measured_point')
+      if (new%base == 0) call input_error(error, place, 'base = '//quoted(base)// &
+         ' is not a &measured_point')
+   end subroutine read_amplification
+
+end module dda_input_points

@@ -1,0 +1,216 @@
+!> The samples and frames of a run so far, in a file that only grows: FILE.journal.
+!>
+!> It holds what the output will hold, in plain rows of numbers in the order of the steps.  A
+!> checkpoint notes how far it went and its checksum up to there; a resumed run cuts it back to that
+!> mark and goes on.  While a run has it open no other run can.
+module dda_journal
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
+   use, intrinsic :: iso_fortran_env, only: int8
+   use dda_kinds, only: wp, long
+   use dda_archive, only: archive_type, serialise, serialise_label
+   use dda_byte_file, only: byte_file_type, open_to_append, open_to_read, lock_file, write_bytes, &
+      read_bytes, cut_file, flush_to_system, flush_to_disk, size_of_file, close_file
+   use dda_checksum, only: checksum_type, begin_checksum, add_bytes
+   use dda_errors, only: error_type, error_file, fail
+   implicit none
+   private
+   public :: journal_type, open_journal, empty_journal, carry_mark, return_to_mark, close_journal
+   public :: append_sample, append_frame, flush_journal, journal_name
+   public :: reader_type, open_reader, read_row, read_numbers, close_reader, row_sample
+
+   integer, parameter :: row_sample = 1, row_frame = 2
+   integer, parameter :: word = storage_size(0.0_wp)/8  !< bytes of a number
+   integer(long), parameter :: piece = 1048576          !< bytes read at a time
+
+   !> How far a journal goes, and the sum of its bytes up to there.
+   type :: journal_type
+      type(byte_file_type) :: file
+      type(checksum_type) :: checksum
+      integer(long) :: bytes = 0
+      integer :: samples = 0, frames = 0
+      integer :: contacts = 0       !< in all frames
+      integer :: iterations = 0     !< most of a step since the last sample
+   end type journal_type
+
+   !> A journal that is being read, up to where it is known to go.
+   type :: reader_type
+      type(byte_file_type) :: file
+      integer(long) :: left = 0     !< bytes
+   end type reader_type
+
+contains
+
+   pure function journal_name(output) result(name)
+      character(len=*), intent(in) :: output
+      character(len=:), allocatable :: name
+
+      name = output//'.journal'
+   end function journal_name
+
+   !> Open the journal of an output; an error if another run has it.
+   subroutine open_journal(journal, output, error)
+      type(journal_type), intent(out) :: journal
+      character(len=*), intent(in) :: output
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: locked
+
+      call begin_checksum(journal%checksum)
+      call open_to_append(journal%file, journal_name(output), error)
+      if (allocated(error)) return
+      locked = lock_file(journal%file)
+      if (.not. locked) call fail(error, error_file, output//' is being written by another run')
+      if (.not. locked) call close_file(journal%file, error)
+   end subroutine open_journal
+
+   !> Begin anew.
+   subroutine empty_journal(journal, error)
+      type(journal_type), intent(inout) :: journal
+      type(error_type), allocatable, intent(inout) :: error
+
+      call cut_file(journal%file, 0_long, error)
+   end subroutine empty_journal
+
+   !> Where the journal stands, as part of a checkpoint.
+   subroutine carry_mark(archive, journal)
+      type(archive_type), intent(inout) :: archive
+      type(journal_type), intent(inout) :: journal
+
+      call serialise_label(archive, 'journal')
+      call serialise(archive, journal%bytes)
+      call serialise(archive, journal%checksum%value)
+      call serialise(archive, journal%samples)
+      call serialise(archive, journal%frames)
+      call serialise(archive, journal%contacts)
+      call serialise(archive, journal%iterations)
+   end subroutine carry_mark
+
+   !> Cut the journal back to the mark that was carried; an error if it does not hold what it held
+   !> then.
+   subroutine return_to_mark(journal, error)
+      type(journal_type), intent(inout) :: journal
+      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type) :: file
+      type(checksum_type) :: checksum
+      integer(int8), allocatable :: bytes(:)
+      integer(long) :: left, held
+
+      call open_to_read(file, journal%file%name, error)
+      if (allocated(error)) return
+      call begin_checksum(checksum)
+      held = size_of_file(file)
+      left = min(journal%bytes, held)
+      do while (left > 0 .and. .not. allocated(error))
+         if (allocated(bytes)) deallocate (bytes)
+         allocate (bytes(min(left, piece)))
+         call read_bytes(file, bytes, error)
+         call add_bytes(checksum, bytes)
+         left = left - size(bytes)
+      end do
+      if (.not. allocated(error) .and. (held < journal%bytes .or. checksum%value &
+         /= journal%checksum%value)) call fail(error, error_file, journal%file%name// &
+         ' does not hold what it held at the checkpoint')
+      call close_file(file, error)
+      call cut_file(journal%file, journal%bytes, error)
+   end subroutine return_to_mark
+
+   subroutine append_sample(journal, sample, error)
+      type(journal_type), intent(inout) :: journal
+      real(wp), contiguous, intent(in) :: sample(:)
+      type(error_type), allocatable, intent(inout) :: error
+
+      call append(journal, [real(wp) :: row_sample, 0], error)
+      call append(journal, sample, error)
+      journal%samples = journal%samples + 1
+      journal%iterations = 0
+   end subroutine append_sample
+
+   subroutine append_frame(journal, frame, contacts, error)
+      type(journal_type), intent(inout) :: journal
+      real(wp), contiguous, intent(in) :: frame(:)
+      integer, intent(in) :: contacts
+      type(error_type), allocatable, intent(inout) :: error
+
+      call append(journal, [real(wp) :: row_frame, contacts], error)
+      call append(journal, frame, error)
+      journal%frames = journal%frames + 1
+      journal%contacts = journal%contacts + contacts
+   end subroutine append_frame
+
+   subroutine append(journal, numbers, error)
+      type(journal_type), intent(inout) :: journal
+      real(wp), contiguous, target, intent(in) :: numbers(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(int8), pointer, contiguous :: bytes(:)
+
+      call c_f_pointer(c_loc(numbers), bytes, [word*size(numbers)])
+      call write_bytes(journal%file, bytes, error)
+      call add_bytes(journal%checksum, bytes)
+      journal%bytes = journal%bytes + size(bytes)
+   end subroutine append
+
+   !> Let all rows so far outlive the process, or also the machine's power.
+   subroutine flush_journal(journal, to_disk, error)
+      type(journal_type), intent(in) :: journal
+      logical, intent(in) :: to_disk
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (to_disk) then
+         call flush_to_disk(journal%file, error)
+      else
+         call flush_to_system(journal%file, error)
+      end if
+   end subroutine flush_journal
+
+   subroutine close_journal(journal, error)
+      type(journal_type), intent(inout) :: journal
+      type(error_type), allocatable, intent(inout) :: error
+
+      call close_file(journal%file, error)
+   end subroutine close_journal
+
+   !> Read a journal from its beginning to where it stands.
+   subroutine open_reader(reader, journal, error)
+      type(reader_type), intent(out) :: reader
+      type(journal_type), intent(in) :: journal
+      type(error_type), allocatable, intent(inout) :: error
+
+      call flush_to_system(journal%file, error)
+      if (.not. allocated(error)) call open_to_read(reader%file, journal%file%name, error)
+      reader%left = journal%bytes
+   end subroutine open_reader
+
+   !> The kind of the next row, 0 at the end, and how many contacts it has.
+   subroutine read_row(reader, kind, contacts, error)
+      type(reader_type), intent(inout) :: reader
+      integer, intent(out) :: kind, contacts
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp) :: head(2)
+
+      kind = 0
+      contacts = 0
+      if (reader%left <= 0) return
+      call read_numbers(reader, head, error)
+      if (allocated(error)) return
+      kind = nint(head(1))
+      contacts = nint(head(2))
+   end subroutine read_row
+
+   subroutine read_numbers(reader, numbers, error)
+      type(reader_type), intent(inout) :: reader
+      real(wp), contiguous, target, intent(out) :: numbers(:)
+      type(error_type), allocatable, intent(inout) :: error
+      integer(int8), pointer, contiguous :: bytes(:)
+
+      call c_f_pointer(c_loc(numbers), bytes, [word*size(numbers)])
+      call read_bytes(reader%file, bytes, error)
+      reader%left = reader%left - size(bytes)
+   end subroutine read_numbers
+
+   subroutine close_reader(reader, error)
+      type(reader_type), intent(inout) :: reader
+      type(error_type), allocatable, intent(inout) :: error
+
+      call close_file(reader%file, error)
+   end subroutine close_reader
+
+end module dda_journal

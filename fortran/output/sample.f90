@@ -1,0 +1,111 @@
+!> What is written of a run, as plain rows of numbers: samples of points and energies, frames of
+!> blocks and contacts.
+module dda_sample
+   use dda_kinds, only: wp
+   use dda_blocks, only: stress_of
+   use dda_contact, only: contacts_type
+   use dda_energy, only: energy_terms, energy_values
+   use dda_measure, only: measure_point
+   use dda_simulation, only: simulation_type
+   implicit none
+   private
+   public :: sample_head, contact_columns, sample_size, frame_size, take_sample, take_frame
+
+   integer, parameter :: sample_head = 3 + energy_terms  !< time, Δt, iterations, energies
+   integer, parameter :: contact_columns = 8
+
+contains
+
+   !> Numbers of a sample.
+   pure integer function sample_size(simulation)
+      type(simulation_type), intent(in) :: simulation
+
+      sample_size = sample_head + 6*size(simulation%model%points)
+   end function sample_size
+
+   !> Numbers of a frame with so many contacts.
+   pure integer function frame_size(simulation, contacts)
+      type(simulation_type), intent(in) :: simulation
+      integer, intent(in) :: contacts
+
+      frame_size = 1 + 15*simulation%blocks%n + 2*size(simulation%blocks%owner) &
+         + contact_columns*contacts
+   end function frame_size
+
+   !> Time, Δt, iterations, energies; then [2, points, 3] displacement, velocity, acceleration.
+   pure subroutine take_sample(simulation, iterations, sample)
+      type(simulation_type), intent(in) :: simulation
+      integer, intent(in) :: iterations
+      real(wp), intent(out) :: sample(:)
+      real(wp) :: motion(2, 3)
+      integer :: i, kind, at
+
+      sample(:3) = [simulation%time, simulation%last_time_step, real(iterations, wp)]
+      sample(4:sample_head) = energy_values(simulation%energy)
+      associate (points => simulation%model%points)
+         do i = 1, size(points)
+            call measure_point(simulation%blocks, points(i), motion(:, 1), motion(:, 2), &
+               motion(:, 3))
+            do kind = 1, 3
+               at = sample_head + 2*((kind - 1)*size(points) + i - 1)
+               sample(at + 1:at + 2) = motion(:, kind)
+            end do
+         end do
+      end associate
+   end subroutine take_sample
+
+   !> Time; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; contacts [contacts,
+   !> columns].
+   subroutine take_frame(simulation, frame)
+      type(simulation_type), intent(in) :: simulation
+      real(wp), allocatable, intent(out) :: frame(:)
+      integer :: b, n, vertices, contacts, at
+
+      n = simulation%blocks%n
+      vertices = size(simulation%blocks%owner)
+      contacts = simulation%contacts(simulation%now)%n
+      allocate (frame(frame_size(simulation, contacts)))
+      frame(1) = simulation%time
+      at = 1
+      associate (blocks => simulation%blocks, origin => simulation%model%origin)
+         call place(frame, at, blocks%position, 6*n)
+         do b = 0, n - 1
+            frame(6*b + 2:6*b + 3) = frame(6*b + 2:6*b + 3) + origin
+         end do
+         call place(frame, at, blocks%velocity, 6*n)
+         do b = 1, n
+            call place(frame, at, stress_of(blocks, b), 3)
+         end do
+         call place(frame, at, blocks%vertex + spread(origin, 2, vertices), 2*vertices)
+      end associate
+      call take_contacts(simulation%contacts(simulation%now), contacts, frame(at + 1:))
+   end subroutine take_frame
+
+   !> Put numbers behind the last ones.
+   pure subroutine place(frame, at, values, count)
+      real(wp), intent(inout) :: frame(:)
+      integer, intent(inout) :: at
+      integer, intent(in) :: count
+      real(wp), intent(in) :: values(count)
+
+      frame(at + 1:at + count) = values
+      at = at + count
+   end subroutine place
+
+   !> Vertex and edge from 0, state, bonded; distance, normal force, shear force, stretch.
+   pure subroutine take_contacts(contacts, n, columns)
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: n
+      real(wp), intent(out) :: columns(n, contact_columns)
+
+      columns(:, 1) = contacts%vertex(:n) - 1
+      columns(:, 2) = contacts%edge(:n) - 1
+      columns(:, 3) = contacts%state(:n)
+      columns(:, 4) = merge(1, 0, contacts%bonded(:n))
+      columns(:, 5) = contacts%new_gap(:n) + contacts%offset(:n)
+      columns(:, 6) = contacts%normal_force(:n)
+      columns(:, 7) = contacts%shear_force(:n)
+      columns(:, 8) = contacts%stretch(:n)
+   end subroutine take_contacts
+
+end module dda_sample

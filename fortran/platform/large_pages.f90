@@ -1,0 +1,39 @@
+!> Large arrays in large pages, where the system gives them to those who ask: streams through
+!> hundreds of megabytes else wait for the translation of addresses.
+module dda_large_pages
+   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_ptr, c_size_t
+   use dda_kinds, only: long
+   implicit none
+   private
+   public :: prefer_large_pages
+
+   integer(c_intptr_t), parameter :: page = 4096_c_intptr_t
+   !> MADV_HUGEPAGE of Linux; no other system minds
+   integer(c_int), parameter :: huge_page = 14_c_int
+
+   interface
+      integer(c_int) function c_madvise(start, length, advice) bind(c, name='madvise')
+         import :: c_int, c_intptr_t, c_size_t
+         integer(c_intptr_t), value :: start
+         integer(c_size_t), value :: length
+         integer(c_int), value :: advice
+      end function c_madvise
+   end interface
+
+contains
+
+   !> Ask for large pages under memory that has not been written to yet; nothing happens where that
+   !> cannot be.
+   subroutine prefer_large_pages(memory, bytes)
+      type(c_ptr), intent(in) :: memory
+      integer(long), intent(in) :: bytes
+      integer(c_intptr_t) :: first, last
+      integer(c_int) :: unused
+
+      first = transfer(memory, first)
+      last = (first + bytes)/page*page
+      first = (first + page - 1)/page*page
+      if (last > first) unused = c_madvise(first, int(last - first, c_size_t), huge_page)
+   end subroutine prefer_large_pages
+
+end module dda_large_pages

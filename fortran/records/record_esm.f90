@@ -1,0 +1,157 @@
+!> ESM / ITACA ASCII format (DYNA 1.2): 64 lines `KEY: value`, one sample a line.
+!>
+!> Reference: ORFEUS Engineering Strong Motion database, file format ASCII DYNA 1.2: keys
+!> SAMPLING_INTERVAL_S, NDATA, DURATION_S, UNITS, DATA_TYPE.  Older headers are a few lines shorter,
+!> so the header is taken to end where the first line stands that is not `KEY: value`.
+module dda_record_esm
+   use dda_kinds, only: wp, long
+   use dda_errors, only: error_type
+   use dda_text, only: lower_case, quoted
+   use dda_text_lines, only: line_reader_type, next_line, put_back, fail_at
+   use dda_record_type, only: record_type, acceleration, velocity, displacement
+   use dda_record_units, only: unit_type, find_unit
+   use dda_record_samples, only: sample_list_type, read_values, take_values, expect_end, &
+      check_count, check_time_step, check_duration, first_number
+   implicit none
+   private
+   public :: is_esm, read_esm
+
+   !> What the header states.
+   type :: header_type
+      real(wp) :: count = -1.0_wp     ! samples
+      real(wp) :: duration = -1.0_wp  ! s
+   end type header_type
+
+contains
+
+   !> Whether a file that begins so is an ESM file.
+   pure function is_esm(first) result(is)
+      character(len=*), intent(in) :: first   !< its first line
+      logical :: is
+
+      is = index(first, 'EVENT_NAME:') == 1
+   end function is_esm
+
+   !> Read the one trace of an ESM file, in the file's unit.
+   subroutine read_esm(reader, record, error)
+      type(line_reader_type), intent(inout) :: reader        !< at the start of the file
+      type(record_type), intent(inout) :: record
+      type(error_type), allocatable, intent(out) :: error
+      type(header_type) :: header
+      type(sample_list_type) :: list
+      integer(long) :: samples
+
+      call read_header(reader, record, header, error)
+      if (.not. allocated(error)) call check_header(reader, record, header, samples, error)
+      if (.not. allocated(error)) call read_values(reader, samples, 'samples (NDATA)', list, error)
+      if (.not. allocated(error)) call expect_end(reader, samples, error)
+      if (.not. allocated(error)) call take_values(list, record%values)
+   end subroutine read_esm
+
+   subroutine read_header(reader, record, header, error)
+      type(line_reader_type), intent(inout) :: reader
+      type(record_type), intent(inout) :: record
+      type(header_type), intent(out) :: header
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      logical :: found
+      integer :: colon
+
+      do
+         call next_line(reader, text, found, error)
+         if (allocated(error) .or. .not. found) return
+         colon = index(text, ':')
+         if (colon == 0) exit
+         call read_item(reader, text(:colon - 1), trim(adjustl(text(colon + 1:))), record, header, &
+            error)
+         if (allocated(error)) return
+      end do
+      call put_back(reader)
+   end subroutine read_header
+
+   subroutine read_item(reader, key, value, record, header, error)
+      type(line_reader_type), intent(in) :: reader
+      character(len=*), intent(in) :: key, value
+      type(record_type), intent(inout) :: record
+      type(header_type), intent(inout) :: header
+      type(error_type), allocatable, intent(out) :: error
+
+      select case (trim(adjustl(key)))
+      case ('EVENT_NAME')
+         record%description = value
+      case ('EVENT_DATE_YYYYMMDD', 'STREAM')
+         record%description = record%description//' '//value
+      case ('STATION_CODE')
+         record%station = value
+      case ('STATION_NAME')
+         record%station = record%station//' '//value
+      case ('SAMPLING_INTERVAL_S')
+         call first_number(reader, value, key, record%time_step, error)
+      case ('NDATA')
+         call first_number(reader, value, key, header%count, error)
+      case ('DURATION_S')
+         if (len(value) > 0) call first_number(reader, value, key, header%duration, error)
+      case ('UNITS')
+         call read_unit(reader, value, record, error)
+      case ('DATA_TYPE')
+         call read_kind(reader, value, record, error)
+      end select
+   end subroutine read_item
+
+   subroutine read_unit(reader, value, record, error)
+      type(line_reader_type), intent(in) :: reader
+      character(len=*), intent(in) :: value
+      type(record_type), intent(inout) :: record
+      type(error_type), allocatable, intent(out) :: error
+      type(unit_type) :: unit
+
+      unit = find_unit(value)
+      if (unit%scale > 0.0_wp) then
+         record%unit = value
+      else if (len(value) > 0) then
+         call fail_at(error, reader, 'UNITS: '//quoted(value)//' is not a unit of motion')
+      end if
+   end subroutine read_unit
+
+   subroutine read_kind(reader, value, record, error)
+      type(line_reader_type), intent(in) :: reader
+      character(len=*), intent(in) :: value
+      type(record_type), intent(inout) :: record
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: kind
+
+      kind = lower_case(value)
+      if (index(kind, 'spectr') > 0) then
+         call fail_at(error, reader, 'DATA_TYPE: '//quoted(value)//' is not a time series')
+      else if (index(kind, acceleration) > 0) then
+         record%quantity = acceleration
+      else if (index(kind, velocity) > 0) then
+         record%quantity = velocity
+      else if (index(kind, displacement) > 0) then
+         record%quantity = displacement
+      else
+         call fail_at(error, reader, 'DATA_TYPE: '//quoted(value)// &
+            ' is not acceleration, velocity or displacement')
+      end if
+   end subroutine read_kind
+
+   subroutine check_header(reader, record, header, samples, error)
+      type(line_reader_type), intent(in) :: reader
+      type(record_type), intent(in) :: record
+      type(header_type), intent(in) :: header
+      integer(long), intent(out) :: samples
+      type(error_type), allocatable, intent(out) :: error
+
+      samples = 0
+      if (header%count < 0.0_wp .or. record%time_step <= 0.0_wp) then
+         call fail_at(error, reader, 'the header above does not state NDATA and '// &
+            'SAMPLING_INTERVAL_S'//' as positive numbers')
+         return
+      end if
+      call check_count(reader, header%count, samples, error)
+      if (.not. allocated(error)) call check_time_step(reader, record%time_step, error)
+      if (allocated(error) .or. header%duration < 0.0_wp) return
+      call check_duration(reader, samples, record%time_step, header%duration, error)
+   end subroutine check_header
+
+end module dda_record_esm

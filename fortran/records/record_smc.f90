@@ -1,0 +1,171 @@
+!> USGS SMC format: 11 lines of text, 48 integers, 50 reals, comments, samples.
+!>
+!> Reference: USGS National Strong-Motion Program, *SMC- and BBF-format Data Files* (smcfmt.txt),
+!> sections 2–4.  Integer 16 is the number of comment lines, integer 17 the number of samples,
+!> real 2 the sampling rate; accelerations are in cm/s².
+module dda_record_smc
+   use dda_kinds, only: wp, long
+   use dda_errors, only: error_type
+   use dda_text, only: lower_case, quoted, to_text
+   use dda_text_lines, only: line_reader_type, fail_at
+   use dda_text_numbers, only: whole_number
+   use dda_record_type, only: record_type, acceleration, velocity, displacement
+   use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
+      expect_end, check_count, check_time_step
+   implicit none
+   private
+   public :: is_smc, read_smc
+
+   integer, parameter :: text_lines = 11
+   integer(long), parameter :: integers = 48, reals = 50
+   integer, parameter :: integer_lines = 6, real_lines = 10
+   integer, parameter :: comments_at = 16, samples_at = 17, rate_at = 2
+   integer(long), parameter :: most_comments = 100000
+
+contains
+
+   !> Whether a file that begins so is an SMC file: a digit and a title, then a line with a star.
+   pure function is_smc(first, second) result(is)
+      character(len=*), intent(in) :: first, second   !< its first two lines
+      logical :: is
+
+      is = .false.
+      if (len(first) < 3 .or. len(second) < 1) return
+      is = first(1:1) >= '0' .and. first(1:1) <= '9' .and. first(2:2) == ' ' &
+         .and. second(1:1) == '*'
+   end function is_smc
+
+   !> Read the one trace of an SMC file, in the file's unit.
+   subroutine read_smc(reader, record, error)
+      type(line_reader_type), intent(inout) :: reader        !< at the start of the file
+      type(record_type), intent(inout) :: record
+      type(error_type), allocatable, intent(out) :: error
+      type(sample_list_type) :: list
+      integer(long) :: comments, samples
+
+      call read_titles(reader, record, error)
+      if (.not. allocated(error)) call read_integers(reader, comments, samples, error)
+      if (.not. allocated(error)) call read_reals(reader, record%time_step, error)
+      if (.not. allocated(error)) call skip_comments(reader, comments, error)
+      if (.not. allocated(error)) call read_values(reader, samples, 'samples', list, error)
+      if (.not. allocated(error)) call expect_end(reader, samples, error)
+      if (.not. allocated(error)) call take_values(list, record%values)
+   end subroutine read_smc
+
+   !> The first line names the quantity; lines 4 and 6 event and station.
+   subroutine read_titles(reader, record, error)
+      type(line_reader_type), intent(inout) :: reader
+      type(record_type), intent(inout) :: record
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      integer :: line
+
+      do line = 1, text_lines
+         call take_line(reader, text, 'the 11 text lines of an SMC header', error)
+         if (allocated(error)) return
+         if (line == 1) call read_kind(reader, text, record, error)
+         if (allocated(error)) return
+         if (line == 4) record%description = trim(adjustl(text))
+         if (line == 6) record%station = trim(adjustl(text))
+      end do
+   end subroutine read_titles
+
+   subroutine read_kind(reader, text, record, error)
+      type(line_reader_type), intent(in) :: reader
+      character(len=*), intent(in) :: text
+      type(record_type), intent(inout) :: record
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: title
+
+      title = lower_case(text)
+      if (index(title, 'spectr') > 0) then
+         call fail_at(error, reader, quoted(text)//' is not a time series')
+      else if (index(title, 'acceler') > 0) then
+         record%quantity = acceleration
+         record%unit = 'cm/s2'
+      else if (index(title, 'velocity') > 0) then
+         record%quantity = velocity
+         record%unit = 'cm/s'
+      else if (index(title, 'displacement') > 0) then
+         record%quantity = displacement
+         record%unit = 'cm'
+      else
+         call fail_at(error, reader, quoted(text)// &
+            ' does not say accelerogram, velocity or displacement')
+      end if
+   end subroutine read_kind
+
+   subroutine read_integers(reader, comments, samples, error)
+      type(line_reader_type), intent(inout) :: reader
+      integer(long), intent(out) :: comments, samples
+      type(error_type), allocatable, intent(out) :: error
+      type(sample_list_type) :: list
+
+      comments = 0
+      samples = 0
+      call read_header(reader, integers, integer_lines, 'integers of an SMC header', list, error)
+      if (allocated(error)) return
+      call check_count(reader, list%values(samples_at), samples, error)
+      if (allocated(error)) return
+      comments = whole_number(list%values(comments_at))
+      if (comments < 0 .or. comments > most_comments) call fail_at(error, reader, &
+         'the header declares '//to_text(list%values(comments_at))//' comment lines')
+   end subroutine read_integers
+
+   subroutine read_reals(reader, time_step, error)
+      type(line_reader_type), intent(inout) :: reader
+      real(wp), intent(out) :: time_step
+      type(error_type), allocatable, intent(out) :: error
+      type(sample_list_type) :: list
+
+      time_step = 0.0_wp
+      call read_header(reader, reals, real_lines, 'reals of an SMC header', list, error)
+      if (allocated(error)) return
+      ! An unevenly digitised record has the "undefined" 1.7e38 here.
+      if (list%values(rate_at) <= 0.0_wp .or. list%values(rate_at) > 1.0e30_wp) then
+         call fail_at(error, reader, 'the sampling rate '//to_text(list%values(rate_at))// &
+            ' samples/s (real 2 of the header) is not that of an evenly sampled record')
+         return
+      end if
+      time_step = 1.0_wp/list%values(rate_at)
+      call check_time_step(reader, time_step, error)
+   end subroutine read_reals
+
+   !> Numbers on as many lines as the format says, so that a missing one is noticed here.
+   subroutine read_header(reader, expected, lines, what, list, error)
+      type(line_reader_type), intent(inout) :: reader
+      integer(long), intent(in) :: expected
+      integer, intent(in) :: lines
+      character(len=*), intent(in) :: what
+      type(sample_list_type), intent(out) :: list
+      type(error_type), allocatable, intent(out) :: error
+      integer :: before
+
+      before = reader%line
+      call read_values(reader, expected, what, list, error)
+      if (allocated(error)) return
+      if (reader%line - before /= lines) call fail_at(error, reader, 'the '//to_text(expected)// &
+         ' '//what//' stand on '//to_text(reader%line - before)//' lines instead of '// &
+         to_text(lines))
+   end subroutine read_header
+
+   subroutine skip_comments(reader, comments, error)
+      type(line_reader_type), intent(inout) :: reader
+      integer(long), intent(in) :: comments
+      type(error_type), allocatable, intent(out) :: error
+      character(len=:), allocatable :: text
+      integer(long) :: line
+
+      do line = 1, comments
+         call take_line(reader, text, 'the end of the comments', error)
+         if (allocated(error)) return
+         if (index(text, '|') /= 1) then
+            call fail_at(error, reader, quoted(text)// &
+               ' is not a comment, but the header declares '//to_text(comments)// &
+               ' comment lines, each beginning with |')
+            return
+         end if
+      end do
+   end subroutine skip_comments
+
+end module dda_record_smc

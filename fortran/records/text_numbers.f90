@@ -1,0 +1,259 @@
+!> Numbers in text that nobody has vouched for.
+!>
+!> Fortran's own list-directed read takes `3*5`, `/`, `NaN`, `1e400` and an empty field without a
+!> word.  Here a number is exactly: sign, digits with at most one point, exponent with E or D.
+!> Fixed-width output of old programs runs numbers together (`1.0E+0-2.0E+0`): where the caller
+!> says so, a sign directly after a complete number begins the next one.
+module dda_text_numbers
+   use dda_kinds, only: wp, long
+   implicit none
+   private
+   public :: next_number, word_at, whole_number
+   public :: number_found, number_none, number_bad, number_large
+
+   integer, parameter :: number_found = 0  !< a number was read
+   integer, parameter :: number_none = 1   !< only blanks were left
+   integer, parameter :: number_bad = 2    !< what stands there is not a number
+   integer, parameter :: number_large = 3  !< a number beyond 1e300
+
+   integer, parameter :: most_digits = 18      ! of an integer(long) mantissa
+   ! well inside the range, so that scaling cannot overflow
+   integer, parameter :: largest_power = 300
+   integer, parameter :: longest_number = 64   ! characters
+   integer, parameter :: exact_power = 22      ! 10**22 is the last exact power of ten
+   character(len=*), parameter :: tab = achar(9)
+
+   !> What scanning found, before it becomes a value.
+   type :: scan_type
+      integer(long) :: mantissa = 0    ! leading digits as an integer
+      integer :: kept = 0              ! digits in the mantissa
+      integer :: dropped = 0           ! significant digits that did not fit
+      integer :: seen = 0              ! all digits
+      integer :: power = 0             ! power of ten of the mantissa
+      logical :: negative = .false.
+   end type scan_type
+
+contains
+
+   !> Read the number at or after `position` and step over it.
+   !>
+   !> With a state other than `number_found` the position stays at the offending word.
+   pure subroutine next_number(text, position, value, state, joined, commas)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: position             !< first character to look at
+      real(wp), intent(out) :: value
+      integer, intent(out) :: state                  !< `number_…`
+      !> a sign may begin the next number without a blank
+      logical, intent(in), optional :: joined
+      logical, intent(in), optional :: commas        !< one comma may follow the number
+      type(scan_type) :: scan
+      integer :: at
+      logical :: complete
+
+      value = 0.0_wp
+      position = position + blanks(text, position)
+      state = number_none
+      if (position > len(text)) return
+      at = position
+      call scan_mantissa(text, at, scan)
+      call scan_exponent(text, at, scan, complete)
+      state = number_bad
+      if (.not. complete .or. scan%seen == 0 .or. at - position > longest_number) return
+      if (.not. ends_number(text, at, joined, commas)) return
+      call to_value(text(position:at - 1), scan, value, state)
+      if (state /= number_found) return
+      position = at
+      if (present(commas)) then
+         if (commas) call skip_comma(text, position)
+      end if
+   end subroutine next_number
+
+   !> A value as a count, −1 if it is negative, broken or beyond any count.
+   pure function whole_number(value) result(count)
+      real(wp), intent(in) :: value
+      integer(long) :: count
+
+      count = -1_long
+      if (value < 0.0_wp .or. value > 1.0e15_wp) return
+      if (abs(value - aint(value)) <= 0.0_wp) count = int(value, long)
+   end function whole_number
+
+   !> The word at or after a position, for messages.
+   pure function word_at(text, position) result(word)
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: position
+      character(len=:), allocatable :: word
+      integer :: first, last
+
+      first = position + blanks(text, position)
+      last = first
+      do while (last <= len(text))
+         if (text(last:last) == ' ' .or. text(last:last) == tab) exit
+         last = last + 1
+      end do
+      word = text(first:last - 1)
+   end function word_at
+
+   pure function blanks(text, position) result(count)
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: position
+      integer :: count
+
+      count = 0
+      do while (position + count <= len(text))
+         if (text(position + count:position + count) /= ' ' .and. text(position + count:position &
+            + count) /= tab) exit
+         count = count + 1
+      end do
+   end function blanks
+
+   !> Sign, digits, at most one point.
+   pure subroutine scan_mantissa(text, at, scan)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: at
+      type(scan_type), intent(out) :: scan
+      logical :: after_point
+      character :: letter
+
+      if (is_sign(text, at)) then
+         scan%negative = text(at:at) == '-'
+         at = at + 1
+      end if
+      after_point = .false.
+      do while (at <= len(text))
+         letter = text(at:at)
+         if (letter == '.' .and. .not. after_point) then
+            after_point = .true.
+         else if (letter >= '0' .and. letter <= '9') then
+            call take_digit(scan, iachar(letter) - iachar('0'), after_point)
+         else
+            exit
+         end if
+         at = at + 1
+      end do
+   end subroutine scan_mantissa
+
+   pure subroutine take_digit(scan, digit, after_point)
+      type(scan_type), intent(inout) :: scan
+      integer, intent(in) :: digit
+      logical, intent(in) :: after_point
+
+      scan%seen = scan%seen + 1
+      if (scan%kept < most_digits) then
+         scan%mantissa = 10_long*scan%mantissa + int(digit, long)
+         if (scan%mantissa > 0) scan%kept = scan%kept + 1
+         if (after_point) scan%power = scan%power - 1
+      else
+         scan%dropped = scan%dropped + 1
+         if (.not. after_point) scan%power = scan%power + 1
+      end if
+   end subroutine take_digit
+
+   !> `E` or `D`, sign, digits; nothing at all is complete too, a letter without digits is not.
+   pure subroutine scan_exponent(text, at, scan, complete)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: at
+      type(scan_type), intent(inout) :: scan
+      logical, intent(out) :: complete
+      ! keeps the sum far from overflow, and far beyond any number
+      integer, parameter :: capped = 100000
+      integer :: power
+      logical :: negative
+
+      complete = .true.
+      if (at > len(text)) return
+      if (scan_letter(text(at:at))) then
+         at = at + 1
+         negative = .false.
+         if (is_sign(text, at)) then
+            negative = text(at:at) == '-'
+            at = at + 1
+         end if
+         complete = is_digit(text, at)
+         power = 0
+         do while (is_digit(text, at))
+            power = min(10*power + iachar(text(at:at)) - iachar('0'), capped)
+            at = at + 1
+         end do
+         scan%power = scan%power + merge(-power, power, negative)
+      end if
+   end subroutine scan_exponent
+
+   pure function scan_letter(letter) result(is)
+      character, intent(in) :: letter
+      logical :: is
+
+      is = index('EeDd', letter) > 0
+   end function scan_letter
+
+   pure function is_digit(text, at) result(is)
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: at
+      logical :: is
+
+      is = .false.
+      if (at <= len(text)) is = text(at:at) >= '0' .and. text(at:at) <= '9'
+   end function is_digit
+
+   pure function is_sign(text, at) result(is)
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: at
+      logical :: is
+
+      is = .false.
+      if (at <= len(text)) is = text(at:at) == '-' .or. text(at:at) == '+'
+   end function is_sign
+
+   !> Whether a number may end before this character.
+   pure function ends_number(text, at, joined, commas) result(ends)
+      character(len=*), intent(in) :: text
+      integer, intent(in) :: at
+      logical, intent(in), optional :: joined, commas
+      logical :: ends
+
+      ends = .true.
+      if (at > len(text)) return
+      ends = text(at:at) == ' ' .or. text(at:at) == tab
+      if (present(joined)) ends = ends .or. (joined .and. is_sign(text, at))
+      if (present(commas)) ends = ends .or. (commas .and. text(at:at) == ',')
+   end function ends_number
+
+   pure subroutine skip_comma(text, position)
+      character(len=*), intent(in) :: text
+      integer, intent(inout) :: position
+
+      position = position + blanks(text, position)
+      if (position > len(text)) return
+      if (text(position:position) == ',') position = position + 1
+   end subroutine skip_comma
+
+   !> The value of a scanned number, rounded correctly.
+   pure subroutine to_value(word, scan, value, state)
+      character(len=*), intent(in) :: word
+      type(scan_type), intent(in) :: scan
+      real(wp), intent(out) :: value
+      integer, intent(out) :: state
+      character(len=longest_number) :: padded
+      integer :: status
+
+      value = 0.0_wp
+      state = number_found
+      if (scan%mantissa == 0 .or. scan%power + scan%kept < -largest_power) return
+      state = number_large
+      if (scan%power + scan%kept > largest_power) return
+      state = number_found
+      if (scan%dropped == 0 .and. scan%mantissa < 2_long**53 &
+         .and. abs(scan%power) <= exact_power) then
+         ! Both factors are exact, so one operation rounds once (Clinger 1990, PLDI '90).
+         value = real(scan%mantissa, wp)
+         if (scan%power >= 0) value = value*10.0_wp**scan%power
+         if (scan%power < 0) value = value/10.0_wp**(-scan%power)
+         if (scan%negative) value = -value
+      else
+         padded = word
+         read (padded, '(f64.0)', iostat=status) value
+         if (status /= 0) state = number_bad
+      end if
+   end subroutine to_value
+
+end module dda_text_numbers

@@ -1,0 +1,253 @@
+!> A run from input to output: the same for the native executable and for Python.
+!>
+!> While it runs, a journal grows, a partial output is written now and then, and checkpoints are; a
+!> run that ends before its duration leaves all three, and `resume_run` goes on from there.
+module dda_run
+   use dda_kinds, only: wp, long
+   use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
+      load_checkpoint, has_checkpoint, remove_spare, remove_checkpoints
+   use dda_errors, only: error_type
+   use dda_file_system, only: remove_file
+   use dda_journal, only: journal_type, open_journal, empty_journal, append_sample, append_frame, &
+      flush_journal, close_journal, journal_name
+   use dda_model, only: model_type
+   use dda_output_file, only: check_target, write_output, partial_name
+   use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
+   use dda_sample, only: sample_size, take_sample, take_frame
+   use dda_simulation, only: simulation_type, finished
+   use dda_start, only: start
+   use dda_time_step, only: advance
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: run_type, begin_run, resume_run, continue_run, flush_run, save_run, end_run, is_done
+
+   !> A simulation and the files it writes.
+   type :: run_type
+      type(simulation_type) :: simulation
+      type(journal_type) :: journal
+      type(checkpoints_type) :: checkpoints
+      type(rate_limiter_type) :: publishing                 !< of the partial output
+      real(wp), allocatable :: sample(:)
+      character(len=:), allocatable :: notice       !< where a resumed run goes on from
+      integer(long) :: saved = 0                    !< clock count at the last checkpoint
+      logical :: writes = .false.
+      logical :: sound = .true.                     !< no step has failed
+   end type run_type
+
+contains
+
+   !> Set up the simulation of a model and, if it is to write, its output with the first state.
+   subroutine begin_run(run, model, writes, error)
+      type(run_type), intent(out) :: run
+      type(model_type), intent(in) :: model
+      logical, intent(in) :: writes
+      type(error_type), allocatable, intent(out) :: error
+
+      call start(run%simulation, model, error)
+      if (allocated(error) .or. .not. writes) return
+      call open_files(run, error)
+      if (.not. allocated(error)) call begin_files(run, error)
+      if (allocated(error)) call close_files(run)
+   end subroutine begin_run
+
+   !> Go on where the last checkpoint of the output was written; from the start if there is none.
+   subroutine resume_run(run, model, error)
+      type(run_type), intent(out) :: run
+      type(model_type), intent(in) :: model
+      type(error_type), allocatable, intent(out) :: error
+
+      call start(run%simulation, model, error)
+      if (allocated(error)) return
+      call open_files(run, error)
+      if (allocated(error)) return
+      if (has_checkpoint(run%checkpoints)) then
+         call load_checkpoint(run%checkpoints, run%simulation, run%journal, model, run%notice, &
+            error)
+         if (.not. allocated(error)) call publish(run, error)
+         if (.not. allocated(error)) run%notice = 'resumed at step '// &
+            to_text(run%simulation%step)//', t = '//to_text(run%simulation%time)//' s, '//run%notice
+      else
+         call begin_files(run, error)
+         run%notice = 'there is no checkpoint of '//model%output%file//': begun at the start'
+      end if
+      if (allocated(error)) call close_files(run)
+   end subroutine resume_run
+
+   !> Open the journal, which keeps other runs from writing the same output.
+   subroutine open_files(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(inout) :: error
+
+      associate (model => run%simulation%model)
+         call check_target(model%output%file, model, error)
+         if (.not. allocated(error)) call open_journal(run%journal, model%output%file, error)
+         call begin_checkpoints(run%checkpoints, model)
+      end associate
+      run%writes = .not. allocated(error)
+      allocate (run%sample(sample_size(run%simulation)))
+      call system_clock(run%saved)
+   end subroutine open_files
+
+   subroutine close_files(run)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable :: unused
+
+      call close_journal(run%journal, unused)
+      run%writes = .false.
+   end subroutine close_files
+
+   !> Begin the files anew with the first state.
+   subroutine begin_files(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(inout) :: error
+
+      call remove_checkpoints(run%checkpoints)
+      call empty_journal(run%journal, error)
+      call record_sample(run, error)
+      call record_frame(run, error)
+      if (.not. allocated(error)) call publish(run, error)
+   end subroutine begin_files
+
+   !> Take up to `steps` steps, recording on the way; stops early when the run is done.
+   subroutine continue_run(run, steps, error)
+      type(run_type), intent(inout) :: run
+      integer(long), intent(in) :: steps
+      type(error_type), allocatable, intent(out) :: error
+      integer(long) :: i
+
+      do i = 1, steps
+         if (is_done(run)) return
+         call advance(run%simulation, error)
+         run%sound = run%sound .and. .not. allocated(error)
+         if (allocated(error)) return
+         if (run%writes) call record_step(run, error)
+         if (allocated(error)) return
+      end do
+   end subroutine continue_run
+
+   !> Samples and frames are due at multiples of their intervals, and at the end.
+   subroutine record_step(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: last, save, show
+
+      last = finished(run%simulation)
+      run%journal%iterations = max(run%journal%iterations, run%simulation%iteration%iterations)
+      associate (settings => run%simulation%model%output, step => run%simulation%step)
+         if (due(step, settings%history_interval) .or. last) call record_sample(run, error)
+         if (due(step, settings%block_interval) .or. last) call record_frame(run, error)
+         if (allocated(error) .or. last) return
+         save = is_time(run, settings%checkpoint_minutes)
+         if (save .or. due(step, settings%checkpoint_interval)) call save_run(run, error)
+      end associate
+      show = is_due(run%publishing)
+      if (show .and. .not. allocated(error)) call publish(run, error)
+   end subroutine record_step
+
+   pure logical function due(step, interval)
+      integer(long), intent(in) :: step
+      integer, intent(in) :: interval
+
+      due = .false.
+      if (interval > 0) due = modulo(step, int(interval, long)) == 0
+   end function due
+
+   !> As many minutes have passed since the last checkpoint; 0 is never.
+   logical function is_time(run, minutes)
+      type(run_type), intent(in) :: run
+      real(wp), intent(in) :: minutes
+      integer(long) :: now, rate
+
+      is_time = .false.
+      if (minutes <= 0.0_wp) return
+      call system_clock(now, rate)
+      is_time = real(now - run%saved, wp) >= 60.0_wp*minutes*real(rate, wp)
+   end function is_time
+
+   subroutine record_sample(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(inout) :: error
+
+      call take_sample(run%simulation, run%journal%iterations, run%sample)
+      call append_sample(run%journal, run%sample, error)
+   end subroutine record_sample
+
+   subroutine record_frame(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(inout) :: error
+      real(wp), allocatable :: frame(:)
+
+      call take_frame(run%simulation, frame)
+      call append_frame(run%journal, frame, run%simulation%contacts(run%simulation%now)%n, error)
+   end subroutine record_frame
+
+   !> Write the partial output, for whoever looks at the run meanwhile.
+   subroutine publish(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(inout) :: error
+
+      call begin_task(run%publishing)
+      call write_output(run%simulation%model%output%file, run%journal, run%simulation, .false., &
+         error)
+      call end_task(run%publishing)
+   end subroutine publish
+
+   !> Leave nothing in the buffers of this process, which a fork would copy.
+   subroutine flush_run(run, error)
+      type(run_type), intent(in) :: run
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (run%writes) call flush_journal(run%journal, .false., error)
+   end subroutine flush_run
+
+   !> Write a checkpoint now.
+   subroutine save_run(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (.not. (run%writes .and. run%sound)) return
+      call save_checkpoint(run%checkpoints, run%simulation, run%journal, error)
+      call system_clock(run%saved)
+   end subroutine save_run
+
+   !> The duration asked for has been reached.
+   pure logical function is_done(run)
+      type(run_type), intent(in) :: run
+
+      is_done = finished(run%simulation)
+   end function is_done
+
+   !> Close the output: under its own name if the run is done; else under its partial name, with a
+   !> checkpoint.
+   subroutine end_run(run, error)
+      type(run_type), intent(inout) :: run
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: trouble
+
+      if (.not. run%writes) return
+      if (is_done(run) .and. run%sound) call write_output(run%simulation%model%output%file, &
+         run%journal, run%simulation, .true., error)
+      if (is_done(run) .and. run%sound .and. .not. allocated(error)) then
+         call remove_leftovers(run)
+      else
+         call save_run(run, trouble)
+         call remove_spare(run%checkpoints)
+         if (.not. allocated(error)) call publish(run, error)
+         if (allocated(trouble)) error = trouble
+      end if
+      call close_files(run)
+   end subroutine end_run
+
+   !> What only an unfinished run needs; checkpoints first, as they need the journal.
+   subroutine remove_leftovers(run)
+      type(run_type), intent(in) :: run
+
+      associate (file => run%simulation%model%output%file)
+         call remove_checkpoints(run%checkpoints)
+         call remove_file(journal_name(file))
+         call remove_file(partial_name(file))
+      end associate
+   end subroutine remove_leftovers
+
+end module dda_run

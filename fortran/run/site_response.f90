@@ -1,0 +1,85 @@
+!> The spectral amplification that an input asks for, from the finished output file.
+module dda_site_response
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type
+   use dda_model, only: model_type
+   use dda_netcdf_calls, only: dataset_type, checked
+   use dda_settings, only: amplification_type
+   use dda_spectrum, only: peak_type, amplification, find_peak
+   use dda_text, only: to_text
+   use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_inq_varid, nf90_inq_dimid, &
+      nf90_inquire_dimension, nf90_get_var
+   implicit none
+   private
+   public :: amplification_peak, peak_text
+
+contains
+
+   !> Peak of the ratio of the accelerations at two points of an output file.
+   subroutine amplification_peak(file, wanted, peak, error)
+      character(len=*), intent(in) :: file
+      type(amplification_type), intent(in) :: wanted
+      type(peak_type), intent(out) :: peak
+      type(error_type), allocatable, intent(out) :: error
+      real(wp), allocatable :: surface(:), base(:), frequency(:)
+      complex(wp), allocatable :: ratio(:)
+      real(wp) :: time_step
+
+      call read_series(file, wanted%surface, wanted%axis, surface, time_step, error)
+      if (.not. allocated(error)) call read_series(file, wanted%base, wanted%axis, base, &
+         time_step, error)
+      if (.not. allocated(error)) call amplification(surface, base, time_step, frequency, ratio, &
+         error, wanted%padding)
+      if (.not. allocated(error)) call find_peak(frequency, abs(ratio), wanted%lowest, &
+         wanted%highest, peak, error)
+   end subroutine amplification_peak
+
+   !> Acceleration of a point along an axis, and the time between samples.
+   subroutine read_series(file, point, axis, series, time_step, error)
+      character(len=*), intent(in) :: file
+      integer, intent(in) :: point, axis
+      real(wp), allocatable, intent(out) :: series(:)
+      real(wp), intent(out) :: time_step
+      type(error_type), allocatable, intent(out) :: error
+      type(dataset_type) :: dataset
+      real(wp) :: last(1)
+      integer :: dimension, variable, n
+
+      dataset%file = file
+      n = 0
+      time_step = 0.0_wp
+      call checked(dataset, nf90_open(file, nf90_nowrite, dataset%id), 'open the file')
+      if (.not. allocated(dataset%error)) then
+         call checked(dataset, nf90_inq_dimid(dataset%id, 'time', dimension), 'find the samples')
+         call checked(dataset, nf90_inquire_dimension(dataset%id, dimension, len=n), &
+            'count the samples')
+         call checked(dataset, nf90_inq_varid(dataset%id, 'acceleration', variable), &
+            'find the accelerations')
+         allocate (series(n))
+         call checked(dataset, nf90_get_var(dataset%id, variable, series, [axis, point, 1], &
+            [1, 1, n]), 'read')
+         call checked(dataset, nf90_inq_varid(dataset%id, 'time', variable), 'find the times')
+         call checked(dataset, nf90_get_var(dataset%id, variable, last, [n], [1]), 'read the times')
+         call checked(dataset, nf90_close(dataset%id), 'close the file')
+         time_step = last(1)/max(1, n - 1)
+      end if
+      if (allocated(dataset%error)) error = dataset%error
+   end subroutine read_series
+
+   !> One line for a person.
+   pure function peak_text(model, wanted, peak) result(text)
+      type(model_type), intent(in) :: model
+      type(amplification_type), intent(in) :: wanted
+      type(peak_type), intent(in) :: peak
+      character(len=:), allocatable :: text
+      character(len=16) :: amplitude, frequency
+
+      write (amplitude, '(f0.3)') peak%amplitude
+      write (frequency, '(f0.4)') peak%frequency
+      text = 'amplification '//trim(model%points(wanted%surface)%name)//'/'// &
+         trim(model%points(wanted%base)%name)//' ("within"): '//trim(amplitude)//' at '// &
+         trim(frequency)//' Hz (bin width '//to_text(peak%bin_width)//' Hz, '// &
+         merge('peak interpolated)', 'peak at a bin)    ', peak%interpolated)
+   end function peak_text
+
+end module dda_site_response

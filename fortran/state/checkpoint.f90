@@ -1,0 +1,246 @@
+!> Checkpoints of a run: FILE.checkpoint, and FILE.checkpoint.previous until it has been replaced.
+!>
+!> A checkpoint is written under a third name and then changes names with the newest, so that at
+!> every moment a whole one is there; the older of the two is written over next, as making and
+!> removing files takes the system longer than all else.  A checkpoint says which input, records,
+!> version and build made it, and is taken by no other.  Each outlives the process; flushing to the
+!> disk, which only a failing machine asks for, is done as often as it costs little of the run's
+!> time, and a checkpoint on the disk becomes the previous one, which is never written over, only
+!> when the next is on the disk as well.
+module dda_checkpoint
+   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
+   use dda_kinds, only: long
+   use dda_archive, only: archive_type, write_archive, read_archive, serialise
+   use dda_checked_file, only: write_checked, read_checked
+   use dda_checksum, only: checksum_of
+   use dda_errors, only: error_type, error_file, fail
+   use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
+   use dda_journal, only: journal_type, carry_mark, return_to_mark, flush_journal
+   use dda_model, only: model_type
+   use dda_motion_curve, only: motion_curve_type
+   use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
+   use dda_simulation, only: simulation_type
+   use dda_start, only: start
+   use dda_simulation_state, only: serialise_simulation
+   use dda_text, only: quoted
+   use dda_version, only: version
+   implicit none
+   private
+   public :: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, &
+      has_checkpoint, remove_spare, remove_checkpoints
+
+   !> The checkpoints of an output.
+   type :: checkpoints_type
+      character(len=:), allocatable :: newest, previous, coming  !< file names
+      logical :: newest_on_disk = .true.
+      type(rate_limiter_type) :: flushing = rate_limiter_type(cost_ratio=400)
+      type(archive_type) :: archive
+      character(len=:), allocatable :: build  !< compiler and options
+      integer(long) :: input = 0    !< checksum of the input's text
+      integer(long) :: motions = 0  !< checksum of the motions made from the records
+   end type checkpoints_type
+
+contains
+
+   subroutine begin_checkpoints(checkpoints, model)
+      type(checkpoints_type), intent(out) :: checkpoints
+      type(model_type), intent(in) :: model
+
+      checkpoints%newest = model%output%file//'.checkpoint'
+      checkpoints%previous = checkpoints%newest//'.previous'
+      checkpoints%coming = checkpoints%newest//'.coming'
+      checkpoints%build = build_of_program()
+      call digest_model(model, checkpoints%input, checkpoints%motions)
+   end subroutine begin_checkpoints
+
+   !> Checksums of all that an input says.
+   subroutine digest_model(model, input, motions)
+      type(model_type), intent(in) :: model
+      integer(long), intent(out) :: input, motions
+      type(archive_type) :: archive
+      type(motion_curve_type) :: curve
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = model%text
+      call write_archive(archive)
+      call serialise(archive, text)
+      input = checksum_of(archive%bytes(:archive%at))
+      call write_archive(archive)
+      do i = 1, size(model%motions)
+         curve = model%motions(i)%curve
+         call serialise(archive, curve%time_step)
+         call serialise(archive, curve%displacement)
+         call serialise(archive, curve%velocity)
+         call serialise(archive, curve%acceleration)
+         call serialise(archive, curve%higher)
+      end do
+      motions = checksum_of(archive%bytes(:archive%at))
+   end subroutine digest_model
+
+   !> There is something to resume from.
+   logical function has_checkpoint(checkpoints)
+      type(checkpoints_type), intent(in) :: checkpoints
+
+      has_checkpoint = is_file(checkpoints%newest)
+      if (.not. has_checkpoint) has_checkpoint = is_file(checkpoints%previous)
+   end function has_checkpoint
+
+   !> Remove the file that the next checkpoint would be written in.
+   subroutine remove_spare(checkpoints)
+      type(checkpoints_type), intent(in) :: checkpoints
+
+      call remove_file(checkpoints%coming)
+   end subroutine remove_spare
+
+   subroutine remove_checkpoints(checkpoints)
+      type(checkpoints_type), intent(in) :: checkpoints
+
+      call remove_spare(checkpoints)
+      call remove_file(checkpoints%newest)
+      call remove_file(checkpoints%previous)
+   end subroutine remove_checkpoints
+
+   !> Write a checkpoint; the older ones stay until it is whole.
+   subroutine save_checkpoint(checkpoints, simulation, journal, error)
+      type(checkpoints_type), intent(inout) :: checkpoints
+      type(simulation_type), intent(inout) :: simulation
+      type(journal_type), intent(inout) :: journal
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: to_disk
+
+      to_disk = is_due(checkpoints%flushing)
+      call begin_task(checkpoints%flushing)
+      call write_archive(checkpoints%archive)
+      call carry_identity(checkpoints, error)
+      call carry_mark(checkpoints%archive, journal)
+      call serialise_simulation(checkpoints%archive, simulation)
+      call flush_journal(journal, to_disk, error)
+      if (.not. allocated(error)) call write_checked(checkpoints%coming, checkpoints%archive, &
+         to_disk, error)
+      if (allocated(error)) then
+         call remove_spare(checkpoints)
+      else
+         call put_in_place(checkpoints, to_disk, error)
+      end if
+      if (to_disk) call end_task(checkpoints%flushing)
+   end subroutine save_checkpoint
+
+   subroutine put_in_place(checkpoints, on_disk, error)
+      type(checkpoints_type), intent(inout) :: checkpoints
+      logical, intent(in) :: on_disk
+      type(error_type), allocatable, intent(inout) :: error
+      logical :: done
+
+      if (checkpoints%newest_on_disk) then
+         done = rename_file(checkpoints%newest, checkpoints%previous)
+         done = rename_file(checkpoints%coming, checkpoints%newest)
+      else
+         done = exchange_files(checkpoints%coming, checkpoints%newest)
+         if (.not. done) done = rename_file(checkpoints%coming, checkpoints%newest)
+      end if
+      checkpoints%newest_on_disk = on_disk
+      if (.not. done) call fail(error, error_file, checkpoints%coming//' cannot be renamed to '// &
+         checkpoints%newest)
+   end subroutine put_in_place
+
+   !> Put a run that has just been started where the newest good checkpoint says; `notice` tells
+   !> which.
+   subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
+      type(checkpoints_type), intent(inout) :: checkpoints
+      type(simulation_type), intent(inout) :: simulation
+      type(journal_type), intent(inout) :: journal
+      type(model_type), intent(in) :: model
+      character(len=:), allocatable, intent(out) :: notice
+      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable :: reason
+      logical :: unused
+
+      call load_from(checkpoints%newest, checkpoints, simulation, journal, reason)
+      if (.not. allocated(reason)) then
+         notice = 'from '//checkpoints%newest
+         return
+      end if
+      call start(simulation, model, error)
+      if (.not. allocated(error)) call load_from(checkpoints%previous, checkpoints, simulation, &
+         journal, error)
+      if (allocated(error)) then
+         if (is_file(checkpoints%previous)) reason%message = reason%message//'; '//error%message
+         call fail(error, error_file, reason%message)
+         return
+      end if
+      unused = rename_file(checkpoints%previous, checkpoints%newest)
+      notice = 'from '//checkpoints%previous//', because '//reason%message
+   end subroutine load_checkpoint
+
+   subroutine load_from(name, checkpoints, simulation, journal, error)
+      character(len=*), intent(in) :: name
+      type(checkpoints_type), intent(inout) :: checkpoints
+      type(simulation_type), intent(inout) :: simulation
+      type(journal_type), intent(inout) :: journal
+      type(error_type), allocatable, intent(inout) :: error
+
+      call read_checked(name, checkpoints%archive, error)
+      if (allocated(error)) return
+      call read_archive(checkpoints%archive)
+      call carry_identity(checkpoints, error)
+      if (allocated(error)) then
+         error%message = name//' '//error%message
+         return
+      end if
+      call carry_mark(checkpoints%archive, journal)
+      call serialise_simulation(checkpoints%archive, simulation)
+      if (allocated(checkpoints%archive%failure)) then
+         call fail(error, error_file, name//' cannot be understood: '//checkpoints%archive%failure)
+      else
+         call return_to_mark(journal, error)
+      end if
+   end subroutine load_from
+
+   !> Who made the checkpoint; when read, it must be the same input and the same build.
+   subroutine carry_identity(checkpoints, error)
+      type(checkpoints_type), intent(inout) :: checkpoints
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: maker, build
+      integer(long) :: input, motions
+
+      maker = version
+      build = checkpoints%build
+      input = checkpoints%input
+      motions = checkpoints%motions
+      call serialise(checkpoints%archive, maker)
+      call serialise(checkpoints%archive, build)
+      call serialise(checkpoints%archive, input)
+      call serialise(checkpoints%archive, motions)
+      if (maker /= version) then
+         call fail(error, error_file, 'was made by version '//quoted(maker)//', this is '// &
+            quoted(version))
+      else if (build /= checkpoints%build) then
+         call fail(error, error_file, 'was made by another build: '//quoted(build))
+      else if (input /= checkpoints%input) then
+         call fail(error, error_file, 'was made from another input')
+      else if (motions /= checkpoints%motions) then
+         call fail(error, error_file, 'was made with other records')
+      end if
+   end subroutine carry_identity
+
+   !> Compiler and those of its options that say what it made, not where.
+   pure function build_of_program() result(build)
+      character(len=:), allocatable :: build
+      character(len=:), allocatable :: options
+      integer :: gap
+      logical :: place
+
+      build = compiler_version()
+      options = compiler_options()//' '
+      place = .false.
+      do while (len(options) > 0)
+         gap = index(options, ' ')
+         if (.not. place .and. index(options, '-I ') /= 1 .and. index(options, '-J ') /= 1) &
+            build = build//' '//options(:gap - 1)
+         place = index(options, '-I ') == 1 .or. index(options, '-J ') == 1
+         options = options(gap + 1:)
+      end do
+   end function build_of_program
+
+end module dda_checkpoint

@@ -1,0 +1,251 @@
+!> The energy audit of whole runs: nothing is left over, losses are losses, and energies are what
+!> mechanics says.
+module test_energy_budget
+   use dda_kinds, only: wp
+   use dda_energy, only: energy_type, total_energy
+   use dda_errors, only: error_type
+   use dda_simulation, only: simulation_type
+   use dda_time_step, only: advance
+   use models, only: begin, block_text, contact_text, control_text, joint_text, rectangle, &
+      relative_balance, rock, turned
+   use testing, only: case, check, check_close, check_no_error
+   implicit none
+   private
+   public :: energy_budget_suite
+
+   character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
+   character(len=*), parameter :: held = ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = '// &
+      '1.9 y = -0.9 /'//' &fixed_point x = -1.9 y = -0.1 / &fixed_point x = 1.9 y = -0.1 /'
+   !> Rounding, and the way times the force that the open–close iteration may be off by.
+   real(wp), parameter :: rounding = 5.0e-8_wp
+
+contains
+
+   subroutine energy_budget_suite()
+      call free_fall()
+      call bounce()
+      call sliding()
+      call tumbling()
+      call settling_stack()
+      call settling_wall()
+      call shaken_base()
+      call body_force()
+      call load()
+      call breaking_bonds()
+      call dynamic_factor()
+   end subroutine energy_budget_suite
+
+   pure function floor_and(block) result(text)
+      real(wp), intent(in) :: block(:,:)
+      character(len=:), allocatable :: text
+
+      text = block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('b', block)//held
+   end function floor_and
+
+   !> Take steps; the books balance in each, losses never shrink, and if nothing puts energy in the
+   !> total never grows beyond what exact geometry adds.
+   subroutine audit(simulation, steps, alone)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: steps
+      logical, intent(in) :: alone   !< no input of energy
+      type(error_type), allocatable :: error
+      type(energy_type) :: before
+      real(wp) :: worst, growth, loss, scale
+      integer :: i
+
+      worst = 0.0_wp
+      growth = 0.0_wp
+      loss = 0.0_wp
+      scale = tiny(1.0_wp)
+      do i = 1, steps
+         before = simulation%energy
+         call advance(simulation, error)
+         if (allocated(error)) exit
+         associate (after => simulation%energy)
+            worst = max(worst, relative_balance(after))
+            scale = max(scale, after%kinetic, abs(after%gravity), after%contact, after%strain)
+            growth = max(growth, (total_energy(after) - total_energy(before) &
+               - (after%geometric - before%geometric))/scale)
+            loss = max(loss, (before%friction - after%friction)/scale, &
+               (before%algorithmic - after%algorithmic)/scale, &
+               (before%fracture - after%fracture)/scale, &
+               (before%kinetic_damping - after%kinetic_damping)/scale)
+         end associate
+      end do
+      call check_no_error(error, 'all steps close')
+      call check_close(worst, 0.0_wp, 'balance', absolute=rounding)
+      call check(loss <= rounding, 'friction, fracture and the scheme only take energy')
+      if (alone) call check(growth <= rounding, 'the total never grows')
+   end subroutine audit
+
+   subroutine free_fall()
+      type(simulation_type) :: simulation
+
+      call case('free fall')
+      call begin(simulation, control_text(1.0e-3_wp, 1000, gravity)//rock// &
+         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
+         1.0_wp)))
+      call audit(simulation, 1000, .true.)
+      call check_close(simulation%energy%kinetic, 0.5_wp*2500.0_wp*9.81_wp**2, 'kinetic', &
+         relative=1.0e-10_wp)
+      call check_close(simulation%energy%gravity, -0.5_wp*2500.0_wp*9.81_wp**2, 'gravity', &
+         relative=1.0e-10_wp)
+      call check_close(simulation%energy%algorithmic, 0.0_wp, 'the scheme takes nothing', &
+         absolute=1.0e-6_wp)
+   end subroutine free_fall
+
+   subroutine bounce()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: step(3) = [2.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp]
+      integer :: i
+
+      do i = 1, 3
+         call case('bounce')
+         call begin(simulation, control_text(step(i), 1000, gravity)//contact_text(1.0e9_wp, '')// &
+            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+            floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
+         call audit(simulation, nint(0.1_wp/step(i)), .true.)
+         call check(simulation%energy%algorithmic > 0.0_wp, 'the scheme damps')
+      end do
+   end subroutine bounce
+
+   !> A block thrown along the floor: all its kinetic energy becomes friction.
+   subroutine sliding()
+      type(simulation_type) :: simulation
+
+      call case('sliding')
+      call begin(simulation, control_text(1.0e-3_wp, 600, gravity)//contact_text(1.0e9_wp, '')// &
+         joint_text(20.0_wp, 0.0_wp, 0.0_wp)// &
+         " &material name = 'still' density = 2500.0 young_modulus = 5.0e9 poisson_ratio = "// &
+         "0.25 /"//" &material name = 'thrown' density = 2500.0 young_modulus = 5.0e9 "// &
+         "poisson_ratio = 0.25"//' initial_velocity = 1.5 0.0 0.0 /'// &
+         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('b', rectangle(-0.9_wp, 0.0_wp, 0.1_wp, 0.4_wp), "material = 'thrown' ")//held)
+      call audit(simulation, 600, .true.)
+      call check_close(simulation%energy%friction, 0.5_wp*1000.0_wp*1.5_wp**2, 'friction', &
+         relative=1.0e-3_wp)
+      call check(simulation%energy%kinetic < 1.0e-6_wp*simulation%energy%friction, 'at rest')
+   end subroutine sliding
+
+   !> Falls on a corner and tumbles: large rotations under contact.
+   subroutine tumbling()
+      type(simulation_type) :: simulation
+
+      call case('tumbling')
+      call begin(simulation, control_text(2.0e-4_wp, 5000, gravity)//contact_text(1.0e9_wp, '')// &
+         rock//joint_text(35.0_wp, 0.0_wp, 0.0_wp)// &
+         floor_and(turned(rectangle(0.9_wp, 0.9_wp, 1.6_wp, 1.4_wp), 0.9_wp)))
+      call audit(simulation, 5000, .true.)
+      call check(abs(simulation%energy%geometric) < 0.02_wp*abs(simulation%energy%gravity), &
+         'exact geometry adds little')
+   end subroutine tumbling
+
+   subroutine settling_stack()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: step(4) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp]
+      integer :: i
+
+      do i = 1, 4
+         call case('a stack settles')
+         call begin(simulation, control_text(step(i), 300, gravity)//contact_text(1.0e12_wp, '')// &
+            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+            " &layers left = -2.0 bottom = -1.0 width = 4.0 thickness = 1.0"//' count = 16 /'//held)
+         call audit(simulation, 300, .true.)
+      end do
+   end subroutine settling_stack
+
+   subroutine settling_wall()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: step(3) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp]
+      integer :: i
+
+      do i = 1, 3
+         call case('a wall settles')
+         call begin(simulation, control_text(step(i), 200, gravity)//contact_text(1.0e11_wp, '')// &
+            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+            block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+            ' &wall left = -1.5 bottom = 0.0 brick_length = 0.6 brick_height = 0.3 bricks = 5 '// &
+            'courses = 10 /'//held)
+         call audit(simulation, 200, .true.)
+      end do
+   end subroutine settling_wall
+
+   !> Fixed points that follow a sine: their work is the input.
+   subroutine shaken_base()
+      type(simulation_type) :: simulation
+
+      call case('shaken base')
+      call begin(simulation, control_text(1.0e-3_wp, 500, gravity)//contact_text(1.0e9_wp, '')// &
+         rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
+         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('b', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))// &
+         " &fixed_point x = -1.9 y = -0.9 motion_x = 'shake' / &fixed_point x = 1.9 y = -0.9 "// &
+         "motion_x = 'shake' /"//" &fixed_point x = -1.9 y = -0.1 motion_x = 'shake' / "// &
+         "&fixed_point x = 1.9 y = -0.1 motion_x = 'shake' /")
+      call audit(simulation, 500, .false.)
+      call check(abs(simulation%energy%input) > 0.0_wp .and. simulation%energy%friction > 0.0_wp, &
+         'the base works, the block slips')
+   end subroutine shaken_base
+
+   !> 0.4 s of displacement in samples of 0.05 s.
+   pure function shake() result(text)
+      character(len=:), allocatable :: text
+
+      text = " &motion name = 'shake' quantity = 'displacement' time_step = 0.05"// &
+         ' values = 0.0 0.01 0.04 0.03 -0.02 -0.04 -0.01 0.01 0.0 /'
+   end function shake
+
+   !> The same shaking as acceleration of the base, in its frame.
+   subroutine body_force()
+      type(simulation_type) :: simulation
+
+      call case('base acceleration')
+      call begin(simulation, control_text(1.0e-3_wp, 500, gravity//"base_motion_x = 'shake'")// &
+         contact_text(1.0e9_wp, '')//rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
+         floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
+      call audit(simulation, 500, .false.)
+      call check(abs(simulation%energy%input) > 0.0_wp, 'it works')
+   end subroutine body_force
+
+   !> Force times way of a free block.
+   subroutine load()
+      type(simulation_type) :: simulation
+
+      call case('load')
+      call begin(simulation, control_text(1.0e-3_wp, 1000, '')//rock//joint_text(0.0_wp, 0.0_wp, &
+         0.0_wp)//block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
+         ' &load x = 0.0 y = 0.0 time = 0.0 2.0 force_x = 5000.0 5000.0 /')
+      call audit(simulation, 1000, .false.)
+      call check_close(simulation%energy%input, 5000.0_wp*1.0_wp, 'F ½ (F/m) t²', &
+         relative=1.0e-10_wp)
+      call check_close(simulation%energy%kinetic, 5000.0_wp, 'all of it kinetic', &
+         relative=1.0e-10_wp)
+   end subroutine load
+
+   subroutine breaking_bonds()
+      type(simulation_type) :: simulation
+
+      call case('breaking bonds')
+      call begin(simulation, control_text(1.0e-4_wp, 3000, gravity)//contact_text(1.0e9_wp, '')// &
+         rock//joint_text(20.0_wp, 1.0e4_wp, 1.0e4_wp)// &
+         floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))// &
+         ' &load block = ''b'' x = 0.2 y = 1.0 time = 0.0 0.3 force_x = 0.0 4.0e4 force_y = '// &
+         '0.0 6.0e4 /')
+      call audit(simulation, 3000, .false.)
+      call check(simulation%counters%broken == 2, 'both break')
+      call check(simulation%energy%fracture > 0.0_wp, 'and take energy')
+   end subroutine breaking_bonds
+
+   subroutine dynamic_factor()
+      type(simulation_type) :: simulation
+
+      call case('dynamic factor')
+      call begin(simulation, control_text(1.0e-3_wp, 500, gravity//'dynamic_factor = 0.97')// &
+         contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
+      call audit(simulation, 500, .true.)
+      call check(simulation%energy%kinetic_damping > 0.0_wp, 'it takes energy')
+   end subroutine dynamic_factor
+
+end module test_energy_budget

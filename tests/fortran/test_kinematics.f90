@@ -1,0 +1,268 @@
+!> The scheme against its closed forms (docs/method.md): one block on one fixed point at its
+!> centroid is a mass on a spring in x and in y.
+module test_kinematics
+   use dda_kinds, only: wp, pi
+   use dda_blocks, only: blocks_type, update_geometry
+   use dda_kinematics, only: damp_velocity, farthest_move, integrate, kinetic_energy
+   use dda_outlines, only: add_outline, outlines_type
+   use dda_simulation, only: simulation_type
+   use models, only: begin, block_text, blocks_of, contact_text, control_text, fan, joint_text, &
+      number, random_vector, rectangle, run, sow, star
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: kinematics_suite
+
+   real(wp), parameter :: mass = 1000.0_wp, stiffness = 4.0e5_wp   !< ω = 20 /s
+   real(wp), parameter :: omega = 20.0_wp
+
+contains
+
+   subroutine kinematics_suite()
+      real(wp), parameter :: resolution(6) = [0.01_wp, 0.1_wp, 0.5_wp, 1.0_wp, 2.0_wp, 3.5_wp]
+      integer :: i
+
+      do i = 1, size(resolution)
+         call free_vibration(resolution(i))
+      end do
+      call overdamped()
+      call harmonic(0.05_wp, 10.0_wp)
+      call harmonic(0.01_wp, 20.0_wp)
+      call harmonic(0.02_wp, 35.0_wp)
+      call dynamic_factor()
+      call accepted_step()
+      call moves()
+      call kinetic()
+   end subroutine kinematics_suite
+
+   subroutine begin_oscillator(simulation, step, steps, more, motion)
+      type(simulation_type), intent(out) :: simulation
+      real(wp), intent(in) :: step
+      integer, intent(in) :: steps
+      character(len=*), intent(in) :: more, motion
+
+      call begin(simulation, control_text(step, steps, '')//contact_text(stiffness, &
+         'fixed_point_ratio = 1.0')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
+         ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2'// &
+         ' initial_velocity = '//more//' 0.0 0.0 /'//motion// &
+         block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
+         " &fixed_point x = 0.0 y = 0.0 "//merge("motion_x = 'm'", '              ', &
+         motion /= '')//' /')
+   end subroutine begin_oscillator
+
+   !> From four samples of the motion, the recursion x₂ = trace x₁ − det x₀ and with it |λ|, phase
+   !> and damping.
+   subroutine free_vibration(resolution)
+      real(wp), intent(in) :: resolution   !< Ω = ωΔt
+      type(simulation_type) :: simulation
+      real(wp) :: x(0:3), det, trace, determinant, radius, phase, damping
+      integer :: i
+
+      call case('free vibration at Ω = '//number(resolution))
+      call begin_oscillator(simulation, resolution/omega, 100, '1.0', '')
+      call run(simulation, 1)
+      do i = 0, 3
+         x(i) = simulation%blocks%position(1, 1)
+         call run(simulation, 1)
+      end do
+      determinant = x(1)**2 - x(0)*x(2)
+      trace = (x(2)*x(1) - x(3)*x(0))/determinant
+      det = (x(2)**2 - x(3)*x(1))/determinant
+      call check_close(det, 2.0_wp/(2.0_wp + resolution**2), 'det', relative=1.0e-8_wp)
+      call check_close(trace, (4.0_wp - resolution**2)/(2.0_wp + resolution**2), 'trace', &
+         absolute=1.0e-8_wp)
+      radius = sqrt(det)
+      phase = acos(0.5_wp*trace/radius)
+      call check_close(radius, (1.0_wp + 0.5_wp*resolution**2)**(-0.5_wp), '|λ|', &
+         relative=1.0e-8_wp)
+      call check(resolution < 4.0_wp .and. phase > 0.0_wp, 'it oscillates')
+      damping = -log(radius)/hypot(phase, log(radius))
+      if (resolution <= 0.1_wp) call check_close(damping, 0.25_wp*resolution, 'ζ = Ω/4', &
+         relative=1.0e-2_wp)
+      if (resolution <= 0.1_wp) call check_close(phase, resolution, 'phase', relative=1.0e-2_wp)
+   end subroutine free_vibration
+
+   !> Beyond Ω = 4 it creeps home without overshoot after the second step.
+   subroutine overdamped()
+      type(simulation_type) :: simulation
+      real(wp) :: last, now, det, trace, slow
+      integer :: i
+
+      call case('Ω = 10')
+      call begin_oscillator(simulation, 10.0_wp/omega, 100, '1.0', '')
+      call run(simulation, 30)
+      last = simulation%blocks%position(1, 1)
+      det = 2.0_wp/102.0_wp
+      trace = -96.0_wp/102.0_wp
+      slow = 0.5_wp*trace - sqrt(0.25_wp*trace**2 - det)
+      do i = 1, 5
+         call run(simulation, 1)
+         now = simulation%blocks%position(1, 1)
+         call check_close(now/last, slow, 'the real eigenvalue of larger size', relative=1.0e-7_wp)
+         last = now
+      end do
+   end subroutine overdamped
+
+   !> Steady state: a complex modulus with 2ζ = tan(ωΔt/2), −ω² replaced by the scheme's.
+   subroutine harmonic(step, frequency)
+      real(wp), intent(in) :: step, frequency   !< s, /s
+      type(simulation_type) :: simulation
+      complex(wp) :: response, expected, discrete
+      real(wp) :: drive, way, along, time, period
+      character(len=:), allocatable :: values
+      integer :: i, n, last
+
+      call case('harmonic drive of '//number(frequency)//' /s')
+      n = 1500
+      ! A whole number of samples in a period, so that the sum over periods is exact.
+      period = real(nint(2.0_wp*pi/(frequency*step)), wp)
+      drive = 2.0_wp*pi/(period*step)
+      values = ''
+      do i = 0, n
+         values = values//number(1.0e-3_wp*sin(drive*step*real(i, wp)))//' '
+      end do
+      call begin_oscillator(simulation, step, n, '0.0', &
+         " &motion name = 'm' quantity = 'displacement' time_step = "//number(step)// &
+         ' values = '//values//' /')
+      last = n - nint(period)*(200/nint(period) + 1)
+      response = 0.0_wp
+      way = 0.0_wp
+      do i = 1, n - 1
+         call run(simulation, 1)
+         time = real(i, wp)*step
+         if (i < last .or. i >= last + nint(period)) cycle
+         way = simulation%blocks%position(1, 1)
+         response = response + way*cmplx(sin(drive*time), cos(drive*time), wp)
+      end do
+      response = response*2.0_wp/(period*1.0e-3_wp)
+      ! x(t) = Im(H exp(iωt)) ⇒ the sum above is conj(H) turned: real part with sin, imaginary with
+      ! cos.
+      along = tan(0.5_wp*drive*step)
+      discrete = -4.0_wp/step**2*sin(0.5_wp*drive*step)**2*cmplx(1.0_wp, -along, wp)
+      expected = stiffness/(stiffness + mass*discrete)
+      call check_close([real(response), aimag(response)], [real(expected), aimag(expected)], &
+         'transfer function', relative=1.0e-5_wp)
+   end subroutine harmonic
+
+   !> Without force, velocity is f times that of the step before.
+   subroutine dynamic_factor()
+      type(simulation_type) :: simulation
+
+      call case('dynamic factor')
+      call begin(simulation, control_text(1.0e-2_wp, 100, 'dynamic_factor = 0.99')// &
+         joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
+         ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 '// &
+         'initial_velocity = 2.0 1.0 0.5 /'//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
+         1.0_wp)))
+      call run(simulation, 100)
+      call check_close(simulation%blocks%velocity(1:3, 1), 0.99_wp**100*[2.0_wp, 1.0_wp, 0.5_wp], &
+         'fⁿ v', relative=1.0e-12_wp)
+      call begin(simulation, control_text(1.0e-2_wp, 100, &
+         'dynamic_factor = 0.0 gravity = 0.0 -10.0')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
+         ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 /'// &
+         block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp)))
+      call run(simulation, 100)
+      call check_close(simulation%blocks%position(2, 1), -100*0.5_wp*10.0_wp*1.0e-4_wp, &
+         'static: ½ g Δt² a step', relative=1.0e-12_wp)
+   end subroutine dynamic_factor
+
+   subroutine make_blocks(blocks, n)
+      type(blocks_type), intent(out) :: blocks
+      integer, intent(in) :: n
+      type(outlines_type) :: outlines
+      integer :: i
+
+      do i = 1, n
+         call add_outline(outlines, star(7, 0.5_wp, 1.5_wp), 1, 1, 1, '')
+      end do
+      call blocks_of(outlines, blocks)
+   end subroutine make_blocks
+
+   !> v₁ = 2d/Δt − v₀, a = (v₁ − v₀)/Δt, and the loss of a dynamic factor.
+   subroutine accepted_step()
+      type(blocks_type) :: blocks
+      real(wp) :: d(6, 3), v(6, 3), q(6, 3), loss, before
+      real(wp), parameter :: step = 0.03_wp
+
+      call case('an accepted step')
+      call sow(41)
+      call make_blocks(blocks, 3)
+      d = 0.01_wp*reshape(random_vector(18), [6, 3])
+      v = reshape(random_vector(18), [6, 3])
+      q = blocks%position
+      blocks%velocity = v
+      call integrate(blocks, d, step)
+      call check_close(blocks%position, q + d, 'coordinates', relative=1.0e-15_wp)
+      call check_close(blocks%velocity, 2.0_wp*d/step - v, 'rates', relative=1.0e-14_wp)
+      call check_close(blocks%position, q + 0.5_wp*step*(v + blocks%velocity), &
+         'd = Δt (v₀ + v₁)/2', relative=1.0e-14_wp)
+      call check_close(blocks%acceleration, 2.0_wp*(d - v*step)/step**2, 'accelerations', &
+         relative=1.0e-13_wp)
+      before = kinetic_energy(blocks)
+      call damp_velocity(blocks, 1.0_wp, loss)
+      call check_close(loss, 0.0_wp, 'a factor of 1 takes nothing')
+      call damp_velocity(blocks, 0.6_wp, loss)
+      call check_close([loss, kinetic_energy(blocks)], [0.64_wp, 0.36_wp]*before, &
+         'one of 0.6 takes 1 − 0.36', relative=1.0e-14_wp)
+   end subroutine accepted_step
+
+   !> The bound holds for every vertex, and is met by a translation.
+   subroutine moves()
+      type(blocks_type) :: blocks
+      real(wp) :: d(6, 4), before(2, 28), bound
+      integer :: i, wrong
+
+      call case('farthest move')
+      call make_blocks(blocks, 4)
+      wrong = 0
+      do i = 1, 200
+         blocks%position(3:6, :) = reshape(random_vector(16), [4, 4])*0.1_wp
+         blocks%position(3, :) = 50.0_wp*blocks%position(3, :)
+         blocks%position(4:6, :) = 1.0e-3_wp*blocks%position(4:6, :)
+         call update_geometry(blocks)
+         before = blocks%vertex
+         d = 10.0_wp**(-modulo(i, 6))*reshape(random_vector(24), [6, 4])
+         d(4:6, :) = 0.01_wp*d(4:6, :)
+         bound = farthest_move(blocks, d)
+         call integrate(blocks, d, 1.0_wp)
+         if (maxval(norm2(blocks%vertex - before, 1)) > bound*(1.0_wp + 1.0e-3_wp)) &
+            wrong = wrong + 1
+      end do
+      call check(wrong == 0, 'no vertex moves farther')
+      d = 0.0_wp
+      d(1:2, 3) = [0.3_wp, -0.4_wp]
+      call check_close(farthest_move(blocks, d), 0.5_wp, 'a translation', relative=1.0e-15_wp)
+   end subroutine moves
+
+   !> ½ ρ ∫ |ẋ|² by quadrature.
+   subroutine kinetic()
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      real(wp), allocatable :: points(:,:), weights(:)
+      real(wp) :: vertices(2, 7), sum, velocity(2), v(6)
+      integer :: i, k
+
+      call case('kinetic energy')
+      do i = 1, 20
+         vertices = star(7, 0.5_wp, 1.5_wp)
+         outlines%n = 0
+         outlines%n_vertices = 0
+         call add_outline(outlines, vertices, 1, 1, 1, '')
+         call blocks_of(outlines, blocks)
+         v = random_vector(6)
+         blocks%velocity(:, 1) = v
+         call fan(vertices, [0.0_wp, 0.0_wp], points, weights)
+         sum = 0.0_wp
+         do k = 1, size(weights)
+            associate (x => points(1, k) - blocks%position(1, 1), y => points(2, k) &
+               - blocks%position(2, 1))
+               velocity = [v(1) - y*v(3) + x*v(4) + 0.5_wp*y*v(6), v(2) + x*v(3) + y*v(5) &
+                  + 0.5_wp*x*v(6)]
+            end associate
+            sum = sum + 0.5_wp*2500.0_wp*weights(k)*dot_product(velocity, velocity)
+         end do
+         call check_close(kinetic_energy(blocks), sum, '½ ρ ∫ v²', relative=1.0e-12_wp)
+      end do
+   end subroutine kinetic
+
+end module test_kinematics

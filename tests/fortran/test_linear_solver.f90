@@ -1,0 +1,242 @@
+!> The solvers behind one interface: every method against the direct one, hand-over where one
+!> cannot, and words where none can.
+module test_linear_solver
+   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
+   use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
+   use dda_errors, only: error_solver, error_type
+   use dda_rank_one, only: rank_one_type
+   use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
+   use models, only: random_vector, sow
+   use testing, only: case, check, check_fails, check_no_error
+   implicit none
+   private
+   public :: linear_solver_suite
+
+contains
+
+   subroutine linear_solver_suite()
+      integer :: i
+
+      call unknown_name()
+      do i = 1, size(solver_names)
+         call case('solver '//trim(solver_names(i)))
+         call solves(trim(solver_names(i)), 80, 1.0_wp)
+         call solves(trim(solver_names(i)), 7, 1.0_wp)
+      end do
+      call beyond_single_precision()
+      call old_factor()
+      call slow_jacobi()
+      do i = 1, size(solver_names)
+         call no_numbers(trim(solver_names(i)))
+         call no_pivot(trim(solver_names(i)))
+      end do
+   end subroutine linear_solver_suite
+
+   subroutine unknown_name()
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+
+      call case('an unknown solver')
+      call choose_solver(solver, 'magic', error)
+      call check_fails(error, "'magic'")
+   end subroutine unknown_name
+
+   !> A chain of blocks joined by stiff springs; `least` is the stiffness that holds each alone.
+   subroutine chain(n, least, matrix)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: least
+      type(block_matrix_type), intent(out) :: matrix
+      integer :: pairs(2, n - 1), i, k
+
+      do i = 1, n - 1
+         pairs(:, i) = [i, i + 1]
+      end do
+      call set_pattern(matrix, n, pairs)
+      call sow(n)
+      do i = 1, n
+         do k = 1, 6
+            matrix%diagonal(k, k, i) = least
+         end do
+      end do
+      do i = 1, n - 1
+         call add_spring(matrix, i, random_vector(6))
+         call add_spring(matrix, i, random_vector(6))
+      end do
+   end subroutine chain
+
+   !> k a aᵀ for the elongation a·(d_i − d_(i+1)).
+   subroutine add_spring(matrix, i, a)
+      type(block_matrix_type), intent(inout) :: matrix
+      integer, intent(in) :: i
+      real(wp), intent(in) :: a(6)
+      real(wp), parameter :: k = 10.0_wp
+      real(wp) :: outer(6, 6)
+      integer :: e
+
+      e = entry_of(matrix, i + 1, i)
+      outer = k*spread(a, 2, 6)*spread(a, 1, 6)
+      matrix%diagonal(:, :, i) = matrix%diagonal(:, :, i) + outer
+      matrix%diagonal(:, :, i + 1) = matrix%diagonal(:, :, i + 1) + outer
+      matrix%lower(:, :, e) = matrix%lower(:, :, e) - outer
+   end subroutine add_spring
+
+   subroutine prepare(solver, name, matrix, error)
+      type(solver_type), intent(out) :: solver
+      character(len=*), intent(in) :: name
+      type(block_matrix_type), intent(in) :: matrix
+      type(error_type), allocatable, intent(out) :: error
+
+      call choose_solver(solver, name, error)
+      call check_no_error(error, name)
+      call analyse(solver, matrix)
+      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+   end subroutine prepare
+
+   subroutine solves(name, n, least)
+      character(len=*), intent(in) :: name
+      integer, intent(in) :: n
+      real(wp), intent(in) :: least
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: x(6, n), b(6, n), image(6, n)
+
+      call chain(n, least, matrix)
+      b = reshape(random_vector(6*n), [6, n])
+      x = 0.0_wp
+      call prepare(solver, name, matrix, error)
+      call check_no_error(error, name)
+      call solve(solver, matrix, b, x, error)
+      call check_no_error(error, name)
+      call multiply(matrix, x, image)
+      call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), name//': the residual')
+   end subroutine solves
+
+   !> Numbers that single precision cannot hold: the stale factor hands over to the direct solver.
+   subroutine beyond_single_precision()
+      integer, parameter :: n = 70
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: x(6, n), b(6, n), image(6, n)
+      logical :: halting(size(ieee_all))
+
+      call case('beyond single precision')
+      call ieee_get_halting_mode(ieee_all, halting)
+      call ieee_set_halting_mode(ieee_all, .false.)
+      call chain(n, 1.0_wp, matrix)
+      matrix%diagonal = 1.0e60_wp*matrix%diagonal
+      matrix%lower = 1.0e60_wp*matrix%lower
+      b = 1.0_wp
+      x = 0.0_wp
+      call prepare(solver, 'stale', matrix, error)
+      call check_no_error(error, 'stale')
+      call solve(solver, matrix, b, x, error)
+      call check_no_error(error, 'stale')
+      call multiply(matrix, x, image)
+      call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), 'the residual')
+      call check(solver%handed_over == 1 .and. solver%method == 'direct', 'handed over')
+      call ieee_set_halting_mode(ieee_all, halting)
+   end subroutine beyond_single_precision
+
+   !> A factor so old that the iterations with it fail is made anew.
+   subroutine old_factor()
+      integer, parameter :: n = 70
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: x(6, n), b(6, n)
+
+      call case('a factor that is too old')
+      call chain(n, 1.0_wp, matrix)
+      b = reshape(random_vector(6*n), [6, n])
+      x = 0.0_wp
+      call prepare(solver, 'stale', matrix, error)
+      matrix%diagonal(:, :, ::2) = 1.0e7_wp*matrix%diagonal(:, :, ::2)
+      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+      call solve(solver, matrix, b, x, error)
+      call check_no_error(error, 'stale')
+      call check(solver%method == 'stale' .and. solver%factors == 2, 'a second factor')
+   end subroutine old_factor
+
+   !> Where the diagonal blocks come to need many iterations, `auto` takes a factor instead.
+   subroutine slow_jacobi()
+      integer, parameter :: n = 80
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: x(6, n), b(6, n), image(6, n)
+
+      call case('slow iterations with the diagonal blocks')
+      call chain(n, 1.0e4_wp, matrix)
+      call prepare(solver, 'auto', matrix, error)
+      call check(solver%method == 'jacobi', 'a good matrix')
+      call chain(n, 1.0e-3_wp, matrix)
+      b = reshape(random_vector(6*n), [6, n])
+      x = 0.0_wp
+      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+      call check(solver%method == 'jacobi', 'not yet known')
+      call solve(solver, matrix, b, x, error)
+      call check_no_error(error, 'jacobi')
+      call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
+      call check(solver%method == 'stale', 'a matrix that was slow')
+      x = 0.0_wp
+      call solve(solver, matrix, b, x, error)
+      call check_no_error(error, 'stale')
+      call multiply(matrix, x, image)
+      call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), 'the residual')
+   end subroutine slow_jacobi
+
+   !> A NaN on the right must not come back as a solution.
+   subroutine no_numbers(name)
+      character(len=*), intent(in) :: name
+      integer, parameter :: n = 70
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: x(6, n), b(6, n)
+      logical :: halting(size(ieee_all))
+
+      call case('no number on the right, '//name)
+      call ieee_get_halting_mode(ieee_all, halting)
+      call ieee_set_halting_mode(ieee_all, .false.)
+      call chain(n, 1.0_wp, matrix)
+      b = 1.0_wp
+      b(3, 5) = ieee_value(1.0_wp, ieee_quiet_nan)
+      x = 0.0_wp
+      call prepare(solver, name, matrix, error)
+      call solve(solver, matrix, b, x, error)
+      call check_fails(error, 'cannot be solved')
+      if (allocated(error)) call check(error%kind == error_solver, 'its kind')
+      call ieee_set_halting_mode(ieee_all, halting)
+   end subroutine no_numbers
+
+   !> A matrix that is not definite is refused; conjugate gradients may be lucky, and must then be
+   !> right.
+   subroutine no_pivot(name)
+      character(len=*), intent(in) :: name
+      integer, parameter :: n = 70
+      type(block_matrix_type) :: matrix
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: x(6, n), b(6, n), image(6, n)
+
+      call case('no positive pivot, '//name)
+      call chain(n, 1.0_wp, matrix)
+      matrix%diagonal(:, :, 40) = -matrix%diagonal(:, :, 40)
+      b = 1.0_wp
+      x = 0.0_wp
+      call prepare(solver, name, matrix, error)
+      if (.not. allocated(error)) call solve(solver, matrix, b, x, error)
+      if (allocated(error)) then
+         call check_fails(error, 'positive')
+         call check(error%kind == error_solver, 'its kind')
+      else
+         call multiply(matrix, x, image)
+         call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), 'a right solution')
+      end if
+   end subroutine no_pivot
+
+end module test_linear_solver
