@@ -6,7 +6,8 @@ module dda_block_matrix
    use dda_kinds, only: wp
    implicit none
    private
-   public :: block_matrix_type, set_pattern, clear, entry_of, multiply, multiply_block
+   public :: block_matrix_type, set_pattern, clear, entry_of, multiply, multiply_row, &
+      multiply_block
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type

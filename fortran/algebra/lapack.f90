@@ -3,7 +3,7 @@ module dda_lapack
    use dda_kinds, only: wp
    implicit none
    private
-   public :: dpbtrf, dpbtrs
+   public :: dpbtrf, dpbtrs, zsysv
 
    interface
       !> Cholesky factor of a symmetric positive definite band matrix.
@@ -24,6 +24,15 @@ module dda_lapack
          real(wp), intent(inout) :: b(ldb, *)
          integer, intent(out) :: info
       end subroutine dpbtrs
+
+      !> Solve a complex symmetric system (Bunch–Kaufman).
+      subroutine zsysv(uplo, n, nrhs, a, lda, ipiv, b, ldb, work, lwork, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb, lwork
+         complex(wp), intent(inout) :: a(lda, *), b(ldb, *), work(*)
+         integer, intent(out) :: ipiv(*), info
+      end subroutine zsysv
    end interface
 
 end module dda_lapack

@@ -3,7 +3,8 @@ program sitedda_native
    use, intrinsic :: iso_fortran_env, only: error_unit
    use dda_kinds, only: long
    use dda_arguments, only: arguments_type, read_arguments, resume_command, usage
-   use dda_check_report, only: report_type, check_simulation, report_text, verdict_fail
+   use dda_check_report, only: report_type, report_text, verdict_fail
+   use dda_check_simulation, only: check_simulation
    use dda_errors, only: error_type, error_check, error_interrupted, fail
    use dda_input, only: read_model_file
    use dda_model, only: model_type

@@ -4,13 +4,12 @@ module dda_advice
    use dda_kinds, only: wp, pi
    use dda_eigen, only: eigenpairs_type
    use dda_errors, only: error_type, error_input, error_solver, fail
-   use dda_linear_model, only: linear_model_type, set_constants
+   use dda_linear_model, only: linear_model_type, set_penalty
    use dda_modes, only: find_elastic
-   use dda_scheme, only: step_for_damping, forced_damping
    use dda_text, only: to_text
    implicit none
    private
-   public :: penalty_type, time_step_for, damping_at
+   public :: penalty_type
    public :: first_frequency, stiff_limit, penalty_for_frequency, penalty_for_shift
 
    !> A normal stiffness and what it gives.
@@ -29,22 +28,6 @@ module dda_advice
 
 contains
 
-   !> Δt, s, for a damping ratio at a frequency: 2 atan(2ζ)/ω.
-   elemental real(wp) function time_step_for(ratio, frequency)
-      real(wp), intent(in) :: ratio      !< ζ
-      real(wp), intent(in) :: frequency  !< Hz
-
-      time_step_for = step_for_damping(ratio, 2.0_wp*pi*frequency)
-   end function time_step_for
-
-   !> Damping ratio of the scheme in steady motion at a frequency: tan(ωΔt/2)/2.
-   elemental real(wp) function damping_at(frequency, time_step)
-      real(wp), intent(in) :: frequency  !< Hz
-      real(wp), intent(in) :: time_step  !< s
-
-      damping_at = forced_damping(2.0_wp*pi*frequency, time_step)
-   end function damping_at
-
    !> First frequency with stiffness, Hz, at a penalty; all springs and fixed points scale with it.
    subroutine first_frequency(linear, normal_stiffness, frequency, error)
       type(linear_model_type), intent(inout) :: linear
@@ -55,12 +38,12 @@ contains
       integer :: rigid, mechanisms
 
       frequency = 0.0_wp
-      call set_constants(linear, normal_stiffness)
+      call set_penalty(linear, normal_stiffness)
       call find_elastic(linear, 1, pairs, rigid, mechanisms, error)
       if (allocated(error)) return
       if (pairs%n == 0) then
          call fail(error, error_input, 'the model has no mode with stiffness')
-      else if (linear%springs%n == 0) then
+      else if (linear%terms%n == 0) then
          call fail(error, error_input, 'no contact is closed and nothing is fixed: the penalty '// &
             'has no effect')
       else
@@ -141,7 +124,7 @@ contains
             ' Hz; the blocks themselves are too soft or too heavy'
          return
       end if
-      call find_root(work, linear%constants(1), penalty, error)
+      call find_root(work, linear%normal_stiffness, penalty, error)
       if (allocated(error)) return
       if (penalty%found) then
          penalty%words = 'normal_stiffness = '//to_text(penalty%normal_stiffness)// &

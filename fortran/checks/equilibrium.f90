@@ -5,7 +5,9 @@
 !> out.
 module dda_equilibrium
    use dda_kinds, only: wp, long
+   use dda_elements, only: set_elements
    use dda_errors, only: error_type
+   use dda_scheme, only: scheme_type
    use dda_contact, only: contacts_type
    use dda_model, only: half_size
    use dda_kinematics, only: farthest_move
@@ -15,9 +17,9 @@ module dda_equilibrium
    use dda_text, only: to_text
    implicit none
    private
-   public :: equilibrium_type, settle
+   public :: equilibrium_type, equilibrate
 
-   !> How the settling went.
+   !> How the equilibrium went.
    type :: equilibrium_type
       integer :: steps = 0
       logical :: steady = .false.        !< contact states stay and nothing moves any more
@@ -27,7 +29,7 @@ module dda_equilibrium
 
    integer, parameter :: most_steps = 100
    integer(long), parameter :: most_iterations = 5000  !< open–close iterations in all
-   !> of half the model size, a move that no settling makes
+   !> of half the model size, a move that no equilibrium makes
    real(wp), parameter :: fall = 1.0_wp
    integer, parameter :: quiet_steps = 2               !< in a row, to be steady
    !> of the contact distance, free fall in the first step
@@ -42,10 +44,10 @@ module dda_equilibrium
 contains
 
    !> Settle a copy.  One that cannot come to rest is not an error: the words say it.
-   subroutine settle(settled, simulation, settling)
+   subroutine equilibrate(settled, simulation, equilibrium)
       type(simulation_type), intent(out) :: settled
       type(simulation_type), intent(in) :: simulation
-      type(equilibrium_type), intent(out) :: settling
+      type(equilibrium_type), intent(out) :: equilibrium
       type(error_type), allocatable :: error
       real(wp) :: first_step, quiet_move
       integer :: still
@@ -56,22 +58,23 @@ contains
       call leave_only_gravity(settled, first_step)
       quiet_move = quiet*half_size(settled%blocks)
       still = 0
-      do while (settling%steps < most_steps .and. still < quiet_steps)
+      do while (equilibrium%steps < most_steps .and. still < quiet_steps)
          still_long = settled%time_step >= long_step*first_step
          call try_step(settled, first_step, same, error)
          if (allocated(error) .or. settled%counters%iterations > most_iterations) exit
-         settling%steps = settling%steps + 1
-         settling%last_move = farthest_move(settled%blocks, settled%system%d)
-         if (settling%last_move > fall*half_size(simulation%blocks)) exit
-         still = merge(still + 1, 0, same .and. still_long .and. settling%last_move <= quiet_move)
+         equilibrium%steps = equilibrium%steps + 1
+         equilibrium%last_move = farthest_move(settled%blocks, settled%system%d)
+         if (equilibrium%last_move > fall*half_size(simulation%blocks)) exit
+         still = merge(still + 1, 0, same .and. still_long .and. equilibrium%last_move &
+            <= quiet_move)
       end do
-      settling%steady = still >= quiet_steps
-      settling%words = 'settled under gravity in '//to_text(settling%steps)//' static steps'
-      if (settling%steady) return
-      settling%words = 'not at rest under gravity after '//to_text(settling%steps)// &
-         ' static steps: the last one moves a vertex by '//to_text(settling%last_move)//' m'
-      if (allocated(error)) settling%words = settling%words//'; then '//error%message
-   end subroutine settle
+      equilibrium%steady = still >= quiet_steps
+      equilibrium%words = 'settled under gravity in '//to_text(equilibrium%steps)//' static steps'
+      if (equilibrium%steady) return
+      equilibrium%words = 'not at rest under gravity after '//to_text(equilibrium%steps)// &
+         ' static steps: the last one moves a vertex by '//to_text(equilibrium%last_move)//' m'
+      if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
+   end subroutine equilibrate
 
    !> No motions, no loads, no velocities; a first Δt in which nothing can fall far.
    subroutine leave_only_gravity(settled, first_step)
@@ -95,6 +98,9 @@ contains
       first_step = settled%model%control%time_step
       if (gravity > 0.0_wp) first_step = sqrt(2.0_wp*first_fall*settled%detection%least/gravity)
       settled%time_step = first_step
+      settled%scheme = scheme_type()  ! others overshoot in static steps
+      settled%laws%theta = settled%scheme%theta
+      call set_elements(settled%elements, settled%model)
    end subroutine leave_only_gravity
 
    !> One static step, with a smaller Δt if it fails (which leaves the blocks in place) and a larger

@@ -5,9 +5,9 @@ module dda_modes
    use dda_deflation, only: null_space_type
    use dda_eigen, only: eigenpairs_type, lowest_eigenvalues
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_type, energy_of
+   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of
    use dda_rigid_modes, only: find_rigid_modes
-   use dda_scheme, only: free_damping, period_elongation
+   use dda_scheme_response, only: free_damping, period_elongation
    use dda_text, only: to_text
    implicit none
    private
@@ -39,26 +39,22 @@ module dda_modes
 contains
 
    !> The `count` lowest modes that have stiffness; fewer if there are fewer.
-   subroutine find_modes(linear, count, modes, error, time_step)
+   subroutine find_modes(linear, count, modes, error)
       type(linear_model_type), intent(in) :: linear
       integer, intent(in) :: count
       type(modes_type), intent(out) :: modes
       type(error_type), allocatable, intent(out) :: error
-      real(wp), intent(in), optional :: time_step  !< s; default: that of the run
       type(eigenpairs_type) :: pairs
-      real(wp) :: step
       integer :: i
 
       call find_elastic(linear, count, pairs, modes%rigid, modes%mechanisms, error)
       if (allocated(error)) return
-      step = linear%time_step
-      if (present(time_step)) step = time_step
       modes%n = pairs%n
       modes%omega = sqrt(pairs%value)
       modes%frequency = modes%omega/(2.0_wp*pi)
       modes%residual = pairs%residual
-      modes%damping = free_damping(modes%omega, step)
-      modes%elongation = period_elongation(modes%omega, step)
+      modes%damping = free_damping(linear%scheme, modes%omega, linear%time_step)
+      modes%elongation = period_elongation(linear%scheme, modes%omega, linear%time_step)
       call move_alloc(pairs%vector, modes%shape)
       modes%total_mass = sum(linear%block_mass)
       allocate (modes%participation(2, modes%n))
@@ -69,7 +65,7 @@ contains
       call put_in_words(linear, count, modes)
    end subroutine find_modes
 
-   !> Γ = φᵀMr for r = a unit translation of all blocks, which is how rigid supports serialise the
+   !> Γ = φᵀMr for r = a unit translation of all blocks, which is how rigid supports carry the
    !> model.
    pure function participation_of(linear, shape) result(participation)
       type(linear_model_type), intent(in) :: linear
@@ -117,7 +113,7 @@ contains
       type(linear_model_type), intent(in) :: linear
       type(eigenpairs_type), intent(inout) :: pairs
       integer, intent(out) :: mechanisms  !< how many have none
-      type(energy_type) :: energy
+      type(energy_share_type) :: energy
       real(wp) :: limit
       integer :: i
 
@@ -185,7 +181,8 @@ contains
       if (linear%closed == 0) modes%words = 'no contact is closed: each block stands alone'
       if (linear%sliding > 0) modes%words = modes%words//', '//to_text(linear%sliding)// &
          ' of them slide'
-      if (allocated(linear%settling%words)) modes%words = modes%words//'; '//linear%settling%words
+      if (allocated(linear%equilibrium%words)) modes%words = modes%words//'; '// &
+         linear%equilibrium%words
       if (modes%rigid > 0) modes%words = modes%words// &
          '; the stiffness is singular: loose parts move freely as '//'rigid bodies in '// &
          to_text(modes%rigid)//' ways'

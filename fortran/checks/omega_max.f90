@@ -1,17 +1,16 @@
 !> The highest frequency of a model: what Δt < 4/ω_max (paper eq. 13) asks for.
 !>
 !> ω_max by ARPACK is a Ritz value, at most the true one.  The bracket needs no iteration: with K_ii
-!> the 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each contact spring,
+!> the 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each spring between blocks,
 !>
-!>     max λ(M⁻¹ K_ii) ≤ ω_max² ≤ max λ(M⁻¹ (2 K_ii^contact + K_ii^elastic + K_ii^fixed)) over i .
+!>     max λ(M⁻¹ K_ii) ≤ ω_max² ≤ max λ(M⁻¹ (2 K_ii^coupling + K_ii^elastic + K_ii^ground)) over i .
 module dda_omega_max
    use dda_kinds, only: wp, long
    use dda_dense_eigen, only: block_eigen, is_above
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type, error_solver, fail
-   use dda_linear_model, only: linear_model_type, energy_type, energy_of, energy_kinds, &
-      kind_names, block_label, spring_label, strain_energy
-   use dda_springs, only: spring_fixed
+   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, energy_kinds, &
+      kind_names, stiffness_weights, block_label, term_label, strain_energy
    use dda_text, only: to_text
    implicit none
    private
@@ -35,7 +34,7 @@ module dda_omega_max
       real(wp) :: residual = 0.0_wp      !< reached, ‖Kx − ω²Mx‖/ω² in the mass norm
       integer(long) :: products = 0      !< of K with a vector
       type(bracket_type) :: bracket
-      type(energy_type) :: energy        !< of its mode
+      type(energy_share_type) :: energy        !< of its mode
       integer :: kind = 0                !< what governs: the kind that holds most of that energy
       integer :: spring = 0              !< spring of that kind that holds the most, else 0
       !> blocks of that spring, or the block whose strain holds the most
@@ -91,7 +90,7 @@ contains
       bracket%upper = tie*bracket%upper
    end subroutine find_bracket
 
-   !> 2 K_ii^contact + K_ii^elastic + K_ii^fixed
+   !> 2 K_ii^coupling + K_ii^elastic + K_ii^ground
    subroutine upper_blocks(linear, upper)
       type(linear_model_type), intent(in) :: linear
       real(wp), allocatable, intent(out) :: upper(:,:,:)  !< [6,6,n]
@@ -101,16 +100,15 @@ contains
       do b = 1, linear%n
          upper(4:6, 4:6, b) = upper(4:6, 4:6, b) - linear%elastic(:, :, b)
       end do
-      associate (springs => linear%springs)
-         do i = 1, springs%n
-            if (springs%kind(i) /= spring_fixed) cycle
-            b = springs%block_a(i)
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            if (term%block_b > 0) cycle
             do j = 1, 6
-               upper(:, j, b) = upper(:, j, b) - linear%constants(spring_fixed)*springs%row_a(j, &
-                  i)*springs%row_a(:, i)
+               upper(:, j, term%block_a) = upper(:, j, term%block_a) &
+                  - stiffness_weights(term%instant)*term%coefficient*term%row_a(j)*term%row_a
             end do
-         end do
-      end associate
+         end associate
+      end do
    end subroutine upper_blocks
 
    !> √ of the largest eigenvalue of all k x = λ m x; of equal ones the first.
@@ -150,8 +148,8 @@ contains
          result%governs = 'a strain mode of '//block_label(linear, result%block(1))
       else
          result%spring = holder
-         result%block = [linear%springs%block_a(holder), linear%springs%block_b(holder)]
-         result%governs = spring_label(linear, holder)
+         result%block = [linear%terms%term(holder)%block_a, linear%terms%term(holder)%block_b]
+         result%governs = term_label(linear, holder)
       end if
    end subroutine name_governing
 

@@ -1,14 +1,13 @@
 !> Motions without any stiffness that can be written down: loose parts of a model as rigid bodies.
 !>
 !> Blocks joined by springs form parts.  A part moves rigidly in up to three ways, as many as its
-!> fixed points leave free; these are exact null vectors of the linearised stiffness.
+!> supports leave free; these are exact null vectors of the linearised stiffness.
 module dda_rigid_modes
    use dda_kinds, only: wp
    use dda_deflation, only: null_space_type
    use dda_dense_eigen, only: symmetric_eigen
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type
-   use dda_springs, only: spring_fixed
+   use dda_linear_model, only: linear_model_type, stiffness_weights
    implicit none
    private
    public :: find_rigid_modes
@@ -36,9 +35,10 @@ contains
       integer :: parent(linear%n), i, b
 
       parent = [(b, b=1, linear%n)]
-      do i = 1, linear%springs%n
-         if (linear%springs%block_b(i) == 0) cycle
-         call join(parent, linear%springs%block_a(i), linear%springs%block_b(i))
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            if (term%block_b > 0) call join(parent, term%block_a, term%block_b)
+         end associate
       end do
       allocate (free%group(linear%n))
       free%groups = 0
@@ -115,7 +115,7 @@ contains
       end do
    end subroutine rigid_motions
 
-   !> Of each part's motions keep the combinations that its fixed points do not resist.
+   !> Of each part's motions keep the combinations that its supports do not resist.
    subroutine leave_free_ones(linear, free, motion, error)
       type(linear_model_type), intent(in) :: linear
       type(null_space_type), intent(inout) :: free
@@ -128,12 +128,13 @@ contains
       integer :: i, g, b, held
 
       resistance = 0.0_wp
-      do i = 1, linear%springs%n
-         if (linear%springs%kind(i) /= spring_fixed) cycle
-         b = linear%springs%block_a(i)
-         g = free%group(b)
-         row = matmul(linear%springs%row_a(:, i), motion(:, :, b))
-         resistance(:, :, g) = resistance(:, :, g) + spread(row, 2, 3)*spread(row, 1, 3)
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            if (term%block_b > 0 .or. .not. stiffness_weights(term%instant) > 0.0_wp) cycle
+            g = free%group(term%block_a)
+            row = matmul(term%row_a, motion(:, :, term%block_a))
+            resistance(:, :, g) = resistance(:, :, g) + spread(row, 2, 3)*spread(row, 1, 3)
+         end associate
       end do
       do g = 1, free%groups
          held = 0

@@ -11,7 +11,8 @@ module dda_unresolved
    use dda_eigen, only: eigenpairs_type, all_eigenvalues
    use dda_errors, only: error_type
    use dda_inertia, only: count_above
-   use dda_linear_model, only: linear_model_type, energy_type, energy_of, energy_kinds, kind_names
+   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, energy_kinds, &
+      kind_names, stiffness_weights
    use dda_mass_factor, only: mass_factor_type, factor_mass
    use dda_omega_max, only: upper_blocks
    use dda_text, only: to_text
@@ -88,7 +89,7 @@ contains
 
    subroutine add_kind(unresolved, energy)
       type(unresolved_type), intent(inout) :: unresolved
-      type(energy_type), intent(in) :: energy
+      type(energy_share_type), intent(in) :: energy
       integer :: kind
 
       kind = maxloc(energy%share, 1)
@@ -128,16 +129,16 @@ contains
 
       allocate (by_kind(6, 6, energy_kinds, linear%n), source=0.0_wp)
       by_kind(4:6, 4:6, energy_kinds, :) = linear%elastic
-      associate (springs => linear%springs)
-         do i = 1, springs%n
-            associate (kind => springs%kind(i), a => springs%block_a(i), b => springs%block_b(i))
-               k = linear%constants(kind)*merge(1.0_wp, 2.0_wp, b == 0)
-               by_kind(:, :, kind, a) = by_kind(:, :, kind, a) + k*square(springs%row_a(:, i))
-               if (b > 0) by_kind(:, :, kind, b) = by_kind(:, :, kind, b) &
-                  + k*square(springs%row_b(:, i))
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            k = term%coefficient*stiffness_weights(term%instant)*merge(1.0_wp, 2.0_wp, &
+               term%block_b == 0)
+            associate (a => term%block_a, b => term%block_b, kind => term%kind)
+               by_kind(:, :, kind, a) = by_kind(:, :, kind, a) + k*square(term%row_a)
+               if (b > 0) by_kind(:, :, kind, b) = by_kind(:, :, kind, b) + k*square(term%row_b)
             end associate
-         end do
-      end associate
+         end associate
+      end do
    end subroutine split_blocks
 
    pure function square(row) result(product)
@@ -217,7 +218,7 @@ contains
             share = real(u%of_kind(kind), wp)/real(sum(u%of_kind), wp)
             u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100*share))//' %)'
          end do
-         u%words = u%words//'; they do not oscillate but are damped'
+         u%words = u%words//'; their velocities change sign from step to step'
       end associate
    end subroutine put_in_words
 

@@ -15,7 +15,8 @@ module dda_friction
    type :: laws_type
       real(wp) :: normal_stiffness = 0.0_wp     !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness = 0.0_wp      !< k_s
-      logical :: augmented = .false.            !< multipliers serialise the normal forces
+      logical :: augmented = .false.            !< multipliers carry the normal forces
+      real(wp) :: theta = 1.0_wp                !< share of the step at which bonded joints act
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa

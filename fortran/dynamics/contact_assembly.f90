@@ -1,17 +1,19 @@
-!> The springs and slide forces of the contacts, in their assumed states, on top of the base of K̂
-!> and f̂.
+!> The springs and friction forces of the contacts, in their assumed states, on top of the linear
+!> part of K̂ and f̂.
 !>
-!> A sliding contact may keep a part of its shear spring about the slip of the last iteration, which
-!> slows the iteration where it would overshoot and leaves its solution as it is.  A block that is
-!> due is summed from its base, always in the same order: near pairs with the blocks before it, then
-!> with those after it, each with its contacts as they are listed.  So the bits are those of
-!> assembling everything, by any number of threads.
+!> A sliding contact may retain a share of its shear stiffness about the slip of the last iteration:
+!> this regularises the iteration where it would overshoot and leaves its solution as it is.  A
+!> dirty block is summed again from its linear part, always in the same order: near pairs with the
+!> blocks before it, then with those after it, each with its contacts as they are listed.  So the
+!> bits are those of assembling everything, by any number of threads.
 module dda_contact_assembly
    !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
    use dda_kinds, only: wp, long
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
-   use dda_held_springs, only: springs_type, hold_contacts, due_nothing, due_forces, due_springs
+   use dda_contact_terms, only: hold_contacts, normal_spring, is_clean, is_dirty_force, &
+      is_dirty_stiffness
+   use dda_friction, only: laws_type
    use dda_stopwatch, only: lap, phase_assemble, phase_iterate
    implicit none
    private
@@ -22,32 +24,33 @@ module dda_contact_assembly
 contains
 
    !> Assemble what the assumed states have changed since the last time, or all of a new step.
-   subroutine assemble_contacts(system, contacts, normal_stiffness, shear_stiffness, kept)
+   subroutine assemble_contacts(system, contacts, laws, retained)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
-      real(wp), intent(in) :: normal_stiffness, shear_stiffness
-      real(wp), intent(in) :: kept       !< share of the shear spring under sliding contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
+      real(wp) :: normal(2)
       integer :: n, me, team
 
       call lap(system%watch, phase_iterate)
-      if (system%held%anew) call index_contacts(system, contacts)
-      call hold_contacts(system%held, contacts, springs_type(normal_stiffness, shear_stiffness, &
-         kept))
+      if (system%held%rebuild) call index_contacts(system, contacts)
+      call hold_contacts(system%held, contacts, laws, retained)
+      normal = [normal_spring(laws, .false.), normal_spring(laws, .true.)]
       n = system%matrix%n
       if (n < rows_from) then
-         call assemble_rows(system, contacts, normal_stiffness, 1, n)
+         call assemble_rows(system, contacts, normal, 1, n)
       else
          me = 0
          team = 1
          !$omp parallel firstprivate(me, team)
          !$ me = omp_get_thread_num()
          !$ team = omp_get_num_threads()
-         call assemble_rows(system, contacts, normal_stiffness, 1 + int(me*int(n, long)/team), &
+         call assemble_rows(system, contacts, normal, 1 + int(me*int(n, long)/team), &
             int((me + 1)*int(n, long)/team))
          !$omp end parallel
       end if
-      system%held%due = due_nothing
-      system%held%anew = .false.
+      system%held%dirty = is_clean
+      system%held%rebuild = .false.
       call lap(system%watch, phase_assemble)
    end subroutine assemble_contacts
 
@@ -73,14 +76,15 @@ contains
    subroutine assemble_rows(system, contacts, normal, first, last)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
-      real(wp), intent(in) :: normal  !< spring, N/m
+      real(wp), intent(in) :: normal(2)  !< springs of unbonded and bonded contacts, N/m
       integer, intent(in) :: first, last
       integer :: i, k
 
-      associate (matrix => system%matrix, due => system%held%due)
+      associate (matrix => system%matrix, dirty => system%held%dirty)
          do i = first, last
-            if (due(i) >= due_forces) system%rhs(:, i) = system%load(:, i)
-            if (due(i) == due_springs) matrix%diagonal(:, :, i) = system%base(:, :, i)
+            if (dirty(i) >= is_dirty_force) system%rhs(:, i) = system%load(:, i)
+            if (dirty(i) == is_dirty_stiffness) matrix%diagonal(:, :, i) = &
+               system%linear%diagonal(:, :, i)
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
                call assemble_pair(system, contacts, normal, i, matrix%column(k), k, .true., &
                   matrix%column(k) >= first)
@@ -99,64 +103,79 @@ contains
    subroutine assemble_pair(system, contacts, normal, i, j, entry, row_too, column_too)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
-      real(wp), intent(in) :: normal
+      real(wp), intent(in) :: normal(2)  !< springs of unbonded and bonded contacts, N/m
       integer, intent(in) :: i, j, entry
       logical, intent(in) :: row_too, column_too  !< block i, with the coupling; block j
-      integer :: c, due_i, due_j
+      integer :: c, dirty_i, dirty_j
       logical :: coupled
+      real(wp) :: k_n
 
-      due_i = merge(system%held%due(i), due_nothing, row_too)
-      due_j = merge(system%held%due(j), due_nothing, column_too)
-      coupled = due_i == due_springs .and. system%held%due(j) == due_springs
-      if (due_i == due_nothing .and. due_j == due_nothing) return
-      if (coupled) system%matrix%lower(:, :, entry) = 0.0_wp
+      dirty_i = merge(system%held%dirty(i), is_clean, row_too)
+      dirty_j = merge(system%held%dirty(j), is_clean, column_too)
+      coupled = dirty_i == is_dirty_stiffness .and. system%held%dirty(j) == is_dirty_stiffness
+      if (dirty_i == is_clean .and. dirty_j == is_clean) return
+      if (coupled) call begin_coupling(system, entry)
       associate (held => system%held, matrix => system%matrix)
          do c = system%first_contact(system%pair_of_entry(entry)), &
             system%first_contact(system%pair_of_entry(entry) + 1) - 1
             if (held%shear(c) < 0.0_wp) cycle
+            k_n = merge(normal(2), normal(1), contacts%bonded(c))
             if (contacts%block_v(c) == i) then
-               call add_sides(due_i, due_j, normal, held%shear(c), held%push(c), held%drag(c), &
-                  contacts%normal_v(:, c), contacts%shear_v(:, c), contacts%normal_e(:, c), &
-                  contacts%shear_e(:, c), matrix%diagonal(:, :, i), matrix%diagonal(:, :, j), &
-                  system%rhs(:, i), system%rhs(:, j))
+               call add_sides(dirty_i, dirty_j, k_n, held%shear(c), held%normal_offset(c), &
+                  held%shear_offset(c), contacts%normal_v(:, c), contacts%shear_v(:, c), &
+                  contacts%normal_e(:, c), contacts%shear_e(:, c), matrix%diagonal(:, :, i), &
+                  matrix%diagonal(:, :, j), system%rhs(:, i), system%rhs(:, j))
                if (coupled) call add_products(matrix%lower(:, :, entry), contacts%normal_v(:, c), &
-                  contacts%normal_e(:, c), -normal, contacts%shear_v(:, c), &
+                  contacts%normal_e(:, c), -k_n, contacts%shear_v(:, c), &
                   contacts%shear_e(:, c), -held%shear(c))
             else
-               call add_sides(due_i, due_j, normal, held%shear(c), -held%push(c), -held%drag(c), &
-                  contacts%normal_e(:, c), contacts%shear_e(:, c), contacts%normal_v(:, c), &
-                  contacts%shear_v(:, c), matrix%diagonal(:, :, i), matrix%diagonal(:, :, j), &
-                  system%rhs(:, i), system%rhs(:, j))
+               call add_sides(dirty_i, dirty_j, k_n, held%shear(c), -held%normal_offset(c), &
+                  -held%shear_offset(c), contacts%normal_e(:, c), contacts%shear_e(:, c), &
+                  contacts%normal_v(:, c), contacts%shear_v(:, c), matrix%diagonal(:, :, i), &
+                  matrix%diagonal(:, :, j), system%rhs(:, i), system%rhs(:, j))
                if (coupled) call add_products(matrix%lower(:, :, entry), contacts%normal_e(:, c), &
-                  contacts%normal_v(:, c), -normal, contacts%shear_e(:, c), &
+                  contacts%normal_v(:, c), -k_n, contacts%shear_e(:, c), &
                   contacts%shear_v(:, c), -held%shear(c))
             end if
          end do
       end associate
    end subroutine assemble_pair
 
+   !> A lower block of K̂ begins with that of the linear part.
+   pure subroutine begin_coupling(system, entry)
+      type(system_type), intent(inout) :: system
+      integer, intent(in) :: entry
+
+      system%matrix%lower(:, :, entry) = 0.0_wp
+      if (size(system%linear_entry) == 0) return
+      if (system%linear_entry(entry) > 0) &
+         system%matrix%lower(:, :, entry) = system%linear%lower(:, :, system%linear_entry(entry))
+   end subroutine begin_coupling
+
    !> What a contact of blocks i and j gives to each of them; the forces are those on block i.
-   pure subroutine add_sides(due_i, due_j, normal, shear, push, drag, normal_i, shear_i, normal_j, &
-      shear_j, diagonal_i, diagonal_j, rhs_i, rhs_j)
-      integer, intent(in) :: due_i, due_j
-      real(wp), intent(in) :: normal, shear, push, drag
+   pure subroutine add_sides(dirty_i, dirty_j, normal, shear, normal_force, shear_force, normal_i, &
+      shear_i, normal_j, shear_j, diagonal_i, diagonal_j, rhs_i, rhs_j)
+      integer, intent(in) :: dirty_i, dirty_j
+      real(wp), intent(in) :: normal, shear, normal_force, shear_force
       real(wp), intent(in) :: normal_i(6), shear_i(6), normal_j(6), shear_j(6)
       real(wp), intent(inout) :: diagonal_i(6, 6), diagonal_j(6, 6), rhs_i(6), rhs_j(6)
 
-      if (due_i >= due_forces) call add_forces(rhs_i, push, normal_i, drag, shear_i)
-      if (due_j >= due_forces) call add_forces(rhs_j, -push, normal_j, -drag, shear_j)
-      if (due_i == due_springs) call add_products(diagonal_i, normal_i, normal_i, normal, shear_i, &
-         shear_i, shear)
-      if (due_j == due_springs) call add_products(diagonal_j, normal_j, normal_j, normal, shear_j, &
-         shear_j, shear)
+      if (dirty_i >= is_dirty_force) call add_forces(rhs_i, normal_force, normal_i, shear_force, &
+         shear_i)
+      if (dirty_j >= is_dirty_force) call add_forces(rhs_j, -normal_force, normal_j, -shear_force, &
+         shear_j)
+      if (dirty_i == is_dirty_stiffness) call add_products(diagonal_i, normal_i, normal_i, normal, &
+         shear_i, shear_i, shear)
+      if (dirty_j == is_dirty_stiffness) call add_products(diagonal_j, normal_j, normal_j, normal, &
+         shear_j, shear_j, shear)
    end subroutine add_sides
 
-   !> rhs += push normal − drag shear
-   pure subroutine add_forces(rhs, push, normal, drag, shear)
+   !> rhs += N normal − T shear
+   pure subroutine add_forces(rhs, normal_force, normal, shear_force, shear)
       real(wp), intent(inout) :: rhs(6)
-      real(wp), intent(in) :: push, normal(6), drag, shear(6)
+      real(wp), intent(in) :: normal_force, normal(6), shear_force, shear(6)
 
-      rhs = rhs + push*normal - drag*shear
+      rhs = rhs + normal_force*normal - shear_force*shear
    end subroutine add_forces
 
    !> block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ
@@ -182,8 +201,8 @@ contains
       end do
    end subroutine add_products
 
-   !> More shear force in contact c, N/m, of the same assumed states; its blocks are due when these
-   !> change.
+   !> More shear force in contact c, N/m, of the same assumed states; its blocks are dirty when
+   !> these change.
    pure subroutine add_shear_force(system, contacts, c, more)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
@@ -193,8 +212,8 @@ contains
       associate (i => contacts%block_v(c), j => contacts%block_e(c))
          system%rhs(:, i) = system%rhs(:, i) - more*contacts%shear_v(:, c)
          system%rhs(:, j) = system%rhs(:, j) + more*contacts%shear_e(:, c)
-         system%held%due(i) = max(system%held%due(i), due_forces)
-         system%held%due(j) = max(system%held%due(j), due_forces)
+         system%held%dirty(i) = max(system%held%dirty(i), is_dirty_force)
+         system%held%dirty(j) = max(system%held%dirty(j), is_dirty_force)
       end associate
    end subroutine add_shear_force
 

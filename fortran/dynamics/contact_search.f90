@@ -10,7 +10,7 @@ module dda_contact_search
    use dda_history, only: history_type, inherit
    use dda_neighbours, only: find_neighbours
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
-   use dda_simulation, only: simulation_type
+   use dda_simulation, only: simulation_type, next_step, exchange_lists
    use dda_linear_solver, only: analyse
    use dda_stopwatch, only: lap, phase_assemble, phase_detect, phase_search
    use dda_text, only: to_text
@@ -54,7 +54,8 @@ contains
             'max_displacement_ratio or time_step')
          return
       end if
-      call set_matrix_pattern(simulation%system, simulation%blocks%n, simulation%neighbours)
+      call set_matrix_pattern(simulation%system, simulation%blocks, simulation%neighbours, &
+         simulation%elements, next_step(simulation))
       call analyse(simulation%solver, simulation%system%matrix)
       simulation%counters%searches = simulation%counters%searches + 1
       call lap(simulation%system%watch, phase_search)
@@ -66,7 +67,7 @@ contains
       integer :: old
 
       old = simulation%now
-      simulation%now = 3 - old
+      call exchange_lists(simulation)
       associate (contacts => simulation%contacts(simulation%now))
          ! The rows of the old list are of no more use, and their memory is at hand in the cache.
          call exchange_rows(contacts, simulation%contacts(old))
@@ -79,8 +80,9 @@ contains
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
          if (simulation%model%contact%original_rules) &
             contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
-         if (simulation%step > 0) call update_geometric(simulation%energy, simulation%model, &
-            simulation%blocks, contacts, simulation%laws, simulation%time)
+         if (simulation%step > 0) call update_geometric(simulation%energy, &
+            simulation%blocks, contacts, simulation%laws, simulation%elements, &
+            next_step(simulation))
       end associate
    end subroutine renew_contacts
 

@@ -2,7 +2,7 @@
 !> what to try.
 module dda_diagnostics
    use dda_kinds, only: wp
-   use dda_energy, only: balance, turnover
+   use dda_energy, only: balance, turnover, energy_geometric
    use dda_errors, only: error_type, error_convergence, fail
    use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
@@ -90,9 +90,10 @@ contains
          text = 'the energy audit does not balance: '//to_text(balance(simulation%energy))// &
             ' of '//to_text(scale)//' J/m are unexplained, allowed '//to_text(allowed)// &
             '; try a lower force_tolerance'
-      else if (abs(simulation%energy%geometric) > max(most_geometric*scale, allowed)) then
+      else if (abs(simulation%energy%value(energy_geometric)) > max(most_geometric*scale, &
+         allowed)) then
          text = 'the geometry of contacts changed by so much in a step that their springs got '// &
-            to_text(simulation%energy%geometric)//' of '//to_text(scale)// &
+            to_text(simulation%energy%value(energy_geometric))//' of '//to_text(scale)// &
             ' J/m between steps; try a smaller time_step'
       end if
    end function audit_warning

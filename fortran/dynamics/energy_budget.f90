@@ -1,15 +1,17 @@
-!> Books of a step: where its energy went (see dda_energy).
+!> The energy budget of a step: where its energy went (see `dda_energy`).
 module dda_energy_budget
    use dda_kinds, only: wp
-   use dda_system, only: support_target, base_force
-   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
-   use dda_energy, only: energy_type
+   use dda_contact_response, only: end_stretch
+   use dda_elements, only: elements_type, update_stored, account_elements
+   use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
+      energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
+      energy_algorithmic, energy_geometric
    use dda_friction, only: laws_type
-   use dda_model, only: model_type
    use dda_kinematics, only: kinetic_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
-   use dda_support, only: load_at
+   use dda_scheme, only: step_type, momentum_weight, velocity_weight
    implicit none
    private
    public :: start_energy_budget, update_geometric, update_step, update_state
@@ -17,93 +19,101 @@ module dda_energy_budget
 contains
 
    !> Energies of the first state.
-   subroutine start_energy_budget(energy, model, blocks, contacts, laws)
+   subroutine start_energy_budget(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(out) :: energy
-      type(model_type), intent(in) :: model
       type(blocks_type), intent(in) :: blocks
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
+      type(elements_type), intent(in) :: elements
+      type(step_type), intent(in) :: step  !< the first one
 
-      energy%kinetic = kinetic_energy(blocks)
-      energy%strain = strain_energy(blocks)
-      energy%contact = contact_energy(contacts, laws)
-      energy%support = support_energy(model, blocks, 0.0_wp)
-      energy%initial = energy%kinetic + energy%strain + energy%contact + energy%support
+      call update_state(energy, blocks)
+      energy%value(energy_contact) = contact_energy(contacts, laws)
+      call update_stored(elements, blocks, step, energy)
+      energy%value(energy_initial) = total_energy(energy)
    end subroutine start_energy_budget
 
    !> The exact geometry at the start of a step stores other spring energies than the linear one at
    !> the end of the step before.
-   subroutine update_geometric(energy, model, blocks, contacts, laws, time)
+   subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy
-      type(model_type), intent(in) :: model
       type(blocks_type), intent(in) :: blocks
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: time
+      type(elements_type), intent(in) :: elements
+      type(step_type), intent(in) :: step  !< the one to come
       real(wp) :: contact, support
 
-      contact = contact_energy(contacts, laws)
-      support = support_energy(model, blocks, time)
-      energy%geometric = energy%geometric + (contact - energy%contact) + (support - energy%support)
-      energy%contact = contact
-      energy%support = support
+      contact = energy%value(energy_contact)
+      support = energy%value(energy_support)
+      energy%value(energy_contact) = contact_energy(contacts, laws)
+      call update_stored(elements, blocks, step, energy)
+      call add_energy(energy, energy_geometric, (energy%value(energy_contact) - contact) &
+         + (energy%value(energy_support) - support))
    end subroutine update_geometric
 
    !> Losses and work of the converged step, before its d is added to the coordinates.
-   subroutine update_step(energy, model, blocks, contacts, laws, d, time, time_step)
+   subroutine update_step(energy, blocks, contacts, laws, elements, step, d)
       type(energy_type), intent(inout) :: energy
-      type(model_type), intent(in) :: model
       type(blocks_type), intent(in) :: blocks
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: d(:,:)
-      real(wp), intent(in) :: time        !< end of the step
-      real(wp), intent(in) :: time_step
+      type(elements_type), intent(in) :: elements
+      type(step_type), intent(in) :: step
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
 
       call update_contacts(energy, contacts, laws)
-      call update_blocks(energy, model, blocks, d, time)
-      call book_supports(energy, model, blocks, d, time, time_step)
-      call book_loads(energy, model, blocks, d, time)
+      call add_energy(energy, energy_algorithmic, algorithmic_loss(blocks, step, d))
+      call account_elements(elements, blocks, step, d, energy)
    end subroutine update_step
 
-   !> Loss by the scheme in the strains, work of gravity and of the base acceleration.
-   subroutine update_blocks(energy, model, blocks, d, time)
+   !> Energies that follow from the new state of the blocks.
+   subroutine update_state(energy, blocks)
       type(energy_type), intent(inout) :: energy
-      type(model_type), intent(in) :: model
       type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: d(:,:), time
-      real(wp) :: part(3, most_pieces), total(3), shaking(2)
+
+      energy%value(energy_kinetic) = kinetic_energy(blocks)
+      energy%value(energy_strain) = strain_energy(blocks)
+   end subroutine update_state
+
+   !> (θ − ½) dᵀKd + (χ − ½) ΔvᵀMΔv of all blocks, J per metre of thickness.
+   real(wp) function algorithmic_loss(blocks, step, d) result(loss)
+      type(blocks_type), intent(in) :: blocks
+      type(step_type), intent(in) :: step
+      real(wp), intent(in) :: d(:,:)
+      real(wp) :: part(2, most_pieces), total(2)
       integer :: p
 
       if (blocks%n < parallel_from) then
-         total = budget_of_blocks(blocks, d, 1, blocks%n)
+         total = loss_range(blocks, step, d, 1, blocks%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(blocks%n)
-            part(:, p) = budget_of_blocks(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n))
+            part(:, p) = loss_range(blocks, step, d, first_of(p, blocks%n), last_of(p, blocks%n))
          end do
          total = sum(part(:, :pieces(blocks%n)), 2)
       end if
-      shaking = base_force(model, time) - model%control%gravity
-      energy%algorithmic = energy%algorithmic + 0.5_wp*total(1)
-      energy%gravity = energy%gravity - dot_product(model%control%gravity, total(2:3))
-      energy%input = energy%input + dot_product(shaking, total(2:3))
-   end subroutine update_blocks
+      loss = (step%scheme%theta - 0.5_wp)*total(1) + (step%scheme%chi - 0.5_wp)*total(2)
+   end function algorithmic_loss
 
-   !> Σ εᵀDε and Σ m d of some blocks.
-   pure function budget_of_blocks(blocks, d, first, last) result(books)
+   !> Σ dᵀKd of the strains and, where χ > ½, Σ ΔvᵀMΔv of blocks first … last.
+   pure function loss_range(blocks, step, d, first, last) result(total)
       type(blocks_type), intent(in) :: blocks
+      type(step_type), intent(in) :: step
       real(wp), intent(in) :: d(:,:)
       integer, intent(in) :: first, last
-      real(wp) :: books(3)
+      real(wp) :: total(2), change(6)
       integer :: b
 
-      books = 0.0_wp
+      total = 0.0_wp
       do b = first, last
-         books(1) = books(1) + strain_form(blocks%stiffness(:, :, b), d(4:6, b))
-         books(2:3) = books(2:3) + blocks%mass(b)*d(1:2, b)
+         total(1) = total(1) + strain_form(blocks%stiffness(:, :, b), d(4:6, b))
+         if (.not. step%scheme%chi > 0.5_wp) cycle
+         change = momentum_weight(step)*d(:, b) &
+            - (velocity_weight(step) + 1.0_wp)*blocks%velocity(:, b)
+         total(2) = total(2) + dot_product(change, matmul(blocks%inertia(:, :, b), change))
       end do
-   end function budget_of_blocks
+   end function loss_range
 
    !> εᵀDε
    pure real(wp) function strain_form(stiffness, strain)
@@ -112,15 +122,6 @@ contains
       strain_form = dot_product(strain, stiffness(:, 1)*strain(1) + stiffness(:, 2)*strain(2) &
          + stiffness(:, 3)*strain(3))
    end function strain_form
-
-   !> Energies that follow from the new state of the blocks.
-   subroutine update_state(energy, blocks)
-      type(energy_type), intent(inout) :: energy
-      type(blocks_type), intent(in) :: blocks
-
-      energy%kinetic = kinetic_energy(blocks)
-      energy%strain = strain_energy(blocks)
-   end subroutine update_state
 
    !> Stored energy at the end of the step and losses of all contacts.
    subroutine update_contacts(energy, contacts, laws)
@@ -131,38 +132,38 @@ contains
       integer :: p
 
       if (contacts%n < parallel_from) then
-         total = budget_of_contacts(contacts, laws, 1, contacts%n)
+         total = contact_range(contacts, laws, 1, contacts%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(contacts%n)
-            part(:, p) = budget_of_contacts(contacts, laws, first_of(p, contacts%n), &
+            part(:, p) = contact_range(contacts, laws, first_of(p, contacts%n), &
                last_of(p, contacts%n))
          end do
          total = sum(part(:, :pieces(contacts%n)), 2)
       end if
-      energy%contact = total(1)
-      energy%friction = energy%friction + total(2)
-      energy%fracture = energy%fracture + total(3)
-      energy%algorithmic = energy%algorithmic + total(4)
+      energy%value(energy_contact) = total(1)
+      call add_energy(energy, energy_friction, total(2))
+      call add_energy(energy, energy_fracture, total(3))
+      call add_energy(energy, energy_algorithmic, total(4))
    end subroutine update_contacts
 
-   !> Stored energy, and losses by slip, by fracture and by the scheme, of some contacts.
-   pure function budget_of_contacts(contacts, laws, first, last) result(books)
+   !> Stored energy, and losses by slip, by fracture and by the scheme, of contacts first … last.
+   pure function contact_range(contacts, laws, first, last) result(total)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       integer, intent(in) :: first, last
-      real(wp) :: books(4)
+      real(wp) :: total(4)
       integer :: c
 
-      books = 0.0_wp
+      total = 0.0_wp
       do c = first, last
-         call update_contact(books, contacts, laws, c)
+         call add_contact(total, contacts, laws, c)
       end do
-   end function budget_of_contacts
+   end function contact_range
 
    !> The same of one contact.
-   pure subroutine update_contact(books, contacts, laws, c)
-      real(wp), intent(inout) :: books(4)
+   pure subroutine add_contact(total, contacts, laws, c)
+      real(wp), intent(inout) :: total(4)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       integer, intent(in) :: c
@@ -170,21 +171,21 @@ contains
 
       before = stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%was_bonded(c), &
          contacts%stretch(c))
-      stretched = contacts%shear_force(c)/laws%shear_stiffness
+      stretched = end_stretch(contacts, laws, c)
       after = stored(laws, contacts%new_gap(c), contacts%normal_force(c) /= 0.0_wp, &
          contacts%bonded(c), stretched)
       work = contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c)) &
          - contacts%shear_force(c)*contacts%slip(c)
       slipped = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
       loss = before - after - work - slipped
-      books(1) = books(1) + after
-      books(2) = books(2) + slipped
+      total(1) = total(1) + after
+      total(2) = total(2) + slipped
       if (contacts%was_bonded(c) .and. .not. contacts%bonded(c)) then
-         books(3) = books(3) + loss
+         total(3) = total(3) + loss
       else
-         books(4) = books(4) + loss
+         total(4) = total(4) + loss
       end if
-   end subroutine update_contact
+   end subroutine add_contact
 
    !> Spring energy of a contact at a gap and a shear stretch.  With augmented Lagrangian the normal
    !> force is that of a rigid contact, which stores nothing.
@@ -198,6 +199,7 @@ contains
          stored = stored + 0.5_wp*laws%normal_stiffness*gap**2
    end function stored
 
+   !> Stored in the springs of all contacts in the present geometry, J per metre of thickness.
    real(wp) function contact_energy(contacts, laws)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
@@ -205,29 +207,29 @@ contains
       integer :: p
 
       if (contacts%n < parallel_from) then
-         contact_energy = stored_in(contacts, laws, 1, contacts%n)
+         contact_energy = stored_range(contacts, laws, 1, contacts%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         part(p) = stored_in(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
+         part(p) = stored_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
       end do
       contact_energy = sum(part(:pieces(contacts%n)))
    end function contact_energy
 
-   !> The same of some contacts.
-   pure real(wp) function stored_in(contacts, laws, first, last)
+   !> Contacts first … last.
+   pure real(wp) function stored_range(contacts, laws, first, last)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       integer, intent(in) :: first, last
       integer :: c
 
-      stored_in = 0.0_wp
+      stored_range = 0.0_wp
       do c = first, last
-         stored_in = stored_in + stored(laws, contacts%gap(c), contacts%was_closed(c), &
+         stored_range = stored_range + stored(laws, contacts%gap(c), contacts%was_closed(c), &
             contacts%bonded(c), contacts%stretch(c))
       end do
-   end function stored_in
+   end function stored_range
 
    !> ½ A εᵀDε + A σ₀ᵀε of all blocks.
    real(wp) function strain_energy(blocks)
@@ -236,18 +238,18 @@ contains
       integer :: p
 
       if (blocks%n < parallel_from) then
-         strain_energy = strain_energy_of(blocks, 1, blocks%n)
+         strain_energy = strain_range(blocks, 1, blocks%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(blocks%n)
-         part(p) = strain_energy_of(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
+         part(p) = strain_range(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
       end do
       strain_energy = sum(part(:pieces(blocks%n)))
    end function strain_energy
 
-   !> The same of some blocks.
-   pure real(wp) function strain_energy_of(blocks, first, last) result(energy)
+   !> Blocks first … last.
+   pure real(wp) function strain_range(blocks, first, last) result(energy)
       type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: first, last
       integer :: b
@@ -257,70 +259,6 @@ contains
          energy = energy + 0.5_wp*strain_form(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
             + blocks%area(b)*dot_product(blocks%initial_stress(:, b), blocks%position(4:6, b))
       end do
-   end function strain_energy_of
-
-   real(wp) function support_energy(model, blocks, time) result(sum)
-      type(model_type), intent(in) :: model
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: time
-      real(wp) :: away(2)
-      integer :: i
-
-      sum = 0.0_wp
-      do i = 1, size(model%fixed_points)
-         associate (point => model%fixed_points(i))
-            away = place_of(blocks, point%block, point%reference) - support_target(model, i, time)
-            sum = sum + 0.5_wp*sum_of_squares(merge(away, 0.0_wp, point%held))
-         end associate
-      end do
-      sum = sum*model%contact%fixed_point_ratio*model%contact%normal_stiffness
-   end function support_energy
-
-   pure real(wp) function sum_of_squares(list)
-      real(wp), intent(in) :: list(2)
-
-      sum_of_squares = sum(list**2)
-   end function sum_of_squares
-
-   !> Work of moved supports, energy of their springs at the end of the step, loss by the scheme.
-   subroutine book_supports(energy, model, blocks, d, time, time_step)
-      type(energy_type), intent(inout) :: energy
-      type(model_type), intent(in) :: model
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: d(:,:), time, time_step
-      real(wp) :: stiffness, before(2), after(2), moved(2), t(2, 6)
-      integer :: i
-
-      stiffness = model%contact%fixed_point_ratio*model%contact%normal_stiffness
-      energy%support = 0.0_wp
-      do i = 1, size(model%fixed_points)
-         associate (point => model%fixed_points(i))
-            before = place_of(blocks, point%block, point%reference) - support_target(model, i, &
-               time - time_step)
-            moved = support_target(model, i, time) - support_target(model, i, time - time_step)
-            t = shape_matrix(blocks, point%block, point%reference)
-            after = before - moved + matmul(t, d(:, point%block))
-            before = merge(before, 0.0_wp, point%held)
-            after = merge(after, 0.0_wp, point%held)
-         end associate
-         energy%support = energy%support + 0.5_wp*stiffness*sum(after**2)
-         energy%algorithmic = energy%algorithmic + 0.5_wp*stiffness*sum((after - before)**2)
-         energy%input = energy%input - stiffness*dot_product(after, moved)
-      end do
-   end subroutine book_supports
-
-   subroutine book_loads(energy, model, blocks, d, time)
-      type(energy_type), intent(inout) :: energy
-      type(model_type), intent(in) :: model
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: d(:,:), time
-      integer :: i, b
-
-      do i = 1, size(model%loads)
-         b = model%loads(i)%block
-         energy%input = energy%input + dot_product(load_at(model%loads(i), time), &
-            matmul(shape_matrix(blocks, b, model%loads(i)%reference), d(:, b)))
-      end do
-   end subroutine book_loads
+   end function strain_range
 
 end module dda_energy_budget

@@ -1,9 +1,10 @@
-!> Newmark β = ½, γ = 1: "constant acceleration" in DDA's usage (paper eq. 5).
+!> The coordinates of the blocks from step to step: see `dda_scheme`.
 module dda_kinematics
    use dda_kinds, only: wp
    use dda_block_matrix, only: multiply_block
    use dda_blocks, only: blocks_type, update_geometry
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
+   use dda_scheme, only: step_type, momentum_weight, velocity_weight
    implicit none
    private
    public :: damp_velocity, predict, integrate, kinetic_energy, farthest_move
@@ -25,46 +26,50 @@ contains
    end subroutine damp_velocity
 
    !> A first guess of the step for solvers that iterate: the acceleration of the last one goes on.
-   pure subroutine predict(blocks, d, time_step)
+   pure subroutine predict(blocks, d, step)
       type(blocks_type), intent(in) :: blocks
-      real(wp), intent(out) :: d(6, blocks%n)
-      real(wp), intent(in) :: time_step
+      real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
+      type(step_type), intent(in) :: step
 
-      d = time_step*(blocks%velocity + 0.5_wp*time_step*blocks%acceleration)
+      d = step%time_step*(blocks%velocity + step%scheme%chi*step%time_step*blocks%acceleration)
    end subroutine predict
 
    !> Accept the step: new coordinates, velocities, accelerations and vertices.
-   subroutine integrate(blocks, d, time_step)
+   subroutine integrate(blocks, d, step)
       type(blocks_type), intent(inout) :: blocks
       real(wp), intent(in) :: d(:,:)      !< [6,n] increments of the coordinates
-      real(wp), intent(in) :: time_step
+      type(step_type), intent(in) :: step
       integer :: p
 
       if (blocks%n < parallel_from) then
-         call integrate_piece(blocks, d, time_step, 1, blocks%n)
+         call integrate_range(blocks, d, step, 1, blocks%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(blocks%n)
-            call integrate_piece(blocks, d, time_step, first_of(p, blocks%n), last_of(p, blocks%n))
+            call integrate_range(blocks, d, step, first_of(p, blocks%n), last_of(p, blocks%n))
          end do
       end if
       call update_geometry(blocks)
    end subroutine integrate
 
-   pure subroutine integrate_piece(blocks, d, time_step, first, last)
+   !> Blocks first … last.
+   pure subroutine integrate_range(blocks, d, step, first, last)
       type(blocks_type), intent(inout) :: blocks
-      real(wp), intent(in) :: d(:,:), time_step
+      real(wp), intent(in) :: d(:,:)
+      type(step_type), intent(in) :: step
       integer, intent(in) :: first, last
-      real(wp) :: new(6)
+      real(wp) :: new(6), of_d, of_v
       integer :: b
 
+      of_d = momentum_weight(step)
+      of_v = velocity_weight(step)
       do b = first, last
-         new = 2.0_wp/time_step*d(:, b) - blocks%velocity(:, b)
-         blocks%acceleration(:, b) = (new - blocks%velocity(:, b))/time_step
+         new = of_d*d(:, b) - of_v*blocks%velocity(:, b)
+         blocks%acceleration(:, b) = (new - blocks%velocity(:, b))/step%time_step
          blocks%velocity(:, b) = new
          blocks%position(:, b) = blocks%position(:, b) + d(:, b)
       end do
-   end subroutine integrate_piece
+   end subroutine integrate_range
 
    !> ½ vᵀMv, J/m.
    real(wp) function kinetic_energy(blocks)

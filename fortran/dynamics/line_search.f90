@@ -1,67 +1,70 @@
-!> A step of the open–close iteration that cannot go up.
+!> Line search of the open–close iteration on the energy of the step from the previous iterate.
 !>
 !> With the friction bounds held, the step's solution is the least of a convex function: inertia,
 !> elasticity and loads are quadratic, each contact adds ½ k min(gap, 0)² and a slider whose
-!> potential is quadratic up to its bound and linear beyond.  The slope of that function along the
-!> way from the last d to the new one grows monotonically; where it crosses zero is where to stop.
+!> potential is quadratic up to its bound and linear beyond.  The slope of that function from the
+!> previous d to the new one grows monotonically; its zero is the share of the step to take.
 module dda_line_search
    use dda_kinds, only: wp
    use dda_system, only: system_type
    use dda_block_matrix, only: multiply_block
    use dda_contact, only: contacts_type
-   use dda_friction, only: laws_type, response_type, law_of, respond
+   use dda_contact_response, only: contact_response
+   use dda_friction, only: laws_type, response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
    public :: descend
 
-   integer, parameter :: most_looks = 40
+   integer, parameter :: most_steps = 40
    !> a slope below this share of the first one is none
-   real(wp), parameter :: flat = 1.0e-2_wp
+   real(wp), parameter :: zero_slope = 1.0e-2_wp
    !> a slope below this share of the curvature is none
    real(wp), parameter :: rounding = 1.0e-10_wp
 
 contains
 
-   !> Shorten system%d towards system%previous_d if the function turns upwards before; `part` of the
-   !> way is left.
+   !> Shorten system%d towards system%previous_d where the function has its least before; `alpha` is
+   !> the share of the step that is left.
    !>
-   !> On entry the contacts hold gap and slip of the new d.
-   subroutine descend(system, contacts, laws, part)
+   !> On entry the contacts hold gap and slip of the new d.  Regula falsi on the slope; halving the
+   !> slope of an end that stays (Illinois) makes it converge faster than linearly.
+   subroutine descend(system, contacts, laws, alpha)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
-      real(wp), intent(out) :: part
-      real(wp) :: start, growth, up, down, far, near, here, first
-      integer :: look
+      real(wp), intent(out) :: alpha
+      real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first
+      integer :: i
 
-      part = 1.0_wp
+      alpha = 1.0_wp
       call quadratic_slope(system, start, growth)
-      call measure_way(system, contacts)
-      up = start + growth + contact_slope(contacts, laws, 1.0_wp)
-      if (up <= abs(growth)*rounding) return
-      down = start + contact_slope(contacts, laws, 0.0_wp)
-      first = down
-      near = 0.0_wp
-      far = 1.0_wp
-      ! Regula falsi; halving the slope of an end that stays (Illinois) keeps it from creeping.
-      do look = 1, most_looks
-         part = near  ! rounding may leave slopes that are equal or the wrong way round: then halve
-         if (up > down) part = near - down*(far - near)/(up - down)
-         if (.not. (part > near .and. part < far)) part = 0.5_wp*(near + far)
-         here = start + part*growth + contact_slope(contacts, laws, part)
-         if (abs(here) <= flat*abs(first)) exit
-         if (here > 0.0_wp) then
-            far = part
-            up = here
-            down = 0.5_wp*down
+      call measure_changes(system, contacts)
+      slope_hi = start + growth + contact_slope(contacts, laws, 1.0_wp)
+      if (slope_hi <= abs(growth)*rounding) return
+      slope_lo = start + contact_slope(contacts, laws, 0.0_wp)
+      first = slope_lo
+      alpha_lo = 0.0_wp
+      alpha_hi = 1.0_wp
+      do i = 1, most_steps
+         ! rounding may leave slopes that are equal or the wrong change round: bisect
+         alpha = alpha_lo
+         if (slope_hi > slope_lo) &
+            alpha = alpha_lo - slope_lo*(alpha_hi - alpha_lo)/(slope_hi - slope_lo)
+         if (.not. (alpha > alpha_lo .and. alpha < alpha_hi)) alpha = 0.5_wp*(alpha_lo + alpha_hi)
+         slope = start + alpha*growth + contact_slope(contacts, laws, alpha)
+         if (abs(slope) <= zero_slope*abs(first)) exit
+         if (slope > 0.0_wp) then
+            alpha_hi = alpha
+            slope_hi = slope
+            slope_lo = 0.5_wp*slope_lo
          else
-            near = part
-            down = here
-            up = 0.5_wp*up
+            alpha_lo = alpha
+            slope_lo = slope
+            slope_hi = 0.5_wp*slope_hi
          end if
       end do
-      system%d = system%previous_d + part*(system%d - system%previous_d)
+      system%d = system%previous_d + alpha*(system%d - system%previous_d)
    end subroutine descend
 
    !> Slope of the quadratic part at the previous d, and how much it grows up to the new one.
@@ -73,105 +76,127 @@ contains
 
       n = size(system%d, 2)
       if (n < parallel_from) then
-         total = quadratic_of(system, 1, n)
+         total = quadratic_range(system, 1, n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(n)
-            part(:, p) = quadratic_of(system, first_of(p, n), last_of(p, n))
+            part(:, p) = quadratic_range(system, first_of(p, n), last_of(p, n))
          end do
          total = sum(part(:, :pieces(n)), 2)
       end if
+      if (size(system%linear%lower, 3) > 0) total = total + coupled_slope(system)
       start = total(1)
       growth = total(2)
    end subroutine quadratic_slope
 
-   !> Start and growth of some blocks.
-   pure function quadratic_of(system, first, last) result(slope)
+   !> Start and growth of blocks first … last, from the diagonal of the linear part.
+   pure function quadratic_range(system, first, last) result(slope)
       type(system_type), intent(in) :: system
       integer, intent(in) :: first, last
-      real(wp) :: slope(2), way(6), pull(6)
+      real(wp) :: slope(2), change(6), force(6)
       integer :: b
 
       slope = 0.0_wp
       do b = first, last
-         way = system%d(:, b) - system%previous_d(:, b)
-         call multiply_block(system%base(:, :, b), system%previous_d(:, b), pull)
-         slope(1) = slope(1) + dot_product(way, pull - system%load(:, b))
-         call multiply_block(system%base(:, :, b), way, pull)
-         slope(2) = slope(2) + dot_product(way, pull)
+         change = system%d(:, b) - system%previous_d(:, b)
+         call multiply_block(system%linear%diagonal(:, :, b), system%previous_d(:, b), force)
+         slope(1) = slope(1) + dot_product(change, force - system%load(:, b))
+         call multiply_block(system%linear%diagonal(:, :, b), change, force)
+         slope(2) = slope(2) + dot_product(change, force)
       end do
-   end function quadratic_of
+   end function quadratic_range
 
-   !> How much each contact opens and slips on the way from the previous d to the new one.
-   subroutine measure_way(system, contacts)
+   !> Start and growth by the blocks that elements couple.
+   pure function coupled_slope(system) result(slope)
+      type(system_type), intent(in) :: system
+      real(wp) :: slope(2), change_i(6), change_j(6)
+      integer :: i, k
+
+      slope = 0.0_wp
+      do i = 1, system%linear%n
+         do k = system%linear%row_start(i), system%linear%row_start(i + 1) - 1
+            associate (j => system%linear%column(k), block => system%linear%lower(:, :, k))
+               change_i = system%d(:, i) - system%previous_d(:, i)
+               change_j = system%d(:, j) - system%previous_d(:, j)
+               slope(1) = slope(1) + dot_product(change_i, matmul(block, system%previous_d(:, j))) &
+                  + dot_product(system%previous_d(:, i), matmul(block, change_j))
+               slope(2) = slope(2) + 2.0_wp*dot_product(change_i, matmul(block, change_j))
+            end associate
+         end do
+      end do
+   end function coupled_slope
+
+   !> How much each contact opens and slips from the previous d to the new one.
+   subroutine measure_changes(system, contacts)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(inout) :: contacts
       integer :: p
 
       if (contacts%n < parallel_from) then
-         call measure_some_ways(system, contacts, 1, contacts%n)
+         call change_range(system, contacts, 1, contacts%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         call measure_some_ways(system, contacts, first_of(p, contacts%n), last_of(p, contacts%n))
+         call change_range(system, contacts, first_of(p, contacts%n), last_of(p, contacts%n))
       end do
-   end subroutine measure_way
+   end subroutine measure_changes
 
-   pure subroutine measure_some_ways(system, contacts, first, last)
+   !> Contacts first … last.
+   pure subroutine change_range(system, contacts, first, last)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(inout) :: contacts
       integer, intent(in) :: first, last
-      real(wp) :: way_v(6), way_e(6)
+      real(wp) :: change_v(6), change_e(6)
       integer :: c
 
       do c = first, last
-         way_v = system%d(:, contacts%block_v(c)) - system%previous_d(:, contacts%block_v(c))
-         way_e = system%d(:, contacts%block_e(c)) - system%previous_d(:, contacts%block_e(c))
-         contacts%gap_change(c) = dot_product(contacts%normal_v(:, c), way_v) &
-            - dot_product(contacts%normal_e(:, c), way_e)
-         contacts%slip_change(c) = dot_product(contacts%shear_v(:, c), way_v) &
-            - dot_product(contacts%shear_e(:, c), way_e)
+         change_v = system%d(:, contacts%block_v(c)) - system%previous_d(:, contacts%block_v(c))
+         change_e = system%d(:, contacts%block_e(c)) - system%previous_d(:, contacts%block_e(c))
+         contacts%gap_change(c) = dot_product(contacts%normal_v(:, c), change_v) &
+            - dot_product(contacts%normal_e(:, c), change_e)
+         contacts%slip_change(c) = dot_product(contacts%shear_v(:, c), change_v) &
+            - dot_product(contacts%shear_e(:, c), change_e)
       end do
-   end subroutine measure_some_ways
+   end subroutine change_range
 
-   !> Slope of all contacts a part of the way from the previous d to the new one.
-   real(wp) function contact_slope(contacts, laws, part) result(slope)
+   !> Slope of all contacts at a share of the step from the previous d to the new one.
+   real(wp) function contact_slope(contacts, laws, alpha) result(slope)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: part
+      real(wp), intent(in) :: alpha  !< share of the step
       real(wp) :: piece(most_pieces)
       integer :: p
 
       if (contacts%n < parallel_from) then
-         slope = slope_of(contacts, laws, part, 1, contacts%n)
+         slope = slope_range(contacts, laws, alpha, 1, contacts%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         piece(p) = slope_of(contacts, laws, part, first_of(p, contacts%n), last_of(p, contacts%n))
+         piece(p) = slope_range(contacts, laws, alpha, first_of(p, contacts%n), &
+            last_of(p, contacts%n))
       end do
       slope = sum(piece(:pieces(contacts%n)))
    end function contact_slope
 
-   !> The same of some contacts.
-   pure real(wp) function slope_of(contacts, laws, part, first, last) result(slope)
+   !> Contacts first … last.
+   pure real(wp) function slope_range(contacts, laws, alpha, first, last) result(slope)
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: part
+      real(wp), intent(in) :: alpha  !< share of the step
       integer, intent(in) :: first, last
       type(response_type) :: response
       integer :: c
 
       slope = 0.0_wp
       do c = first, last
-         response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
-            contacts%bond_length(c), contacts%multiplier(c)), contacts%new_gap(c) &
-            - (1.0_wp - part)*contacts%gap_change(c), contacts%stretch(c) + contacts%slip(c) &
-            - (1.0_wp - part)*contacts%slip_change(c))
-         slope = slope - response%normal_force*contacts%gap_change(c) + response%shear_force &
-            *contacts%slip_change(c)
+         response = contact_response(contacts, laws, c, &
+            contacts%new_gap(c) - (1.0_wp - alpha)*contacts%gap_change(c), &
+            contacts%stretch(c) + contacts%slip(c) - (1.0_wp - alpha)*contacts%slip_change(c))
+         slope = slope - response%normal_force*contacts%gap_change(c) &
+            + response%shear_force*contacts%slip_change(c)
       end do
-   end function slope_of
+   end function slope_range
 
 end module dda_line_search

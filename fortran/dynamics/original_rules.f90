@@ -10,8 +10,8 @@ module dda_original_rules
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_errors, only: error_type, error_convergence, fail
    use dda_friction, only: laws_type, law_type, law_of
-   use dda_open_close, only: iteration_type, solve_assumed, measure_contacts, assumed_normal, &
-      assumed_shear
+   use dda_contact_evaluation, only: measure_contacts, assumed_normal, assumed_shear
+   use dda_open_close, only: open_close_type, solve_assumed
    use dda_linear_solver, only: solver_type
    implicit none
    private
@@ -29,7 +29,7 @@ contains
    !> Iterate until no contact opens or closes.
    subroutine close_by_original_rules(iteration, system, solver, contacts, laws, half_size, &
       first_step, error)
-      type(iteration_type), intent(inout) :: iteration
+      type(open_close_type), intent(inout) :: iteration
       type(system_type), intent(inout) :: system
       type(solver_type), intent(inout) :: solver
       type(contacts_type), intent(inout) :: contacts
@@ -41,7 +41,7 @@ contains
 
       iteration%changes = 0
       iteration%broken = 0
-      iteration%kept = 0.0_wp
+      iteration%retained = 0.0_wp
       do i = 1, most_iterations
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, .true., error)
@@ -49,7 +49,7 @@ contains
          call measure_contacts(contacts, system%d)
          do c = 1, contacts%n
             contacts%normal_force(c) = assumed_normal(contacts, laws, c)
-            contacts%shear_force(c) = assumed_shear(iteration, contacts, laws, c)
+            contacts%shear_force(c) = assumed_shear(contacts, laws, iteration%retained, c)
             contacts%trial_state(c) = next_state(contacts, laws, half_size, c)
          end do
          switched = count((contacts%trial_state(:contacts%n) == contact_open) &
@@ -128,7 +128,7 @@ contains
 
    !> Cohesion and tension are lost for good the first time a step ends otherwise than stuck.
    pure subroutine lose_bonds(iteration, contacts)
-      type(iteration_type), intent(inout) :: iteration
+      type(open_close_type), intent(inout) :: iteration
       type(contacts_type), intent(inout) :: contacts
       integer :: c
 

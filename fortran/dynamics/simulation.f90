@@ -5,17 +5,19 @@ module dda_simulation
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
    use dda_detection, only: detection_type
+   use dda_elements, only: elements_type
    use dda_energy, only: energy_type
    use dda_friction, only: laws_type
    use dda_history, only: history_type
    use dda_model, only: model_type
    use dda_neighbours, only: neighbours_type
-   use dda_open_close, only: iteration_type
+   use dda_open_close, only: open_close_type
    use dda_linear_solver, only: solver_type, work_done
+   use dda_scheme, only: scheme_type, step_type
    use dda_text, only: to_text
    implicit none
    private
-   public :: simulation_type, finished, summary, block_name
+   public :: simulation_type, next_step, exchange_lists, finished, summary, block_name
 
    !> What has been counted since the start.
    type :: counters_type
@@ -37,9 +39,11 @@ module dda_simulation
       type(detection_type) :: detection
       type(history_type) :: history
       type(laws_type) :: laws
+      type(elements_type) :: elements          !< supports, loads, body forces …
+      type(scheme_type) :: scheme              !< time integration
       type(system_type) :: system
       type(solver_type) :: solver
-      type(iteration_type) :: iteration
+      type(open_close_type) :: iteration
       type(energy_type) :: energy
       type(counters_type) :: counters
       integer(long) :: step = 0                !< steps done
@@ -52,6 +56,20 @@ module dda_simulation
    end type simulation_type
 
 contains
+
+   !> The step to come.
+   pure type(step_type) function next_step(simulation)
+      type(simulation_type), intent(in) :: simulation
+
+      next_step = step_type(simulation%scheme, simulation%time, simulation%time_step)
+   end function next_step
+
+   !> This step's list of contacts becomes the last one's, and the other way round.
+   pure subroutine exchange_lists(simulation)
+      type(simulation_type), intent(inout) :: simulation
+
+      simulation%now = 3 - simulation%now
+   end subroutine exchange_lists
 
    !> The duration asked for has been reached.
    pure logical function finished(simulation)

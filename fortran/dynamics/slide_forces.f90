@@ -12,7 +12,7 @@ module dda_slide_forces
    use dda_friction, only: laws_type
    implicit none
    private
-   public :: slides_type, list_slides, ask_slides, difference_of, farthest_off, follow
+   public :: slides_type, list_slides, evaluate_slides, difference_of, farthest_off, follow
 
    !> The sliding contacts, and the fixed point of their forces.
    type :: slides_type
@@ -54,7 +54,7 @@ contains
    end subroutine make_room
 
    !> The slide forces that the normal forces at d call for, in the assumed directions.
-   pure subroutine ask_slides(slides, contacts, laws, d)
+   pure subroutine evaluate_slides(slides, contacts, laws, d)
       type(slides_type), intent(inout) :: slides
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
@@ -69,7 +69,7 @@ contains
          slides%response(i) = contacts%slip_sign(c)*laws%friction(contacts%joint(c)) &
             *max(0.0_wp, contacts%multiplier(c) - laws%normal_stiffness*gap)
       end do
-   end subroutine ask_slides
+   end subroutine evaluate_slides
 
    !> Largest difference between assumed and answered, N/m.
    pure real(wp) function difference_of(slides)

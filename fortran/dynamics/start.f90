@@ -3,6 +3,8 @@ module dda_start
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
    use dda_system, only: prepare_system
+   use dda_elements, only: set_elements, match_velocities, update_stored
+   use dda_energy, only: add_energy, total_energy, energy_kinetic, energy_initial, energy_input
    use dda_energy_budget, only: start_energy_budget
    use dda_bonds, only: bond_contacts
    use dda_contact, only: reserve
@@ -13,7 +15,8 @@ module dda_start
    use dda_model, only: model_type, half_size, contact_distance
    use dda_kinematics, only: kinetic_energy, farthest_move
    use dda_original_rules, only: lock_touching
-   use dda_simulation, only: simulation_type
+   use dda_scheme, only: scheme_named
+   use dda_simulation, only: simulation_type, next_step
    use dda_linear_solver, only: choose_solver
    implicit none
    private
@@ -33,6 +36,9 @@ contains
       simulation%model = model
       simulation%blocks = model%blocks
       simulation%time_step = model%control%time_step
+      simulation%scheme = scheme_named(model%control%integration, model%control%theta)
+      call set_elements(simulation%elements, model)
+      call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
       call choose_solver(simulation%solver, model%control%solver, error)
       if (allocated(error)) return
       call set_laws(simulation%laws, model%joints, model%contact%normal_stiffness, &
@@ -44,6 +50,7 @@ contains
       gravity = norm2(model%control%gravity)
       simulation%iteration%max_iterations = model%contact%max_iterations
       simulation%iteration%penetration_tolerance = model%contact%penetration_tolerance
+      simulation%laws%theta = simulation%scheme%theta
       simulation%laws%augmented = model%contact%penetration_tolerance > 0.0_wp
       simulation%iteration%relative_tolerance = model%contact%force_tolerance
       simulation%iteration%weight = gravity*maxval(simulation%blocks%mass)
@@ -60,30 +67,33 @@ contains
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
       if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), &
          half_size(model%blocks))
-      call start_energy_budget(simulation%energy, simulation%model, simulation%blocks, &
-         simulation%contacts(simulation%now), simulation%laws)
+      call start_energy_budget(simulation%energy, simulation%blocks, &
+         simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
+         next_step(simulation))
    end subroutine start
 
-   !> Set the rates of all blocks; the energy that this brings is input, or part of the first state.
+   !> Set the rates of all blocks, but what supports hold; the energy that this brings is input, or
+   !> part of the first state.
    subroutine set_rates(simulation, rates, error)
       type(simulation_type), intent(inout) :: simulation
-      real(wp), intent(in) :: rates(:,:)  !< [6, blocks]
+      real(wp), intent(in) :: rates(:,:)  !< [6,blocks] m/s, rad/s, 1/s
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: gain
+      real(wp) :: before
 
       if (.not. all(abs(rates) <= huge(1.0_wp))) then
          call fail(error, error_input, 'rates must be finite')
          return
       end if
       simulation%blocks%velocity = rates
-      gain = kinetic_energy(simulation%blocks) - simulation%energy%kinetic
-      simulation%energy%kinetic = simulation%energy%kinetic + gain
-      if (simulation%step == 0) then
-         simulation%energy%initial = simulation%energy%initial + gain
-      else
-         simulation%energy%input = simulation%energy%input + gain
-      end if
-      simulation%speed = farthest_move(simulation%blocks, rates)
+      call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
+      associate (energy => simulation%energy)
+         before = total_energy(energy)
+         energy%value(energy_kinetic) = kinetic_energy(simulation%blocks)
+         call update_stored(simulation%elements, simulation%blocks, next_step(simulation), energy)
+         call add_energy(energy, merge(energy_initial, energy_input, simulation%step == 0), &
+            total_energy(energy) - before)
+      end associate
+      simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
    end subroutine set_rates
 
 end module dda_start

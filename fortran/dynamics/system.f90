@@ -1,198 +1,163 @@
-!> The equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their base.
+!> The equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their linear part.
 !>
-!> K̂ is the sum of a part that no contact state changes, the base (inertia, elasticity, fixed
-!> points), and of the springs of the contacts in their assumed states, which `dda_contact_assembly`
-!> puts on top.
+!> K̂ is the sum of a linear part that no contact state changes (inertia, elasticity, elements) and
+!> of the springs of the contacts in their assumed states, which `dda_contact_assembly` puts on top.
 module dda_system
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of
-   use dda_blocks, only: blocks_type, shape_matrix, place_of
-   use dda_held_springs, only: held_type, prepare_held
-   use dda_model, only: model_type
-   use dda_baseline, only: displacement_at, acceleration_at
+   use dda_blocks, only: blocks_type
+   use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
+   use dda_elements, only: elements_type, linear_terms_of, add_forces
+   use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, coupled_blocks
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_scheme, only: step_type, mass_weight, momentum_weight
    use dda_stopwatch, only: stopwatch_type
-   use dda_support, only: load_at
    implicit none
    private
-   public :: system_type, prepare_system, set_matrix_pattern, set_inertia, assemble_base
-   public :: base_force, support_target
+   public :: system_type, prepare_system, set_matrix_pattern, assemble_linear
 
    !> Matrix, right-hand side and unknowns of a step.
    type :: system_type
       type(block_matrix_type) :: matrix            !< K̂
-      integer, allocatable :: pair_of_entry(:)     !< near pair of each lower entry
-      integer, allocatable :: first_contact(:)     !< [pairs+1] first contact of each near pair
-      type(held_type) :: held                      !< what K̂ and f̂ hold of the contacts
-      real(wp), allocatable :: inertia(:,:,:)      !< [6,6,n] 2M/Δt² + elasticity
-      real(wp), allocatable :: base(:,:,:)         !< [6,6,n] the same + fixed points
+      !> [entries] near pair of each lower entry; beyond the last pair where only elements couple
+      integer, allocatable :: pair_of_entry(:)
+      integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
+      type(contact_terms_type) :: held             !< what K̂ and f̂ hold of the contacts
+      type(linear_terms_type) :: terms             !< springs and dashpots of the elements
+      real(wp), allocatable :: constant(:,:,:)     !< [6,6,n] M/(χΔt²) + θ elasticity
+      type(block_matrix_type) :: linear            !< linear part of K̂
+      !> [entries] the entry of the linear part at each lower entry of K̂, or 0; empty if there is
+      !> none
+      integer, allocatable :: linear_entry(:)
       real(wp), allocatable :: load(:,:)           !< [6,n] f̂ without contacts
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] those of the iteration before
-      real(wp) :: inertia_step = 0.0_wp            !< Δt that `inertia` was made for, s
+      type(step_type) :: constant_step             !< that `constant` was made for
       type(stopwatch_type) :: watch                !< over the phases of the steps
    end type system_type
 
 contains
 
+   !> Arrays for n blocks.
    subroutine prepare_system(system, n)
       type(system_type), intent(out) :: system
-      integer, intent(in) :: n
+      integer, intent(in) :: n  !< blocks
 
-      allocate (system%inertia(6, 6, n), system%base(6, 6, n))
+      allocate (system%constant(6, 6, n))
       allocate (system%load(6, n), system%rhs(6, n), system%d(6, n), system%previous_d(6, n), &
          source=0.0_wp)
-      call prepare_held(system%held, n)
+      call prepare_contact_terms(system%held, n)
    end subroutine prepare_system
 
-   !> Lay out K̂ for all near pairs, so that the pattern lasts as long as the neighbours do.
-   subroutine set_matrix_pattern(system, n, neighbours)
+   !> Lay out K̂ for all near pairs and all that elements couple, so that the pattern lasts as long
+   !> as the neighbours do.
+   subroutine set_matrix_pattern(system, blocks, neighbours, elements, step)
       type(system_type), intent(inout) :: system
-      integer, intent(in) :: n
+      type(blocks_type), intent(in) :: blocks
       type(neighbours_type), intent(in) :: neighbours
+      type(elements_type), intent(in) :: elements
+      type(step_type), intent(in) :: step  !< the one to come
+      integer, allocatable :: pairs(:,:)
       integer :: p
 
-      system%held%anew = .true.
-      call set_pattern(system%matrix, n, neighbours%pair(:, :neighbours%n_pairs))
-      if (allocated(system%pair_of_entry)) deallocate (system%pair_of_entry, system%first_contact)
-      allocate (system%pair_of_entry(size(system%matrix%column)), &
-         system%first_contact(neighbours%n_pairs + 1))
-      do p = 1, neighbours%n_pairs
-         system%pair_of_entry(entry_of(system%matrix, neighbours%pair(1, p), &
-            neighbours%pair(2, p))) = p
-      end do
+      system%held%rebuild = .true.
+      call linear_terms_of(elements, blocks, step, system%terms)
+      pairs = coupled_blocks(system%terms)
+      call set_pattern(system%linear, blocks%n, pairs)
+      associate (near => neighbours%pair(:, :neighbours%n_pairs), matrix => system%matrix)
+         if (size(pairs, 2) > 0) pairs = reshape([near, pairs], [2, size(near, 2) + size(pairs, 2)])
+         if (size(pairs, 2) == 0) pairs = near
+         call set_pattern(matrix, blocks%n, pairs)
+         if (allocated(system%pair_of_entry)) deallocate (system%pair_of_entry, &
+            system%first_contact)
+         allocate (system%pair_of_entry(size(matrix%column)), source=size(near, 2) + 1)
+         allocate (system%first_contact(size(near, 2) + 2))
+         do p = 1, size(near, 2)
+            system%pair_of_entry(entry_of(matrix, near(1, p), near(2, p))) = p
+         end do
+      end associate
+      call index_linear(system)
    end subroutine set_matrix_pattern
 
-   !> 2M/Δt² + elasticity, constants of a block as long as Δt stays.
-   subroutine set_inertia(system, blocks, time_step)
+   !> Where the lower entries of the linear part stand in K̂.
+   subroutine index_linear(system)
+      type(system_type), intent(inout) :: system
+      integer :: row, k
+
+      system%linear_entry = [integer ::]
+      if (size(system%linear%column) == 0) return
+      system%linear_entry = spread(0, 1, size(system%matrix%column))
+      do row = 1, system%linear%n
+         do k = system%linear%row_start(row), system%linear%row_start(row + 1) - 1
+            system%linear_entry(entry_of(system%matrix, row, system%linear%column(k))) = k
+         end do
+      end do
+   end subroutine index_linear
+
+   !> M/(χΔt²) + θ elasticity, constants of a block as long as step and scheme stay.
+   subroutine set_constant(system, blocks, step)
       type(system_type), intent(inout) :: system
       type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: time_step
+      type(step_type), intent(in) :: step
+      real(wp) :: weight
       integer :: b
 
-      if (system%inertia_step == time_step) return
+      associate (known => system%constant_step)
+         if (known%time_step == step%time_step .and. known%scheme%theta == step%scheme%theta &
+            .and. known%scheme%chi == step%scheme%chi) return
+      end associate
+      weight = mass_weight(step)
       do b = 1, blocks%n
-         system%inertia(:, :, b) = 2.0_wp/time_step**2*blocks%inertia(:, :, b)
-         system%inertia(4:6, 4:6, b) = system%inertia(4:6, 4:6, b) + blocks%stiffness(:, :, b)
+         system%constant(:, :, b) = weight*blocks%inertia(:, :, b)
+         system%constant(4:6, 4:6, b) = system%constant(4:6, 4:6, b) &
+            + step%scheme%theta*blocks%stiffness(:, :, b)
       end do
-      system%inertia_step = time_step
-   end subroutine set_inertia
+      system%constant_step = step
+   end subroutine set_constant
 
-   !> All of K̂ and f̂ that does not depend on contact states; `time` is the end of the step.
-   subroutine assemble_base(system, model, blocks, time, time_step)
+   !> All of K̂ and f̂ that does not depend on contact states.
+   subroutine assemble_linear(system, elements, blocks, step)
       type(system_type), intent(inout) :: system
-      type(model_type), intent(in) :: model
+      type(elements_type), intent(in) :: elements
       type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: time, time_step
-      real(wp) :: force(2)
+      type(step_type), intent(in) :: step
       integer :: p
 
-      call set_inertia(system, blocks, time_step)
-      force = base_force(model, time)
+      call set_constant(system, blocks, step)
+      system%linear%lower = 0.0_wp
       if (blocks%n < parallel_from) then
-         call lay_base(system, blocks, force, time_step, 1, blocks%n)
+         call assemble_blocks(system, blocks, step, 1, blocks%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(blocks%n)
-            call lay_base(system, blocks, force, time_step, first_of(p, blocks%n), &
-               last_of(p, blocks%n))
+            call assemble_blocks(system, blocks, step, first_of(p, blocks%n), last_of(p, blocks%n))
          end do
       end if
-      call add_loads(system, model, blocks, time)
-      call add_fixed_points(system, model, blocks, time)
-      system%held%anew = .true.
-   end subroutine assemble_base
+      call linear_terms_of(elements, blocks, step, system%terms)
+      call add_to_matrix(system%terms, step_weights(step), system%linear)
+      call add_forces(elements, blocks, step, system%load)
+      system%held%rebuild = .true.
+   end subroutine assemble_linear
 
-   !> Inertia, elasticity and body force of some blocks.
-   pure subroutine lay_base(system, blocks, force, time_step, first, last)
+   !> Inertia, elasticity and stress of blocks first … last.
+   pure subroutine assemble_blocks(system, blocks, step, first, last)
       type(system_type), intent(inout) :: system
       type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: force(2), time_step
+      type(step_type), intent(in) :: step
       integer, intent(in) :: first, last
-      real(wp) :: strain_load(3)
+      real(wp) :: strain_load(3), weight
       integer :: b
 
+      weight = momentum_weight(step)
       do b = first, last
-         system%base(:, :, b) = system%inertia(:, :, b)
-         system%load(:, b) = 2.0_wp/time_step*matmul(blocks%inertia(:, :, b), blocks%velocity(:, b))
+         system%linear%diagonal(:, :, b) = system%constant(:, :, b)
+         system%load(:, b) = weight*matmul(blocks%inertia(:, :, b), blocks%velocity(:, b))
          strain_load = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
             + blocks%area(b)*blocks%initial_stress(:, b)
          system%load(4:6, b) = system%load(4:6, b) - strain_load
-         system%load(1:2, b) = system%load(1:2, b) + blocks%mass(b)*force
       end do
-   end subroutine lay_base
-
-   !> Body force per unit mass, m/s²: gravity, and base acceleration in the frame of the base.
-   pure function base_force(model, time) result(force)
-      type(model_type), intent(in) :: model
-      real(wp), intent(in) :: time
-      real(wp) :: force(2)
-      integer :: axis
-
-      force = model%control%gravity
-      do axis = 1, 2
-         if (model%control%base_motion(axis) == 0) cycle
-         force(axis) = force(axis) &
-            - acceleration_at(model%motions(model%control%base_motion(axis))%curve, time)
-      end do
-   end function base_force
-
-   subroutine add_loads(system, model, blocks, time)
-      type(system_type), intent(inout) :: system
-      type(model_type), intent(in) :: model
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: time
-      integer :: i, b
-
-      do i = 1, size(model%loads)
-         b = model%loads(i)%block
-         system%load(:, b) = system%load(:, b) + matmul(load_at(model%loads(i), time), &
-            shape_matrix(blocks, b, model%loads(i)%reference))
-      end do
-   end subroutine add_loads
-
-   !> Stiff springs to the prescribed places at the end of the step.
-   subroutine add_fixed_points(system, model, blocks, time)
-      type(system_type), intent(inout) :: system
-      type(model_type), intent(in) :: model
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: time
-      real(wp) :: t(2, 6), stiffness, away(2)
-      integer :: i, b, axis, column
-
-      stiffness = model%contact%fixed_point_ratio*model%contact%normal_stiffness
-      do i = 1, size(model%fixed_points)
-         b = model%fixed_points(i)%block
-         t = shape_matrix(blocks, b, model%fixed_points(i)%reference)
-         away = place_of(blocks, b, model%fixed_points(i)%reference) - support_target(model, i, &
-            time)
-         do axis = 1, 2
-            if (.not. model%fixed_points(i)%held(axis)) cycle
-            do column = 1, 6
-               system%base(:, column, b) = system%base(:, column, b) + stiffness*t(axis, &
-                  column)*t(axis, :)
-            end do
-            system%load(:, b) = system%load(:, b) - stiffness*away(axis)*t(axis, :)
-         end do
-      end do
-   end subroutine add_fixed_points
-
-   !> Where fixed point i is to be at a time, m.
-   pure function support_target(model, i, time) result(target)
-      type(model_type), intent(in) :: model
-      integer, intent(in) :: i
-      real(wp), intent(in) :: time
-      real(wp) :: target(2)
-      integer :: axis
-
-      target = model%fixed_points(i)%place
-      do axis = 1, 2
-         if (model%fixed_points(i)%motion(axis) == 0) cycle
-         target(axis) = target(axis) &
-            + displacement_at(model%motions(model%fixed_points(i)%motion(axis))%curve, time)
-      end do
-   end function support_target
+   end subroutine assemble_blocks
 
 end module dda_system

@@ -131,6 +131,9 @@ contains
          end associate
          if (allocated(error)) return
       end do
+      if (model%contact%original_rules .and. model%control%integration /= 'dda') &
+         call fail(error, error_input, file//": contact_rules = 'original' of &contact needs "// &
+         "integration = 'dda' of &control, not "//quoted(trim(model%control%integration)))
    end subroutine read_settings
 
    !> The input's name with .nc in place of .nml, in the working folder.

@@ -4,6 +4,7 @@ module dda_input_settings
    use dda_errors, only: error_type
    use dda_input_group, only: place_type, input_error, read_error, require_positive, &
       require_within, require_finite, unset, is_set, name_length
+   use dda_input_integration, only: check_integration
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
    use dda_linear_solver, only: solver_names
    use dda_text, only: quoted, to_text
@@ -40,14 +41,14 @@ contains
       character(len=name_length), intent(out) :: base_motion(2)  !< names of motions, x and y
       type(error_type), allocatable, intent(inout) :: error
       real(wp) :: time_step, duration, steps, least_time_step, dynamic_factor, &
-         max_displacement_ratio, gravity(2)
+         max_displacement_ratio, gravity(2), theta, damping_ratio, damping_frequency
       character(len=name_length) :: time_step_control, analysis, solver, base_motion_x, &
-         base_motion_y
+         base_motion_y, integration
       character(len=256) :: message
       integer :: status
       namelist /control/ time_step, duration, steps, least_time_step, dynamic_factor, &
          max_displacement_ratio, gravity, time_step_control, analysis, solver, base_motion_x, &
-         base_motion_y
+         base_motion_y, integration, theta, damping_ratio, damping_frequency
 
       time_step = unset
       duration = unset
@@ -61,6 +62,10 @@ contains
       solver = settings%solver
       base_motion_x = ''
       base_motion_y = ''
+      integration = settings%integration
+      theta = unset
+      damping_ratio = unset
+      damping_frequency = unset
       read (group, nml=control, iostat=status, iomsg=message)
       if (status /= 0) call read_error(error, place, message)
 
@@ -84,8 +89,11 @@ contains
       if (allocated(error)) return
 
       settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
-         least_time_step, dynamic_factor, max_displacement_ratio, gravity, &
-         analysis == 'plane_strain', 0, solver(:16))
+         least_time_step=least_time_step, dynamic_factor=dynamic_factor, gravity=gravity, &
+         max_displacement_ratio=max_displacement_ratio, &
+         plane_strain=analysis == 'plane_strain', solver=solver(:16))
+      call check_integration(error, place, integration, theta, damping_ratio, damping_frequency, &
+         settings)
       base_motion = [base_motion_x, base_motion_y]
    end subroutine read_control
 

@@ -10,6 +10,8 @@ module dda_settings
       real(wp) :: time_step = 0.0_wp               !< Δt, s; the largest one when adaptive
       integer(long) :: steps = 0                   !< steps of `time_step`; duration = steps·Δt
       logical :: adaptive = .false.                !< Δt may shrink and recover
+      character(len=16) :: integration = 'dda'     !< member of the family of `dda_scheme`, by name
+      real(wp) :: theta = 0.75_wp                  !< θ = χ of integration 'theta'
       real(wp) :: least_time_step = 0.0_wp         !< s, when adaptive
       real(wp) :: dynamic_factor = 1.0_wp          !< 1 fully dynamic … 0 static
       real(wp) :: max_displacement_ratio = 0.01_wp !< of half the model size, per step

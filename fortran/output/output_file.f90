@@ -10,7 +10,7 @@ module dda_output_file
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type
    use dda_byte_file, only: reserve_room, settle_file
-   use dda_energy, only: energy_terms, energy_names
+   use dda_energy, only: energy_terms
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
@@ -42,7 +42,7 @@ module dda_output_file
       integer :: contacts = 0                     !< contact states written
       integer :: time, time_step, iterations
       integer :: motion(3)                        !< displacement, velocity, acceleration
-      integer :: energy(energy_terms)
+      integer :: energy(size(energy_terms))
       integer :: frame_time, coordinates, rates, stress, vertices, vertex, block, name, place, owner
       integer :: density, modulus
       integer :: contact_frame, contact(contact_columns)
@@ -197,10 +197,8 @@ contains
    subroutine define_history(output, time, point, axis)
       type(output_type), intent(inout) :: output
       integer, intent(in) :: time, point, axis
-      character(len=16) :: names(energy_terms)
       integer :: i
 
-      names = energy_names()
       associate (dataset => output%dataset)
          output%time = define(dataset, 'time', nf90_double, [time], 's', 'time')
          output%motion(1) = define(dataset, 'displacement', nf90_double, [axis, point, time], 'm', &
@@ -213,9 +211,9 @@ contains
             'time step that led here')
          output%iterations = define(dataset, 'iterations', nf90_double, [time], '1', &
             'most open-close iterations of a step since the last sample')
-         do i = 1, energy_terms
-            output%energy(i) = define(dataset, 'energy_'//trim(names(i)), nf90_double, [time], &
-               'J m-1', trim(names(i))//' energy per metre of thickness')
+         do i = 1, size(energy_terms)
+            output%energy(i) = define(dataset, 'energy_'//trim(energy_terms(i)%name), nf90_double, &
+               [time], 'J m-1', trim(energy_terms(i)%meaning)//', per metre of thickness')
          end do
       end associate
    end subroutine define_history
@@ -375,7 +373,7 @@ contains
          call put(dataset, output%time, sample(:n, 1), [first], [n])
          call put(dataset, output%time_step, sample(:n, 2), [first], [n])
          call put(dataset, output%iterations, sample(:n, 3), [first], [n])
-         do i = 1, energy_terms
+         do i = 1, size(energy_terms)
             call put(dataset, output%energy(i), sample(:n, 3 + i), [first], [n])
          end do
          if (width == 0) return

@@ -11,7 +11,7 @@ module dda_sample
    private
    public :: sample_head, contact_columns, sample_size, frame_size, take_sample, take_frame
 
-   integer, parameter :: sample_head = 3 + energy_terms  !< time, Δt, iterations, energies
+   integer, parameter :: sample_head = 3 + size(energy_terms)  !< time, Δt, iterations, energies
    integer, parameter :: contact_columns = 8
 
 contains

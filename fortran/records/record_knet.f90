@@ -2,7 +2,7 @@
 !>
 !> Reference: NIED, *K-NET ASCII format* (www.kyoshin.bosai.go.jp): sampling frequency `100Hz`,
 !> duration in seconds, scale factor `2000(gal)/8388608`; acceleration in gal is the integer
-!> sample times the factor.  Raw records serialise an offset, which is left for the baseline to
+!> sample times the factor.  Raw records carry an offset, which is left for the baseline to
 !> remove.
 module dda_record_knet
    use dda_kinds, only: wp, long

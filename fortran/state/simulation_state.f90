@@ -5,10 +5,11 @@ module dda_simulation_state
    use dda_system, only: set_matrix_pattern
    use dda_blocks, only: blocks_type
    use dda_contact_state, only: serialise_contacts, serialise_neighbours
+   use dda_elements, only: serialise_elements
    use dda_energy, only: energy_type
    use dda_neighbours, only: find_corners
-   use dda_open_close, only: iteration_type
-   use dda_simulation, only: simulation_type
+   use dda_open_close, only: open_close_type
+   use dda_simulation, only: simulation_type, next_step
    use dda_linear_solver, only: analyse
    use dda_solver_state, only: serialise_solver
    implicit none
@@ -27,13 +28,16 @@ contains
       call serialise_counters(archive, simulation)
       call serialise_energy(archive, simulation%energy)
       call serialise_blocks(archive, simulation%blocks)
+      call serialise_label(archive, 'elements')
+      call serialise_elements(simulation%elements, archive)
       call serialise_neighbours(archive, simulation%neighbours, simulation%blocks)
       call serialise_contacts(archive, simulation%contacts(simulation%now), simulation%blocks, &
          simulation%neighbours, size(simulation%model%joints))
       call serialise_iteration(archive, simulation%iteration, simulation%contacts(simulation%now)%n)
       if (archive%reading .and. .not. allocated(archive%failure)) then
          call find_corners(simulation%neighbours, simulation%blocks)
-         call set_matrix_pattern(simulation%system, simulation%blocks%n, simulation%neighbours)
+         call set_matrix_pattern(simulation%system, simulation%blocks, simulation%neighbours, &
+            simulation%elements, next_step(simulation))
          call analyse(simulation%solver, simulation%system%matrix)
       end if
       call serialise_solver(archive, simulation%solver, simulation%system%matrix)
@@ -74,25 +78,14 @@ contains
       type(energy_type), intent(inout) :: energy
 
       call serialise_label(archive, 'energy')
-      call serialise(archive, energy%kinetic)
-      call serialise(archive, energy%strain)
-      call serialise(archive, energy%contact)
-      call serialise(archive, energy%support)
-      call serialise(archive, energy%gravity)
-      call serialise(archive, energy%input)
-      call serialise(archive, energy%friction)
-      call serialise(archive, energy%fracture)
-      call serialise(archive, energy%algorithmic)
-      call serialise(archive, energy%kinetic_damping)
-      call serialise(archive, energy%geometric)
-      call serialise(archive, energy%initial)
+      call serialise(archive, energy%value)
    end subroutine serialise_energy
 
    !> Outcome of the last step's iteration, whose tolerance the next one begins with; settings are
    !> the input's.
    subroutine serialise_iteration(archive, iteration, contacts)
       type(archive_type), intent(inout) :: archive
-      type(iteration_type), intent(inout) :: iteration
+      type(open_close_type), intent(inout) :: iteration
       integer, intent(in) :: contacts  !< contacts in the list
 
       call serialise_label(archive, 'iteration')
@@ -101,9 +94,9 @@ contains
       call serialise(archive, iteration%broken)
       call serialise(archive, iteration%residual)
       call serialise(archive, iteration%tolerance)
-      call serialise(archive, iteration%short_ways)
+      call serialise(archive, iteration%short_steps)
       call serialise_number(archive, iteration%worst, 0, contacts)
-      call serialise(archive, iteration%kept)
+      call serialise(archive, iteration%retained)
       call serialise(archive, iteration%reduction)
    end subroutine serialise_iteration
 
@@ -120,8 +113,6 @@ contains
       call serialise(archive, blocks%axes)
       call serialise(archive, blocks%gradient)
       call serialise(archive, blocks%vertex)
-      call serialise(archive, blocks%along)
-      call serialise(archive, blocks%length)
       call serialise(archive, blocks%along)
       call serialise(archive, blocks%length)
    end subroutine serialise_blocks

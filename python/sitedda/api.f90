@@ -5,7 +5,8 @@
 module api
    use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_int
    use dda_advice, only: penalty_type, penalty_for_frequency, penalty_for_shift
-   use dda_check_report, only: report_type, check_simulation, report_text
+   use dda_check_report, only: report_type, report_text
+   use dda_check_simulation, only: check_simulation
    use dda_contact, only: contacts_type
    use dda_energy, only: energy_terms, energy_values
    use dda_baseline, only: baseline_type, motion_curve_type, make_motion_curve

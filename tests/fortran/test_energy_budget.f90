@@ -1,6 +1,9 @@
 !> The energy audit of whole runs: nothing is left over, losses are losses, and energies are what
 !> mechanics says.
 module test_energy_budget
+   use dda_energy, only: energy_algorithmic, energy_contact, energy_fracture, energy_friction, &
+      energy_geometric, energy_gravity, energy_input, energy_kinetic, energy_kinetic_damping, &
+      energy_strain
    use dda_kinds, only: wp
    use dda_energy, only: energy_type, total_energy
    use dda_errors, only: error_type
@@ -64,13 +67,14 @@ contains
          if (allocated(error)) exit
          associate (after => simulation%energy)
             worst = max(worst, relative_balance(after))
-            scale = max(scale, after%kinetic, abs(after%gravity), after%contact, after%strain)
+            scale = max(scale, after%value(energy_kinetic), abs(after%value(energy_gravity)), &
+               after%value(energy_contact), after%value(energy_strain))
             growth = max(growth, (total_energy(after) - total_energy(before) &
-               - (after%geometric - before%geometric))/scale)
-            loss = max(loss, (before%friction - after%friction)/scale, &
-               (before%algorithmic - after%algorithmic)/scale, &
-               (before%fracture - after%fracture)/scale, &
-               (before%kinetic_damping - after%kinetic_damping)/scale)
+               - (after%value(energy_geometric) - before%value(energy_geometric)))/scale)
+            loss = max(loss, (before%value(energy_friction) - after%value(energy_friction))/scale, &
+               (before%value(energy_algorithmic) - after%value(energy_algorithmic))/scale, &
+               (before%value(energy_fracture) - after%value(energy_fracture))/scale, &
+               (before%value(energy_kinetic_damping) - after%value(energy_kinetic_damping))/scale)
          end associate
       end do
       call check_no_error(error, 'all steps close')
@@ -87,12 +91,12 @@ contains
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
          1.0_wp)))
       call audit(simulation, 1000, .true.)
-      call check_close(simulation%energy%kinetic, 0.5_wp*2500.0_wp*9.81_wp**2, 'kinetic', &
-         relative=1.0e-10_wp)
-      call check_close(simulation%energy%gravity, -0.5_wp*2500.0_wp*9.81_wp**2, 'gravity', &
-         relative=1.0e-10_wp)
-      call check_close(simulation%energy%algorithmic, 0.0_wp, 'the scheme takes nothing', &
-         absolute=1.0e-6_wp)
+      call check_close(simulation%energy%value(energy_kinetic), 0.5_wp*2500.0_wp*9.81_wp**2, &
+         'kinetic', relative=1.0e-10_wp)
+      call check_close(simulation%energy%value(energy_gravity), -0.5_wp*2500.0_wp*9.81_wp**2, &
+         'gravity', relative=1.0e-10_wp)
+      call check_close(simulation%energy%value(energy_algorithmic), 0.0_wp, &
+         'the scheme takes nothing', absolute=1.0e-6_wp)
    end subroutine free_fall
 
    subroutine bounce()
@@ -106,7 +110,7 @@ contains
             rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
             floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
          call audit(simulation, nint(0.1_wp/step(i)), .true.)
-         call check(simulation%energy%algorithmic > 0.0_wp, 'the scheme damps')
+         call check(simulation%energy%value(energy_algorithmic) > 0.0_wp, 'the scheme damps')
       end do
    end subroutine bounce
 
@@ -123,9 +127,10 @@ contains
          block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
          block_text('b', rectangle(-0.9_wp, 0.0_wp, 0.1_wp, 0.4_wp), "material = 'thrown' ")//held)
       call audit(simulation, 600, .true.)
-      call check_close(simulation%energy%friction, 0.5_wp*1000.0_wp*1.5_wp**2, 'friction', &
-         relative=1.0e-3_wp)
-      call check(simulation%energy%kinetic < 1.0e-6_wp*simulation%energy%friction, 'at rest')
+      call check_close(simulation%energy%value(energy_friction), 0.5_wp*1000.0_wp*1.5_wp**2, &
+         'friction', relative=1.0e-3_wp)
+      call check(simulation%energy%value(energy_kinetic) < 1.0e-6_wp &
+         *simulation%energy%value(energy_friction), 'at rest')
    end subroutine sliding
 
    !> Falls on a corner and tumbles: large rotations under contact.
@@ -137,8 +142,8 @@ contains
          rock//joint_text(35.0_wp, 0.0_wp, 0.0_wp)// &
          floor_and(turned(rectangle(0.9_wp, 0.9_wp, 1.6_wp, 1.4_wp), 0.9_wp)))
       call audit(simulation, 5000, .true.)
-      call check(abs(simulation%energy%geometric) < 0.02_wp*abs(simulation%energy%gravity), &
-         'exact geometry adds little')
+      call check(abs(simulation%energy%value(energy_geometric)) < 0.02_wp &
+         *abs(simulation%energy%value(energy_gravity)), 'exact geometry adds little')
    end subroutine tumbling
 
    subroutine settling_stack()
@@ -184,8 +189,8 @@ contains
          "motion_x = 'shake' /"//" &fixed_point x = -1.9 y = -0.1 motion_x = 'shake' / "// &
          "&fixed_point x = 1.9 y = -0.1 motion_x = 'shake' /")
       call audit(simulation, 500, .false.)
-      call check(abs(simulation%energy%input) > 0.0_wp .and. simulation%energy%friction > 0.0_wp, &
-         'the base works, the block slips')
+      call check(abs(simulation%energy%value(energy_input)) > 0.0_wp &
+         .and. simulation%energy%value(energy_friction) > 0.0_wp, 'the base works, the block slips')
    end subroutine shaken_base
 
    !> 0.4 s of displacement in samples of 0.05 s.
@@ -205,7 +210,7 @@ contains
          contact_text(1.0e9_wp, '')//rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
          floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
       call audit(simulation, 500, .false.)
-      call check(abs(simulation%energy%input) > 0.0_wp, 'it works')
+      call check(abs(simulation%energy%value(energy_input)) > 0.0_wp, 'it works')
    end subroutine body_force
 
    !> Force times way of a free block.
@@ -217,9 +222,9 @@ contains
          0.0_wp)//block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
          ' &load x = 0.0 y = 0.0 time = 0.0 2.0 force_x = 5000.0 5000.0 /')
       call audit(simulation, 1000, .false.)
-      call check_close(simulation%energy%input, 5000.0_wp*1.0_wp, 'F ½ (F/m) t²', &
+      call check_close(simulation%energy%value(energy_input), 5000.0_wp*1.0_wp, 'F ½ (F/m) t²', &
          relative=1.0e-10_wp)
-      call check_close(simulation%energy%kinetic, 5000.0_wp, 'all of it kinetic', &
+      call check_close(simulation%energy%value(energy_kinetic), 5000.0_wp, 'all of it kinetic', &
          relative=1.0e-10_wp)
    end subroutine load
 
@@ -234,7 +239,7 @@ contains
          '0.0 6.0e4 /')
       call audit(simulation, 3000, .false.)
       call check(simulation%counters%broken == 2, 'both break')
-      call check(simulation%energy%fracture > 0.0_wp, 'and take energy')
+      call check(simulation%energy%value(energy_fracture) > 0.0_wp, 'and take energy')
    end subroutine breaking_bonds
 
    subroutine dynamic_factor()
@@ -245,7 +250,7 @@ contains
          contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
       call audit(simulation, 500, .true.)
-      call check(simulation%energy%kinetic_damping > 0.0_wp, 'it takes energy')
+      call check(simulation%energy%value(energy_kinetic_damping) > 0.0_wp, 'it takes energy')
    end subroutine dynamic_factor
 
 end module test_energy_budget

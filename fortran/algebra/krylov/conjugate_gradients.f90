@@ -46,7 +46,7 @@ contains
 
    !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
    !>
-   !> After many iterations the residual that they serialise along has drifted from the true one,
+   !> After many iterations the residual that they carry along has drifted from the true one,
    !> which is then looked at.
    subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
       work, iterations, residual, enough)

@@ -1,0 +1,383 @@
+!> The checks of a started simulation, each a line of the report or two.
+module dda_check_simulation
+   use dda_kinds, only: wp, long, pi
+   use dda_advice, only: stiff_limit
+   use dda_blocks, only: blocks_type
+   use dda_check_band, only: band_type, significant_band
+   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, verdict_fail, &
+      advice_if, short
+   use dda_errors, only: error_type
+   use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
+      strain_energy
+   use dda_modes, only: modes_type, find_modes
+   use dda_omega_max, only: find_omega_max
+   use dda_ringing, only: ringing_type, find_ringing
+   use dda_scheme_response, only: forced_damping
+   use dda_simulation, only: simulation_type
+   use dda_text, only: to_text
+   use dda_time_step, only: advance
+   use dda_unresolved, only: count_unresolved
+   implicit none
+   private
+   public :: check_simulation
+
+   !> steps in which the slowest alternating mode may fall to 1/e without a warning
+   real(wp), parameter :: most_ringing = 1000.0_wp
+   integer, parameter :: wanted_modes = 5
+   integer, parameter :: timed_steps = 3, timed_blocks = 5000
+   integer, parameter :: stiff_limit_blocks = 2000          !< beyond, the stiff limit is estimated
+
+contains
+
+   !> Check a started simulation; it stays as it is.
+   subroutine check_simulation(simulation, report, error)
+      type(simulation_type), intent(in) :: simulation
+      type(report_type), intent(out) :: report
+      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type) :: linear
+
+      call linearise(linear, simulation, 'auto', error)
+      if (allocated(error)) return
+      call significant_band(simulation%model%motions, report%band)
+      call measure_blocks(simulation%blocks, report)
+      call check_contacts(linear, report)
+      call check_highest(linear, report)
+      call check_ringing(linear, report)
+      call check_modes(linear, report)
+      call check_penalty(simulation, linear, report)
+      call check_penalty_bounds(simulation, linear, report)
+      call check_resolution(linear%time_step, report)
+      call check_damping(linear, report)
+      call check_cost(simulation, linear, report)
+   end subroutine check_simulation
+
+   subroutine measure_blocks(blocks, report)
+      type(blocks_type), intent(in) :: blocks
+      type(report_type), intent(inout) :: report
+      real(wp) :: side, density
+      integer :: b
+
+      report%block_size = [huge(1.0_wp), 0.0_wp]
+      report%speed = [huge(1.0_wp), 0.0_wp]
+      do b = 1, blocks%n
+         associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))
+            side = minval(maxval(shape, 2) - minval(shape, 2))
+         end associate
+         density = blocks%mass(b)
+         report%block_size = [min(report%block_size(1), side), max(report%block_size(2), side)]
+         report%speed(1) = min(report%speed(1), sqrt(blocks%stiffness(3, 3, b)/density))
+         report%speed(2) = max(report%speed(2), sqrt(blocks%stiffness(1, 1, b)/density))
+      end do
+   end subroutine measure_blocks
+
+   subroutine check_contacts(linear, report)
+      type(linear_model_type), intent(in) :: linear
+      type(report_type), intent(inout) :: report
+      character(len=:), allocatable :: settled
+
+      settled = ''
+      if (allocated(linear%equilibrium%words)) settled = '; '//linear%equilibrium%words
+      if (linear%closed == 0 .and. linear%n > 1) then
+         call add_line(report, verdict_warn, 'contacts', 'no contact is closed'//settled, 'model', &
+            'blocks touch only where edges meet; check the vertices')
+      else
+         call add_line(report, verdict_ok, 'contacts', to_text(linear%n)//' blocks, '// &
+            to_text(linear%closed)//' closed contacts'//settled, 'model', '')
+      end if
+   end subroutine check_contacts
+
+   !> ω_max, and Δt against 4/ω_max.
+   subroutine check_highest(linear, report)
+      type(linear_model_type), intent(in) :: linear
+      type(report_type), intent(inout) :: report
+      type(error_type), allocatable :: error
+      real(wp) :: limit
+
+      call find_omega_max(linear, report%highest, error)
+      if (allocated(error)) then
+         report%highest%omega = 0.0_wp     ! what the search left is no frequency
+         report%highest%residual = 0.0_wp
+         call add_line(report, verdict_warn, 'highest frequency', error%message, 'ARPACK', '')
+         return
+      end if
+      report%has_highest = report%highest%omega > 0.0_wp
+      call add_line(report, verdict_ok, 'highest frequency', report%highest%words, &
+         'ARPACK and bracket', '')
+      if (.not. report%has_highest) return
+      limit = 4.0_wp/report%highest%omega
+      call count_unresolved(linear, linear%time_step, report%unresolved, error)
+      if (linear%time_step < limit) then
+         call add_line(report, verdict_ok, 'time step', to_text(linear%time_step)// &
+            ' s < 4/omega_max = '//to_text(limit)//' s', 'paper eq. 13', '')
+      else if (allocated(error)) then
+         call add_line(report, verdict_warn, 'time step', to_text(linear%time_step)// &
+            ' s > 4/omega_max = '//to_text(limit)//' s', 'paper eq. 13', &
+            'stable, but those modes are not resolved: see ringing')
+      else
+         call add_line(report, verdict_warn, 'time step', to_text(linear%time_step)// &
+            ' s > 4/omega_max = '//to_text(limit)//' s; '//report%unresolved%words, &
+            'paper eq. 13', 'stable, but those modes are not resolved: see ringing')
+      end if
+   end subroutine check_highest
+
+   !> How long velocities that change their sign every step last: warned of where it is longer than
+   !> a period of the first mode.
+   subroutine check_ringing(linear, report)
+      type(linear_model_type), intent(in) :: linear
+      type(report_type), intent(inout) :: report
+      type(ringing_type) :: ringing
+      type(error_type), allocatable :: error
+
+      call find_ringing(linear, ringing, error)
+      if (allocated(error)) then
+         call add_line(report, verdict_warn, 'ringing', error%message, 'ARPACK', '')
+         return
+      end if
+      report%ringing = ringing%steps
+      call add_line(report, merge(verdict_warn, verdict_ok, ringing%steps > most_ringing), &
+         'ringing', ringing%words, 'roots of the scheme', advice_if(ringing%steps > most_ringing, &
+         ringing%advice))
+   end subroutine check_ringing
+
+   !> The lowest modes, and whether the time step lets the first one swing.
+   subroutine check_modes(linear, report)
+      type(linear_model_type), intent(in) :: linear
+      type(report_type), intent(inout) :: report
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: list
+      integer :: i
+
+      call find_modes(linear, wanted_modes, report%modes, error)
+      if (allocated(error)) then
+         call add_line(report, verdict_warn, 'lowest modes', error%message, 'ARPACK', '')
+         return
+      end if
+      report%has_modes = report%modes%n > 0
+      list = ''
+      do i = 1, report%modes%n
+         if (i > 1) list = list//', '
+         list = list//short(report%modes%frequency(i))
+      end do
+      if (report%has_modes) list = list//' Hz; '
+      call add_line(report, merge(verdict_ok, verdict_warn, report%has_modes), 'lowest modes', &
+         list//report%modes%words, 'ARPACK', '')
+      if (.not. report%has_modes) return
+      if (report%modes%elongation(1) < 0.0_wp) then
+         call add_line(report, verdict_fail, 'first mode', 'it does not oscillate: omega dt = '// &
+            to_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', &
+            'time_step below '//to_text(0.1_wp/report%modes%frequency(1))//' s')
+      else
+         call add_line(report, merge(verdict_ok, verdict_warn, &
+            report%modes%elongation(1) < 0.01_wp), 'first mode', 'period longer by '// &
+            to_text(100*report%modes%elongation(1))//' %, limit 1 %', 'scheme', &
+            advice_if(report%modes%elongation(1) >= 0.01_wp, 'a smaller time_step'))
+      end if
+   end subroutine check_modes
+
+   !> Penalty against the stiffness of the blocks, and what it does to the first frequency.
+   subroutine check_penalty(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation
+      type(linear_model_type), intent(inout) :: linear  !< comes back as it was
+      type(report_type), intent(inout) :: report
+      type(error_type), allocatable :: error
+      real(wp) :: ratio, limit
+      character(len=:), allocatable :: found
+
+      ratio = simulation%model%contact%normal_stiffness/(linear%modulus*1.0_wp)
+      found = to_text(simulation%model%contact%normal_stiffness)//' N/m, '//to_text(ratio)//' E·1 m'
+      if (.not. report%has_modes .or. linear%closed == 0) then
+         call add_line(report, verdict_ok, 'penalty', found, 'paper section 2.2: 40 E', '')
+         return
+      end if
+      if (linear%n <= stiff_limit_blocks) then
+         call stiff_limit(linear, limit, error)
+         if (allocated(error)) then
+            call add_line(report, verdict_ok, 'penalty', found//'; '//error%message, &
+               'paper section 2.2: 40 E', '')
+            return
+         end if
+         report%shift = 1.0_wp - report%modes%frequency(1)/limit
+      else
+         report%shift = shift_by_energy(linear, report%modes)
+      end if
+      call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
+         found//'; joints lower the first frequency by '//to_text(100*report%shift)// &
+         ' %, limit 5 %', 'stiff limit', advice_if(report%shift >= 0.05_wp, &
+         'a higher normal_stiffness, unless the joints are meant to be that soft'))
+   end subroutine check_penalty
+
+   !> Not so soft that blocks sink into each other, not so stiff that the rounding of places is a
+   !> force.
+   subroutine check_penalty_bounds(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation
+      type(linear_model_type), intent(in) :: linear
+      type(report_type), intent(inout) :: report
+      real(wp), parameter :: deepest = 0.01_wp, noisiest = 1.0e-3_wp
+      real(wp) :: depth, noise, weight
+
+      weight = norm2(simulation%model%control%gravity)*minval(simulation%blocks%mass)
+      if (weight == 0.0_wp .or. linear%closed == 0) return
+      depth = linear%penetration/report%block_size(1)
+      noise = simulation%iteration%noise/weight
+      call add_line(report, merge(verdict_ok, verdict_warn, depth <= deepest &
+         .and. noise <= noisiest), 'penalty bounds', 'settled contacts penetrate by '// &
+         to_text(100*depth)//' % of the smallest block, limit '//to_text(100*deepest)// &
+         ' %; rounding is worth '//to_text(100*noise)//' % of its weight, limit '// &
+         to_text(100*noisiest)//' %', 'statics', advice_if(depth > deepest, &
+         'a higher normal_stiffness, or penetration_tolerance')//advice_if(noise > noisiest, &
+         'a lower normal_stiffness'))
+   end subroutine check_penalty_bounds
+
+   !> About the same from one mode: where joints hold a share s of its energy, ω² is 1 − s of the
+   !> stiff limit's.
+   pure real(wp) function shift_by_energy(linear, modes) result(shift)
+      type(linear_model_type), intent(in) :: linear
+      type(modes_type), intent(in) :: modes
+      type(energy_share_type) :: energy
+
+      energy = energy_of(linear, modes%shape(:, :, 1))
+      shift = 1.0_wp - sqrt(max(0.0_wp, energy%share(strain_energy)))
+   end function shift_by_energy
+
+   !> Blocks against wave lengths, Δt against crossing times.
+   subroutine check_resolution(time_step, report)
+      real(wp), intent(in) :: time_step
+      type(report_type), intent(inout) :: report
+      real(wp) :: crossing(2), eta, period
+
+      crossing = report%block_size(1)/[report%speed(2), report%speed(1)]
+      call add_line(report, merge(verdict_ok, verdict_warn, time_step < crossing(1)), 'CFL', &
+         to_text(time_step)//' s against dx/v = '//to_text(crossing(1))//' s (P), '// &
+         to_text(crossing(2))//' s (S)', 'paper eq. 14', advice_if(time_step >= crossing(1), &
+         'needed only to follow P wave fronts; the scheme stays stable'))
+      if (.not. report%band%known) return
+      period = 1.0_wp/report%band%highest
+      eta = report%block_size(2)*report%band%highest/report%speed(1)
+      call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
+         eta <= 1.0_wp/12), 'element size', 'eta = 1/'//to_text(1/eta)//' at '// &
+         short(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20', 'paper eq. 12', &
+         advice_if(eta > 1.0_wp/12, 'blocks no larger than '// &
+         to_text(report%speed(1)/report%band%highest/12)//' m'))
+      call add_line(report, merge(verdict_ok, verdict_warn, time_step < eta*period), &
+         'time resolution', to_text(time_step)//' s against eta T = '//to_text(eta*period)//' s', &
+         'paper eq. 15', advice_if(time_step >= eta*period, 'a smaller time_step'))
+   end subroutine check_resolution
+
+   !> Damping ratio of the scheme at the first mode and over the band of the record.
+   subroutine check_damping(linear, report)
+      type(linear_model_type), intent(in) :: linear
+      type(report_type), intent(inout) :: report
+      real(wp) :: first
+      logical :: followed
+      character(len=:), allocatable :: found
+
+      first = 0.0_wp
+      found = ''
+      if (report%has_modes) then
+         first = report%modes%damping(1)
+         found = to_text(100*first)//' % at '//short(report%modes%frequency(1))//' Hz'
+      end if
+      followed = .true.
+      if (report%band%known) then
+         followed = report%band%highest < nyquist(linear%time_step)
+         if (found /= '') found = found//'; '
+         found = found//damping_over(report%band, linear)
+      end if
+      if (found == '') return
+      call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), &
+         'damping', 'by the scheme '//found, '2 zeta = (a + b) tau/(1 - a b tau^2), tau = '// &
+         'tan(omega dt/2)', damping_advice(first, followed, report%band))
+   end subroutine check_damping
+
+   !> Damping ratio over a band, %; the part at or beyond the Nyquist frequency has none.
+   pure function damping_over(band, linear) result(text)
+      type(band_type), intent(in) :: band
+      type(linear_model_type), intent(in) :: linear
+      character(len=:), allocatable :: text
+      character(len=:), allocatable :: beyond
+
+      beyond = 'beyond 1/(2 dt) = '//short(nyquist(linear%time_step))// &
+         ' Hz, where steps follow no motion'
+      if (band%lowest >= nyquist(linear%time_step)) then
+         text = 'the band of the record, '//short(band%lowest)//' … '//short(band%highest)// &
+            ' Hz, lies '//beyond
+      else if (band%highest >= nyquist(linear%time_step)) then
+         text = to_text(100*damping_at(linear, band%lowest))//' % at '//short(band%lowest)// &
+            ' Hz; the band of the record reaches '//short(band%highest)//' Hz, '//beyond
+      else
+         text = to_text(100*damping_at(linear, band%lowest))//' … '// &
+            to_text(100*damping_at(linear, band%highest))//' % over '//short(band%lowest)// &
+            ' … '//short(band%highest)//' Hz'
+      end if
+   end function damping_over
+
+   !> Damping ratio of the scheme in steady vibration at a frequency.
+   pure real(wp) function damping_at(linear, frequency)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: frequency  !< Hz
+
+      damping_at = forced_damping(linear%scheme, 2.0_wp*pi*frequency, linear%time_step)
+   end function damping_at
+
+   !> What to change where the scheme damps much, or follows no motion.
+   pure function damping_advice(first, followed, band) result(advice)
+      real(wp), intent(in) :: first       !< ζ of the first mode
+      logical, intent(in) :: followed     !< the whole band
+      type(band_type), intent(in) :: band
+      character(len=:), allocatable :: advice
+
+      advice = advice_if(first >= 0.1_wp, "time_step for a wanted ratio "// &
+         "(sitedda.time_step_for_damping), or "// &
+         "integration = 'theta' with damping_ratio and damping_frequency")
+      if (.not. followed) advice = 'time_step below '//to_text(0.5_wp/band%highest)//' s'
+   end function damping_advice
+
+   !> Half the rate of the steps, Hz.
+   pure real(wp) function nyquist(time_step)
+      real(wp), intent(in) :: time_step  !< s
+
+      nyquist = 0.5_wp/time_step
+   end function nyquist
+
+   subroutine check_cost(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation
+      type(linear_model_type), intent(in) :: linear
+      type(report_type), intent(inout) :: report
+
+      real(wp) :: seconds
+      character(len=:), allocatable :: found
+
+      ! Blocks with their matrices, contacts with their rows, K̂, and its factor at about three
+      ! times K̂.
+      report%memory = 8.0_wp*(linear%n*300.0_wp + 60.0_wp*simulation%contacts(simulation%now)%n &
+         + 4*36.0_wp*(linear%n + size(linear%stiffness%column)))
+      found = to_text(simulation%model%control%steps)//' steps, about '// &
+         short(report%memory/2.0_wp**20)//' MiB'
+      seconds = seconds_per_step(simulation)
+      if (seconds > 0.0_wp) found = found//', '//short(seconds*simulation%model%control%steps)// &
+         ' s at the pace of the first '//to_text(timed_steps)//' steps'
+      call add_line(report, verdict_ok, 'cost', found, 'measured', '')
+   end subroutine check_cost
+
+   !> Time of a step, s, from a few steps of a copy; 0 for models where that takes long, or if they
+   !> fail.
+   real(wp) function seconds_per_step(simulation) result(seconds)
+      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), allocatable :: copy
+      type(error_type), allocatable :: error
+      integer(long) :: begun, now, rate
+      integer :: i
+
+      seconds = 0.0_wp
+      if (simulation%blocks%n > timed_blocks) return
+      copy = simulation
+      call system_clock(begun, rate)
+      do i = 1, timed_steps
+         call advance(copy, error)
+         if (allocated(error)) return
+      end do
+      call system_clock(now)
+      seconds = real(now - begun, wp)/real(rate, wp)/timed_steps
+   end function seconds_per_step
+
+end module dda_check_simulation

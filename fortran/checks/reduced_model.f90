@@ -1,0 +1,287 @@
+!> A small model that answers one excitation as the linearised model does, over a band of
+!> frequencies.
+!>
+!> In steady vibration (`dda_scheme_response`) the equations are A(ω) x = b with the complex
+!> symmetric
+!>
+!>     A = K + (w_e − 1) K_e + w_c C + w_d C_e + w_m M ,
+!>
+!> where K_e acts at the end of the step and C, C_e are dashpots: the damping is not classical, so
+!> no real modes do.  The equations are projected on a real basis, orthonormal in M, which begins
+!> with the static response and grows by the real and imaginary part of K⁻¹ times the residual at
+!> sample frequencies until that is small at all of them.
+module dda_reduced_model
+   use dda_kinds, only: wp, pi
+   use dda_block_cholesky, only: solve
+   use dda_block_matrix, only: multiply
+   use dda_eigen, only: shifted_inverse_type, prepare_inverse
+   use dda_errors, only: error_type
+   use dda_lapack, only: zsysv
+   use dda_linear_model, only: linear_model_type
+   use dda_linear_terms, only: linear_term_type, stretch_of, at_end, mean_dashpot, end_dashpot, &
+      instants
+   use dda_scheme_response, only: steady_type, steady_weights
+   implicit none
+   private
+   public :: reduced_model_type, reduce_model, solve_reduced, weights_at
+
+   integer, parameter :: most_vectors = 240
+   integer, parameter :: samples = 16                 !< frequencies, evenly over the band
+   integer, parameter :: most_expansions = 60         !< at one of them
+   real(wp), parameter :: accuracy = 1.0e-10_wp       !< of K⁻¹ times the residual, relative
+   real(wp), parameter :: independent = 1.0e-8_wp     !< least share of a vector that is new
+
+   !> Projected matrices, and the basis.
+   type :: reduced_model_type
+      integer :: m = 0                           !< vectors of the basis
+      real(wp), allocatable :: basis(:,:,:)      !< [6,n,room] orthonormal in M
+      real(wp), allocatable :: stiffness(:,:)    !< [room,room] K
+      real(wp), allocatable :: part(:,:,:)       !< [room,room,instants] terms by their instant
+      real(wp), allocatable :: force(:,:)        !< [room,loads] b
+      real(wp) :: residual = 0.0_wp              !< largest at the sample frequencies, relative
+   end type reduced_model_type
+
+contains
+
+   !> Project a model that is excited by forces; combinations of these with the given weights are
+   !> answered.
+   subroutine reduce_model(reduced, linear, static, force, highest, error)
+      type(reduced_model_type), intent(out) :: reduced
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: static(:,:)    !< [6,n] static response, first vector of the basis
+      real(wp), intent(in) :: force(:,:,:)   !< [6,n,loads] N/m …
+      real(wp), intent(in) :: highest        !< end of the band, Hz
+      type(error_type), allocatable, intent(out) :: error
+      type(shifted_inverse_type) :: inverse
+      integer :: room, i
+      logical :: added
+
+      call prepare_inverse(inverse, linear%stiffness, linear%mass, error)
+      if (allocated(error)) return
+      room = min(most_vectors, 6*linear%n)
+      allocate (reduced%basis(6, linear%n, room), reduced%force(room, size(force, 3)))
+      allocate (reduced%stiffness(room, room), reduced%part(room, room, instants), source=0.0_wp)
+      call add_vector(reduced, linear, force, static, added)
+      do i = samples, 1, -1
+         call fit_frequency(reduced, linear, inverse, force, highest*i/samples)
+      end do
+   end subroutine reduce_model
+
+   !> Extend the basis until the equations hold at a frequency.
+   subroutine fit_frequency(reduced, linear, inverse, force, frequency)
+      type(reduced_model_type), intent(inout) :: reduced
+      type(linear_model_type), intent(in) :: linear
+      type(shifted_inverse_type), intent(inout) :: inverse
+      real(wp), intent(in) :: force(:,:,:)
+      real(wp), intent(in) :: frequency  !< Hz
+      type(steady_type) :: weights
+      complex(wp) :: load(size(force, 3))
+      complex(wp), allocatable :: y(:)
+      real(wp), dimension(6, linear%n) :: re, im, d_re, d_im
+      real(wp) :: error
+      integer :: i
+      logical :: added(2)
+
+      weights = weights_at(linear, frequency)
+      load = [weights%end_stiffness, weights%end_dashpot]
+      do i = 1, most_expansions
+         call solve_reduced(reduced, weights, load, y)
+         call residual_of(reduced, linear, weights, load, force, y, re, im)
+         call solve(inverse%factor, re, d_re)
+         call solve(inverse%factor, im, d_im)
+         error = sqrt(mass_product(linear, d_re, d_re) + mass_product(linear, d_im, d_im)) &
+            /max(norm2(abs(y)), tiny(1.0_wp))
+         if (error <= accuracy .or. reduced%m == size(reduced%basis, 3)) exit
+         call add_vector(reduced, linear, force, d_re, added(1))
+         call add_vector(reduced, linear, force, d_im, added(2))
+         if (.not. any(added)) exit
+      end do
+      reduced%residual = max(reduced%residual, error)
+   end subroutine fit_frequency
+
+   !> Factors of the scheme at a frequency, kept short of the Nyquist frequency.
+   pure type(steady_type) function weights_at(linear, frequency)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: frequency  !< Hz
+      real(wp), parameter :: short_of_nyquist = 0.5_wp*(1.0_wp - 1.0e-9_wp)
+
+      weights_at = steady_weights(linear%scheme, &
+         2.0_wp*pi*min(abs(frequency), short_of_nyquist/linear%time_step), linear%time_step, &
+         linear%dynamic_factor)
+   end function weights_at
+
+   !> Weight of a term in A, beyond what K has of it.
+   pure complex(wp) function extra_weight(weights, instant)
+      type(steady_type), intent(in) :: weights
+      integer, intent(in) :: instant
+
+      select case (instant)
+      case (at_end)
+         extra_weight = weights%end_stiffness - 1.0_wp
+      case (mean_dashpot)
+         extra_weight = weights%mean_dashpot
+      case (end_dashpot)
+         extra_weight = weights%end_dashpot
+      case default
+         extra_weight = 0.0_wp
+      end select
+   end function extra_weight
+
+   !> Coordinates in the basis of the answer to Σ load × force.
+   subroutine solve_reduced(reduced, weights, load, y)
+      type(reduced_model_type), intent(in) :: reduced
+      type(steady_type), intent(in) :: weights
+      complex(wp), intent(in) :: load(:)              !< [loads] factors of the forces
+      complex(wp), allocatable, intent(out) :: y(:)   !< [m]
+      complex(wp) :: a(reduced%m, reduced%m), work(32*reduced%m)
+      integer :: pivot(reduced%m), i, info
+
+      associate (m => reduced%m)
+         a = reduced%stiffness(:m, :m)
+         do i = 1, instants
+            if (abs(extra_weight(weights, i)) > 0.0_wp) &
+               a = a + extra_weight(weights, i)*reduced%part(:m, :m, i)
+         end do
+         do i = 1, m
+            a(i, i) = a(i, i) + weights%inertia
+         end do
+         y = matmul(reduced%force(:m, :), load)
+         call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
+         ! On an undamped resonance: as large as rounding lets it be.
+         if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))
+      end associate
+   end subroutine solve_reduced
+
+   !> Re and Im of b − A x.
+   subroutine residual_of(reduced, linear, weights, load, force, y, re, im)
+      type(reduced_model_type), intent(in) :: reduced
+      type(linear_model_type), intent(in) :: linear
+      type(steady_type), intent(in) :: weights
+      complex(wp), intent(in) :: load(:), y(:)
+      real(wp), intent(in) :: force(:,:,:)
+      real(wp), intent(out) :: re(6, linear%n), im(6, linear%n)
+      real(wp), dimension(6, linear%n) :: x_re, x_im
+      complex(wp) :: pull
+      integer :: i, b
+
+      x_re = combined(reduced%basis, real(y))
+      x_im = combined(reduced%basis, aimag(y))
+      call multiply(linear%stiffness, x_re, re)
+      call multiply(linear%stiffness, x_im, im)
+      re = combined(force, real(load)) - re
+      im = combined(force, aimag(load)) - im
+      do b = 1, linear%n
+         associate (c => weights%inertia, m_re => matmul(linear%mass(:, :, b), x_re(:, b)), &
+            m_im => matmul(linear%mass(:, :, b), x_im(:, b)))
+            re(:, b) = re(:, b) - (real(c)*m_re - aimag(c)*m_im)
+            im(:, b) = im(:, b) - (real(c)*m_im + aimag(c)*m_re)
+         end associate
+      end do
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            pull = -term%coefficient*extra_weight(weights, term%instant) &
+               *cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp)
+            if (.not. abs(pull) > 0.0_wp) cycle
+            call add_row(term, real(pull), re)
+            call add_row(term, aimag(pull), im)
+         end associate
+      end do
+   end subroutine residual_of
+
+   !> Σ factor × vector
+   pure function combined(vectors, factors) result(sum)
+      real(wp), intent(in) :: vectors(:,:,:), factors(:)
+      real(wp) :: sum(size(vectors, 1), size(vectors, 2))
+      integer :: j
+
+      sum = 0.0_wp
+      do j = 1, size(factors)
+         if (abs(factors(j)) > 0.0_wp) sum = sum + factors(j)*vectors(:, :, j)
+      end do
+   end function combined
+
+   !> x += c u
+   pure subroutine add_row(term, c, x)
+      type(linear_term_type), intent(in) :: term
+      real(wp), intent(in) :: c
+      real(wp), intent(inout) :: x(:,:)
+
+      x(:, term%block_a) = x(:, term%block_a) + c*term%row_a
+      if (term%block_b > 0) x(:, term%block_b) = x(:, term%block_b) - c*term%row_b
+   end subroutine add_row
+
+   !> xᵀMy
+   pure real(wp) function mass_product(linear, x, y) result(total)
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: x(:,:), y(:,:)
+      integer :: b
+
+      total = 0.0_wp
+      do b = 1, linear%n
+         total = total + dot_product(x(:, b), matmul(linear%mass(:, :, b), y(:, b)))
+      end do
+   end function mass_product
+
+   !> Make a vector orthonormal to the basis and append it, with its row of the projected matrices;
+   !> not if there is hardly anything new in it, or no room.
+   subroutine add_vector(reduced, linear, force, vector, added)
+      type(reduced_model_type), intent(inout) :: reduced
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: force(:,:,:), vector(:,:)
+      logical, intent(out) :: added
+      real(wp) :: v(6, linear%n), before, length
+      integer :: pass, j
+
+      added = .false.
+      if (reduced%m == size(reduced%basis, 3)) return
+      v = vector
+      before = sqrt(mass_product(linear, v, v))
+      if (.not. before > 0.0_wp) return
+      v = v/before
+      length = 1.0_wp
+      do pass = 1, 3
+         do j = 1, reduced%m
+            v = v - mass_product(linear, reduced%basis(:, :, j), v)*reduced%basis(:, :, j)
+         end do
+         length = length*sqrt(mass_product(linear, v, v))
+         if (.not. length > independent) return
+         v = v/sqrt(mass_product(linear, v, v))
+      end do
+      reduced%m = reduced%m + 1
+      reduced%basis(:, :, reduced%m) = v
+      call project(reduced, linear, force, v)
+      added = .true.
+   end subroutine add_vector
+
+   !> Rows and columns of the projected matrices that belong to the last vector v.
+   subroutine project(reduced, linear, force, v)
+      type(reduced_model_type), intent(inout) :: reduced
+      type(linear_model_type), intent(in) :: linear
+      real(wp), intent(in) :: force(:,:,:), v(:,:)
+      real(wp) :: product(6, linear%n, 0:instants)
+      integer :: i, j
+
+      call multiply(linear%stiffness, v, product(:, :, 0))
+      product(:, :, 1:) = 0.0_wp
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            call add_row(term, term%coefficient*stretch_of(term, v), &
+               product(:, :, term%instant))
+         end associate
+      end do
+      associate (m => reduced%m)
+         do j = 1, m
+            reduced%stiffness(m, j) = sum(reduced%basis(:, :, j)*product(:, :, 0))
+            reduced%stiffness(j, m) = reduced%stiffness(m, j)
+            do i = 1, instants
+               reduced%part(m, j, i) = sum(reduced%basis(:, :, j)*product(:, :, i))
+               reduced%part(j, m, i) = reduced%part(m, j, i)
+            end do
+         end do
+         do j = 1, size(force, 3)
+            reduced%force(m, j) = sum(v*force(:, :, j))
+         end do
+      end associate
+   end subroutine project
+
+end module dda_reduced_model

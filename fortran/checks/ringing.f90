@@ -1,0 +1,98 @@
+!> Velocities that change their sign every step: how many steps the slowest of them takes to fall to
+!> 1/e.
+!>
+!> Beyond Ω = 2/|θ − χ| (4 in DDA) one root of the scheme is negative and tends to 1 − 1/χ, in DDA
+!> to −1: a stiff contact that was hit rings for about Ω²/8 steps.  Bonded contacts and strains have
+!> the roots of (θ, χ), unilateral contacts those of (1, χ); supports have those of backward Euler
+!> and do not ring, so that their stiffness is left out here.
+module dda_ringing
+   use dda_kinds, only: wp
+   use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
+   use dda_errors, only: error_type
+   use dda_linear_model, only: linear_model_type, energy_of, set_penalty, strain_energy, kind_names
+   use dda_scheme, only: scheme_type
+   use dda_scheme_response, only: steps_to_decay
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: ringing_type, find_ringing
+
+   !> The slowest alternating mode.
+   type :: ringing_type
+      real(wp) :: steps = 0.0_wp             !< to fall to 1/e; 0: nothing rings; huge: no decay
+      real(wp) :: resolution = 0.0_wp        !< Ω = ωΔt of it
+      character(len=:), allocatable :: words
+      character(len=:), allocatable :: advice
+   end type ringing_type
+
+contains
+
+   !> The ringing of a linearised model at the Δt of its run.
+   subroutine find_ringing(linear, ringing, error)
+      type(linear_model_type), intent(in) :: linear
+      type(ringing_type), intent(out) :: ringing
+      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type) :: free
+      type(eigenpairs_type) :: pairs
+      real(wp) :: omega, steps(2)
+
+      call remove_ground(linear, free)
+      call largest_eigenvalue(free%stiffness, free%mass, max(1.0e-4_wp, &
+         suggested_tolerance(free%n)), pairs, error)
+      if (allocated(error)) return
+      omega = sqrt(max(0.0_wp, pairs%value(1)))
+      steps = steps_to_decay([linear%scheme, scheme_type(1.0_wp, linear%scheme%chi)], omega, &
+         linear%time_step)
+      if (linear%unilateral == 0) steps(2) = 0.0_wp
+      if (linear%unilateral == linear%closed .and. linear%closed > 0) steps(1) = 0.0_wp
+      ringing%steps = maxval(steps)
+      ringing%resolution = omega*linear%time_step
+      call put_in_words(ringing, linear%scheme, trim(kind_names(maxloc(energy_shares(), 1))))
+
+   contains
+
+      !> Shares of each kind in the energy of the mode.
+      function energy_shares() result(share)
+         real(wp) :: share(strain_energy)
+
+         associate (energy => energy_of(free, pairs%vector(:, :, 1)))
+            share = energy%share
+         end associate
+      end function energy_shares
+   end subroutine find_ringing
+
+   !> The model without springs to the ground.
+   subroutine remove_ground(linear, free)
+      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(out) :: free
+      integer :: i
+
+      free = linear
+      do i = 1, free%terms%n
+         associate (term => free%terms%term(i))
+            if (term%block_b == 0) term%coefficient = 0.0_wp
+         end associate
+      end do
+      call set_penalty(free, linear%normal_stiffness)
+   end subroutine remove_ground
+
+   subroutine put_in_words(ringing, scheme, kind)
+      type(ringing_type), intent(inout) :: ringing
+      type(scheme_type), intent(in) :: scheme
+      character(len=*), intent(in) :: kind
+
+      ringing%words = 'no velocity changes its sign from step to step'
+      ringing%advice = "a smaller time_step, a lower normal_stiffness, or integration = 'theta'"
+      if (scheme%chi > 0.5_wp) &
+         ringing%advice = 'a smaller time_step, a lower normal_stiffness, or a larger theta'
+      if (.not. ringing%steps > 0.0_wp) return
+      ringing%words = 'the stiffest mode ('//kind//', omega dt = '//to_text(ringing%resolution)// &
+         ') changes the sign of its velocity every step and falls to 1/e in '
+      if (ringing%steps < 1.0e12_wp) then
+         ringing%words = ringing%words//to_text(ringing%steps)//' steps'
+      else
+         ringing%words = ringing%words//'no number of steps: it does not decay'
+      end if
+   end subroutine put_in_words
+
+end module dda_ringing

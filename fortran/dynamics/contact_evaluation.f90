@@ -1,0 +1,139 @@
+!> All contacts at a trial d: their gaps and slips, the forces that their laws give, and how far
+!> these are from the assumed ones.
+module dda_contact_evaluation
+   use dda_kinds, only: wp
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact_response, only: contact_response, acting_gap, acting_stretch
+   use dda_friction, only: laws_type, response_type
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   implicit none
+   private
+   public :: measure_contacts, evaluate_contacts, assumed_normal, assumed_shear
+
+   integer, parameter :: most_closings = 8  !< after which a contact that closes slides first
+
+contains
+
+   !> Gap and slip of all contacts at d.
+   subroutine measure_contacts(contacts, d)
+      type(contacts_type), intent(inout) :: contacts
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer :: p
+
+      if (contacts%n < parallel_from) then
+         call measure_range(contacts, d, 1, contacts%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         call measure_range(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
+      end do
+   end subroutine measure_contacts
+
+   !> Contacts first … last.
+   pure subroutine measure_range(contacts, d, first, last)
+      type(contacts_type), intent(inout) :: contacts
+      real(wp), intent(in), contiguous :: d(:,:)
+      integer, intent(in) :: first, last
+      integer :: c
+
+      do c = first, last
+         associate (d_v => d(:, contacts%block_v(c)), d_e => d(:, contacts%block_e(c)))
+            contacts%new_gap(c) = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d_v) &
+               - dot_product(contacts%normal_e(:, c), d_e)
+            contacts%slip(c) = dot_product(contacts%shear_v(:, c), d_v) &
+               - dot_product(contacts%shear_e(:, c), d_e)
+         end associate
+      end do
+   end subroutine measure_range
+
+   !> Forces and states that the laws give at d.
+   subroutine evaluate_contacts(contacts, laws, d, retained, largest, residual)
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp), intent(in) :: retained     !< share of the shear springs under sliding contacts
+      real(wp), intent(inout) :: largest   !< force so far, N/m
+      real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
+      integer :: p
+
+      call measure_contacts(contacts, d)
+      residual = 0.0_wp
+      if (contacts%n < parallel_from) then
+         call evaluate_range(contacts, laws, retained, 1, contacts%n, largest, residual)
+         return
+      end if
+      !$omp parallel do reduction(max:largest, residual) schedule(static)
+      do p = 1, pieces(contacts%n)
+         call evaluate_range(contacts, laws, retained, first_of(p, contacts%n), &
+            last_of(p, contacts%n), largest, residual)
+      end do
+   end subroutine evaluate_contacts
+
+   !> Contacts first … last; the largest force and the largest difference grow.
+   pure subroutine evaluate_range(contacts, laws, retained, first, last, largest, residual)
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in) :: retained
+      integer, intent(in) :: first, last
+      real(wp), intent(inout) :: largest, residual
+      type(response_type) :: response
+      integer :: c
+
+      do c = first, last
+         response = contact_response(contacts, laws, c, contacts%new_gap(c), &
+            contacts%stretch(c) + contacts%slip(c))
+         contacts%force_residual(c) = max( &
+            abs(response%normal_force - assumed_normal(contacts, laws, c)), &
+            abs(response%shear_force - assumed_shear(contacts, laws, retained, c)))
+         residual = max(residual, contacts%force_residual(c))
+         contacts%trial_state(c) = next_state(contacts, response, c)
+         contacts%normal_force(c) = response%normal_force
+         contacts%shear_force(c) = response%shear_force
+         contacts%strength_ratio(c) = response%strength_ratio
+         largest = max(largest, abs(response%normal_force), abs(response%shear_force))
+      end do
+   end subroutine evaluate_range
+
+   !> The state to assume next.  Slip that reverses sticks first: the trial from the other bound
+   !> would otherwise jump between the two bounds for ever.  A contact that closes again and again
+   !> slides first: stuck, its shear force would pull it open each time.
+   pure integer function next_state(contacts, response, c)
+      type(contacts_type), intent(in) :: contacts
+      type(response_type), intent(in) :: response
+      integer, intent(in) :: c
+
+      next_state = response%state
+      if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
+         .and. response%shear_force*contacts%slip_sign(c) < 0.0_wp) next_state = contact_stick
+      if (contacts%state(c) /= contact_open .or. contacts%close_count(c) < most_closings .or. &
+         contacts%bonded(c)) return
+      if (response%state == contact_stick) next_state = contact_slide
+   end function next_state
+
+   !> Normal force that the solve assumed in contact c, N/m.
+   pure real(wp) function assumed_normal(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: c  !< number of the contact
+
+      assumed_normal = 0.0_wp
+      if (contacts%state(c) /= contact_open) assumed_normal = contacts%multiplier(c) &
+         - laws%normal_stiffness*acting_gap(contacts, laws, c, contacts%new_gap(c))
+   end function assumed_normal
+
+   !> Shear force that the solve assumed in contact c, N/m.
+   pure real(wp) function assumed_shear(contacts, laws, retained, c)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
+      integer, intent(in) :: c          !< number of the contact
+
+      assumed_shear = 0.0_wp
+      if (contacts%state(c) == contact_stick) assumed_shear = laws%shear_stiffness &
+         *acting_stretch(contacts, laws, c, contacts%stretch(c) + contacts%slip(c))
+      if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c) &
+         + retained*laws%shear_stiffness*(contacts%slip(c) - contacts%slide_slip(c))
+   end function assumed_shear
+
+end module dda_contact_evaluation

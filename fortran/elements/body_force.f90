@@ -1,0 +1,96 @@
+!> Body force per unit mass: gravity, and the acceleration of the base in the frame of the base,
+!> taken at t₀ + θΔt.
+module dda_body_force
+   use dda_kinds, only: wp
+   use dda_baseline, only: acceleration_at
+   use dda_blocks, only: blocks_type
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_gravity, energy_input
+   use dda_motion, only: motion_type
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
+   use dda_scheme, only: step_type, load_time
+   implicit none
+   private
+   public :: body_force_type
+
+   !> Gravity and base acceleration.
+   type, extends(element_type) :: body_force_type
+      real(wp) :: gravity(2) = 0.0_wp   !< m/s²
+      integer :: base_motion(2) = 0     !< motions of the base in x and y; 0: none
+   contains
+      procedure :: add_force
+      procedure :: account
+   end type body_force_type
+
+contains
+
+   !> Acceleration in place of the base's, m/s²; zero where the base does not move.
+   pure function base_force(self, motions, step) result(force)
+      class(body_force_type), intent(in) :: self
+      type(motion_type), intent(in) :: motions(:)
+      type(step_type), intent(in) :: step
+      real(wp) :: force(2)
+      integer :: axis
+
+      force = 0.0_wp
+      do axis = 1, 2
+         if (self%base_motion(axis) == 0) cycle
+         force(axis) = -acceleration_at(motions(self%base_motion(axis))%curve, load_time(step))
+      end do
+   end function base_force
+
+   !> m (g − a)
+   subroutine add_force(self, blocks, motions, step, load)
+      class(body_force_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(motion_type), intent(in) :: motions(:)
+      type(step_type), intent(in) :: step
+      real(wp), intent(inout) :: load(:,:)
+      real(wp) :: force(2)
+      integer :: b
+
+      force = self%gravity + base_force(self, motions, step)
+      do b = 1, blocks%n
+         load(1:2, b) = load(1:2, b) + blocks%mass(b)*force
+      end do
+   end subroutine add_force
+
+   !> Potential of gravity, work of the base acceleration.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(body_force_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(motion_type), intent(in) :: motions(:)
+      type(step_type), intent(in) :: step
+      real(wp), intent(in) :: d(:,:)
+      type(energy_type), intent(inout) :: energy
+      real(wp) :: part(2, most_pieces), moved(2)
+      integer :: p
+
+      if (blocks%n < parallel_from) then
+         moved = mass_times(blocks, d, 1, blocks%n)
+      else
+         !$omp parallel do schedule(static)
+         do p = 1, pieces(blocks%n)
+            part(:, p) = mass_times(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n))
+         end do
+         moved = sum(part(:, :pieces(blocks%n)), 2)
+      end if
+      call add_energy(energy, energy_gravity, -dot_product(self%gravity, moved))
+      call add_energy(energy, energy_input, dot_product(base_force(self, motions, step), moved))
+   end subroutine account
+
+   !> Σ m d of blocks first … last.
+   pure function mass_times(blocks, d, first, last) result(moved)
+      type(blocks_type), intent(in) :: blocks
+      real(wp), intent(in) :: d(:,:)
+      integer, intent(in) :: first, last
+      real(wp) :: moved(2)
+      integer :: b
+
+      moved = 0.0_wp
+      do b = first, last
+         moved = moved + blocks%mass(b)*d(1:2, b)
+      end do
+   end function mass_times
+
+end module dda_body_force

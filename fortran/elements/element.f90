@@ -1,0 +1,95 @@
+!> An element: whatever acts on blocks linearly — a support, a load, a body force, a dashpot, a
+!> bolt.
+!>
+!> What it gives is read by the assembly, the energy budget, the checks and the transfer function
+!> alike.  An object holds all elements of its kind.  A new kind is one file that extends
+!> `element_type` and one line of registration in `dda_elements`; it overrides what it has.
+module dda_element
+   use dda_kinds, only: wp
+   use dda_archive, only: archive_type
+   use dda_blocks, only: blocks_type
+   use dda_energy, only: energy_type
+   use dda_linear_terms, only: linear_terms_type
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: element_type
+
+   !> All elements of a kind.
+   type, abstract :: element_type
+   contains
+      procedure :: add_linear => add_no_linear
+      procedure(force_interface), deferred :: add_force
+      procedure :: add_stored => add_no_stored
+      procedure(budget_interface), deferred :: account
+      procedure :: accept => accept_nothing
+      procedure :: match_velocity => match_nothing
+      procedure :: serialise => serialise_nothing
+   end type element_type
+
+   abstract interface
+      !> Add the forces of a step at d = 0 to f̂.
+      subroutine force_interface(self, blocks, motions, step, load)
+         import :: element_type, blocks_type, motion_type, step_type, wp
+         class(element_type), intent(in) :: self
+         type(blocks_type), intent(in) :: blocks       !< at the start of the step
+         type(motion_type), intent(in) :: motions(:)   !< prescribed ones
+         type(step_type), intent(in) :: step
+         real(wp), intent(inout) :: load(:,:)          !< [6,blocks] N/m …
+      end subroutine force_interface
+
+      !> Add work, losses and stored energy of the converged increment d, before it is taken.
+      subroutine budget_interface(self, blocks, motions, step, d, energy)
+         import :: element_type, blocks_type, motion_type, step_type, energy_type, wp
+         class(element_type), intent(in) :: self
+         type(blocks_type), intent(in) :: blocks       !< at the start of the step
+         type(motion_type), intent(in) :: motions(:)   !< prescribed ones
+         type(step_type), intent(in) :: step
+         real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
+         type(energy_type), intent(inout) :: energy    !< J per metre of thickness
+      end subroutine budget_interface
+   end interface
+
+contains
+
+   !> Append springs and dashpots in the present geometry; here: none.
+   subroutine add_no_linear(self, blocks, step, terms)
+      class(element_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(step_type), intent(in) :: step
+      type(linear_terms_type), intent(inout) :: terms
+   end subroutine add_no_linear
+
+   !> Add the energy stored in the present state; here: none.
+   subroutine add_no_stored(self, blocks, motions, step, energy)
+      class(element_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
+      type(step_type), intent(in) :: step           !< the one to come
+      type(energy_type), intent(inout) :: energy    !< J per metre of thickness
+   end subroutine add_no_stored
+
+   !> Take over a state of its own at the end of a step; here: none.
+   subroutine accept_nothing(self, motions, step)
+      class(element_type), intent(inout) :: self
+      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
+      type(step_type), intent(in) :: step
+   end subroutine accept_nothing
+
+   !> Change first velocities that the element would not let be; here: it does not mind.
+   subroutine match_nothing(self, blocks, motions, step, velocity)
+      class(element_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
+      type(step_type), intent(in) :: step           !< the one to come
+      real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
+   end subroutine match_nothing
+
+   !> Write or read a state of its own; here: none.
+   subroutine serialise_nothing(self, archive)
+      class(element_type), intent(inout) :: self
+      type(archive_type), intent(inout) :: archive
+   end subroutine serialise_nothing
+
+end module dda_element

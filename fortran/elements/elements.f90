@@ -1,0 +1,158 @@
+!> The elements of a model: registration, and what all of them together give.
+module dda_elements
+   use dda_kinds, only: wp
+   use dda_archive, only: archive_type
+   use dda_blocks, only: blocks_type
+   use dda_body_force, only: body_force_type
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, energy_support
+   use dda_fixed_points, only: new_fixed_points
+   use dda_linear_terms, only: linear_terms_type, clear_terms
+   use dda_model, only: model_type
+   use dda_motion, only: motion_type
+   use dda_point_loads, only: point_loads_type
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: elements_type, set_elements, linear_terms_of, add_forces, update_stored, &
+      account_elements, accept_elements, match_velocities, serialise_elements
+
+   !> One kind of elements.
+   type :: kind_type
+      class(element_type), allocatable :: element
+   end type kind_type
+
+   !> All kinds that a model has, and the motions that drive them.
+   type :: elements_type
+      type(kind_type), allocatable :: kind(:)
+      type(motion_type), allocatable :: motions(:)
+   end type elements_type
+
+contains
+
+   !> The elements that a model asks for.  Here a new kind is registered.
+   subroutine set_elements(elements, model)
+      type(elements_type), intent(out) :: elements
+      type(model_type), intent(in) :: model
+
+      elements%motions = model%motions
+      allocate (elements%kind(0))
+      associate (control => model%control, contact => model%contact)
+         if (any(abs(control%gravity) > 0.0_wp) .or. any(control%base_motion > 0)) &
+            call register(elements, body_force_type(control%gravity, control%base_motion))
+         if (size(model%loads) > 0) call register(elements, point_loads_type(model%loads))
+         if (size(model%fixed_points) > 0) call register(elements, &
+            new_fixed_points(model%fixed_points, model%motions, &
+            contact%fixed_point_ratio*contact%normal_stiffness))
+      end associate
+   end subroutine set_elements
+
+   !> Append a kind.
+   subroutine register(elements, element)
+      type(elements_type), intent(inout) :: elements
+      class(element_type), intent(in) :: element
+      type(kind_type), allocatable :: more(:)
+      integer :: i
+
+      allocate (more(size(elements%kind) + 1))
+      do i = 1, size(elements%kind)
+         call move_alloc(elements%kind(i)%element, more(i)%element)
+      end do
+      allocate (more(size(more))%element, source=element)
+      call move_alloc(more, elements%kind)
+   end subroutine register
+
+   !> All springs and dashpots in the present geometry.
+   subroutine linear_terms_of(elements, blocks, step, terms)
+      type(elements_type), intent(in) :: elements
+      type(blocks_type), intent(in) :: blocks
+      type(step_type), intent(in) :: step
+      type(linear_terms_type), intent(inout) :: terms
+      integer :: i
+
+      call clear_terms(terms)
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%add_linear(blocks, step, terms)
+      end do
+   end subroutine linear_terms_of
+
+   !> Add all forces of a step at d = 0 to f̂.
+   subroutine add_forces(elements, blocks, step, load)
+      type(elements_type), intent(in) :: elements
+      type(blocks_type), intent(in) :: blocks
+      type(step_type), intent(in) :: step
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%add_force(blocks, elements%motions, step, load)
+      end do
+   end subroutine add_forces
+
+   !> The energy that elements store in the present state.
+   subroutine update_stored(elements, blocks, step, energy)
+      type(elements_type), intent(in) :: elements
+      type(blocks_type), intent(in) :: blocks
+      type(step_type), intent(in) :: step         !< the one to come
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      integer :: i
+
+      energy%value(energy_support) = 0.0_wp
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%add_stored(blocks, elements%motions, step, energy)
+      end do
+   end subroutine update_stored
+
+   !> Work, losses and stored energy of the converged increment d, before it is taken.
+   subroutine account_elements(elements, blocks, step, d, energy)
+      type(elements_type), intent(in) :: elements
+      type(blocks_type), intent(in) :: blocks
+      type(step_type), intent(in) :: step
+      real(wp), intent(in) :: d(:,:)              !< [6,blocks]
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      integer :: i
+
+      energy%value(energy_support) = 0.0_wp
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%account(blocks, elements%motions, step, d, energy)
+      end do
+   end subroutine account_elements
+
+   !> States of their own move to the end of the step.
+   subroutine accept_elements(elements, step)
+      type(elements_type), intent(inout) :: elements
+      type(step_type), intent(in) :: step
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%accept(elements%motions, step)
+      end do
+   end subroutine accept_elements
+
+   !> Change first velocities to what elements let be.
+   subroutine match_velocities(elements, blocks, step)
+      type(elements_type), intent(in) :: elements
+      type(blocks_type), intent(inout) :: blocks
+      type(step_type), intent(in) :: step         !< the one to come
+      real(wp) :: velocity(6, blocks%n)
+      integer :: i
+
+      velocity = blocks%velocity
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%match_velocity(blocks, elements%motions, step, velocity)
+      end do
+      blocks%velocity = velocity
+   end subroutine match_velocities
+
+   !> Write or read their states.
+   subroutine serialise_elements(elements, archive)
+      type(elements_type), intent(inout) :: elements
+      type(archive_type), intent(inout) :: archive
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%serialise(archive)
+      end do
+   end subroutine serialise_elements
+
+end module dda_elements

@@ -1,0 +1,105 @@
+!> The energy budget: every joule of a run has a name, and `balance` is what is left over.
+!>
+!> ΔT = d·F − (χ − ½) ΔvᵀMΔv holds exactly in a step (`dda_scheme`), so the loss that the scheme
+!> makes in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.
+!>  What the exact geometry at the start of the next step adds to the linear one is booked as
+!> geometric.
+!>
+!> A new term is one line of `energy_terms`.
+module dda_energy
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: energy_type, energy_term_type, energy_terms, total_energy, balance, turnover, &
+      add_energy
+   public :: energy_values, energy_initial, energy_kinetic, energy_strain, energy_contact, &
+      energy_support, energy_gravity, energy_input, energy_friction, energy_fracture, &
+      energy_algorithmic, energy_kinetic_damping, energy_damping, energy_geometric, energy_balance
+
+   integer, parameter :: energy_kinetic = 1, energy_strain = 2, energy_contact = 3, &
+      energy_support = 4, energy_gravity = 5, energy_initial = 6, energy_input = 7, &
+      energy_geometric = 8, energy_friction = 9, energy_fracture = 10, energy_algorithmic = 11, &
+      energy_kinetic_damping = 12, energy_damping = 13, energy_balance = 14
+
+   integer, parameter :: is_stored = 1, is_gain = 2, is_loss = 3, is_remainder = 4
+
+   !> A term: its name in the output, what it is, and how it enters the balance.
+   type :: energy_term_type
+      character(len=16) :: name
+      character(len=64) :: meaning
+      integer :: role
+   end type energy_term_type
+
+   !> All terms, J per metre of thickness; stored ones are present, the others summed over the
+   !> steps.
+   type(energy_term_type), parameter :: energy_terms(14) = [ &
+      energy_term_type('kinetic', 'v·Mv/2', is_stored), &
+      energy_term_type('strain', 'elastic energy of the blocks', is_stored), &
+      energy_term_type('contact', 'springs of contacts', is_stored), &
+      energy_term_type('support', 'springs and dashpots of supports', is_stored), &
+      energy_term_type('gravity', '-m g·(x - x0)', is_stored), &
+      energy_term_type('initial', 'total at the start', is_gain), &
+      energy_term_type('input', 'work of loads, moved supports and base acceleration', is_gain), &
+      energy_term_type('geometric', 'gain by the exact geometry between steps', is_gain), &
+      energy_term_type('friction', 'loss by slip', is_loss), &
+      energy_term_type('fracture', 'loss by broken bonds', is_loss), &
+      energy_term_type('algorithmic', 'loss by the time integration', is_loss), &
+      energy_term_type('kinetic_damping', 'loss by a dynamic factor below 1', is_loss), &
+      energy_term_type('damping', 'loss in dashpots', is_loss), &
+      energy_term_type('balance', 'what is left over', is_remainder)]
+
+   !> Value of each term but the balance, J per metre of thickness.
+   type :: energy_type
+      real(wp) :: value(size(energy_terms)) = 0.0_wp
+   end type energy_type
+
+contains
+
+   !> Add to a term.
+   pure subroutine add_energy(energy, term, more)
+      type(energy_type), intent(inout) :: energy
+      integer, intent(in) :: term   !< one of energy_kinetic …
+      real(wp), intent(in) :: more  !< J per metre of thickness
+
+      energy%value(term) = energy%value(term) + more
+   end subroutine add_energy
+
+   !> Kinetic plus potential energy, J per metre of thickness.
+   pure real(wp) function total_energy(energy)
+      type(energy_type), intent(in) :: energy
+
+      total_energy = sum(energy%value, mask=energy_terms%role == is_stored)
+   end function total_energy
+
+   !> Total less all that explains it, J per metre of thickness: rounding and the tolerance of the
+   !> open–close iteration.
+   pure real(wp) function balance(energy)
+      type(energy_type), intent(in) :: energy
+      integer :: i
+
+      balance = total_energy(energy)
+      do i = 1, size(energy_terms)
+         if (energy_terms(i)%role == is_gain) balance = balance - energy%value(i)
+         if (energy_terms(i)%role == is_loss) balance = balance + energy%value(i)
+      end do
+   end function balance
+
+   !> What has changed hands, J per metre of thickness: the scale of `balance` and of the geometric
+   !> term.
+   pure real(wp) function turnover(energy)
+      type(energy_type), intent(in) :: energy
+
+      turnover = sum(abs(energy%value)) - abs(energy%value(energy_geometric)) &
+         - abs(energy%value(energy_balance))
+   end function turnover
+
+   !> Values in the order of `energy_terms`, with the balance.
+   pure function energy_values(energy) result(values)
+      type(energy_type), intent(in) :: energy
+      real(wp) :: values(size(energy_terms))  !< J per metre of thickness
+
+      values = energy%value
+      values(energy_balance) = balance(energy)
+   end function energy_values
+
+end module dda_energy

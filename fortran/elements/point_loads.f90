@@ -1,0 +1,59 @@
+!> Point loads: force histories at material points, taken at t₀ + θΔt.
+module dda_point_loads
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, shape_matrix
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_input
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type, load_time
+   use dda_support, only: load_type, load_at
+   implicit none
+   private
+   public :: point_loads_type
+
+   !> All point loads of a model.
+   type, extends(element_type) :: point_loads_type
+      type(load_type), allocatable :: load(:)
+   contains
+      procedure :: add_force
+      procedure :: account
+   end type point_loads_type
+
+contains
+
+   !> Tᵀ f
+   subroutine add_force(self, blocks, motions, step, load)
+      class(point_loads_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(motion_type), intent(in) :: motions(:)
+      type(step_type), intent(in) :: step
+      real(wp), intent(inout) :: load(:,:)
+      integer :: i
+
+      do i = 1, size(self%load)
+         associate (b => self%load(i)%block)
+            load(:, b) = load(:, b) + matmul(load_at(self%load(i), load_time(step)), &
+               shape_matrix(blocks, b, self%load(i)%reference))
+         end associate
+      end do
+   end subroutine add_force
+
+   !> Work f·Td.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(point_loads_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(motion_type), intent(in) :: motions(:)
+      type(step_type), intent(in) :: step
+      real(wp), intent(in) :: d(:,:)
+      type(energy_type), intent(inout) :: energy
+      integer :: i
+
+      do i = 1, size(self%load)
+         associate (b => self%load(i)%block)
+            call add_energy(energy, energy_input, dot_product(load_at(self%load(i), &
+               load_time(step)), matmul(shape_matrix(blocks, b, self%load(i)%reference), d(:, b))))
+         end associate
+      end do
+   end subroutine account
+
+end module dda_point_loads

@@ -1,0 +1,71 @@
+!> The time integration of &control: a member of the family of `dda_scheme` by its name, by θ, or by
+!> the damping ratio that is wanted at a frequency.
+module dda_input_integration
+   use dda_kinds, only: wp, pi
+   use dda_errors, only: error_type
+   use dda_input_group, only: place_type, input_error, require_within, is_set
+   use dda_scheme, only: integration_names, default_theta, scheme_type
+   use dda_scheme_response, only: forced_damping, theta_for_damping
+   use dda_settings, only: control_type
+   use dda_text, only: quoted, to_text
+   implicit none
+   private
+   public :: check_integration
+
+contains
+
+   !> Check what is asked for and put it into the settings, which have Δt and the dynamic factor.
+   subroutine check_integration(error, place, integration, theta, ratio, frequency, settings)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place          !< of the group
+      character(len=*), intent(in) :: integration    !< as read
+      real(wp), intent(in) :: theta                  !< as read, or unset
+      real(wp), intent(in) :: ratio, frequency       !< damping ratio at a frequency (Hz), or unset
+      type(control_type), intent(inout) :: settings
+
+      if (.not. any(integration == integration_names)) then
+         call input_error(error, place, 'integration = '//quoted(integration)// &
+            " must be 'dda', 'midpoint', 'theta' or 'backward_euler'")
+         return
+      end if
+      if (integration /= 'theta' .and. (is_set(theta) .or. is_set(ratio) .or. is_set(frequency))) &
+         call input_error(error, place, "theta, damping_ratio and damping_frequency need "// &
+         "integration = 'theta', not "//quoted(integration))
+      if (is_set(ratio) .neqv. is_set(frequency)) call input_error(error, place, &
+         'damping_ratio and damping_frequency must be given together')
+      if (is_set(ratio) .and. is_set(theta)) call input_error(error, place, &
+         'give theta, or damping_ratio and damping_frequency, not both')
+      settings%integration = integration(:min(len(integration), len(settings%integration)))
+      settings%theta = default_theta
+      if (is_set(theta)) settings%theta = theta
+      if (is_set(ratio)) call match_damping(error, place, ratio, frequency, settings)
+      call require_within(error, place, 'theta', settings%theta, 0.5_wp, 1.0_wp)
+      if (settings%dynamic_factor < 1.0_wp .and. any(integration == [character(len=14) :: &
+         'midpoint', 'theta'])) call input_error(error, place, 'dynamic_factor = '// &
+         to_text(settings%dynamic_factor)//" needs integration = 'dda' or 'backward_euler': "// &
+         'static steps of the others overshoot')
+   end subroutine check_integration
+
+   !> θ for a damping ratio at a frequency and the Δt of the settings.
+   subroutine match_damping(error, place, ratio, frequency, settings)
+      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place
+      real(wp), intent(in) :: ratio
+      real(wp), intent(in) :: frequency  !< Hz
+      type(control_type), intent(inout) :: settings
+      real(wp) :: omega
+
+      omega = 2.0_wp*pi*frequency
+      call require_within(error, place, 'damping_ratio', ratio, 0.0_wp, 10.0_wp)
+      if (.not. (frequency > 0.0_wp .and. omega*settings%time_step < pi)) &
+         call input_error(error, place, 'damping_frequency = '//to_text(frequency)// &
+         ' must lie between 0 and 1/(2 time_step) = '//to_text(0.5_wp/settings%time_step)//' Hz')
+      if (allocated(error)) return
+      settings%theta = theta_for_damping(ratio, omega, settings%time_step)
+      if (settings%theta > 1.0_wp) call input_error(error, place, 'damping_ratio = '// &
+         to_text(ratio)//' cannot be had at '//to_text(frequency)//' Hz with time_step = '// &
+         to_text(settings%time_step)//': at most '//to_text(forced_damping(scheme_type(1.0_wp, &
+         1.0_wp), omega, settings%time_step))//', by theta = 1; try a larger time_step')
+   end subroutine match_damping
+
+end module dda_input_integration

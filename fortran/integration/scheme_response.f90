@@ -1,0 +1,229 @@
+!> What the time integration does to linear vibrations: closed forms for a member (θ, χ).
+!>
+!> One oscillator, Ω = ωΔt, D = 1 + θχΩ²: the amplification matrix has
+!>
+!>     determinant = [1 + (1 − θ)(1 − χ)Ω²]/D,   trace = 2 − (θ + χ)Ω²/D,
+!>     4 determinant − trace² = Ω² [4 − (θ − χ)²Ω²]/D² .
+!>
+!> So a mode oscillates for Ω < 2/|θ − χ| (4 in DDA: paper eq. 13); beyond, both roots are real and
+!> one of them tends to 1 − 1/χ or 1 − 1/θ: −1 in DDA, a velocity that changes its sign every step
+!> and hardly decays.  A support has the roots 1/(1 ± iΩ) of backward Euler in every member.
+!>
+!> In steady vibration, z = exp(iωΔt), τ = tan(ωΔt/2), ω̃ = 2τ/Δt, the equations of a member read
+!> with ω̃ in place of ω and a complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ); see `steady_weights`.
+module dda_scheme_response
+   use dda_kinds, only: wp, pi
+   use dda_scheme, only: scheme_type
+   implicit none
+   private
+   public :: amplification_roots, oscillates, free_damping, period_elongation, forced_damping
+   public :: step_for_damping, theta_for_damping, steps_to_decay, steady_type, steady_weights
+
+   !> Factors in steady vibration of what the equations of motion consist of, elastic terms having
+   !> 1.
+   type :: steady_type
+      complex(wp) :: inertia        !< of M, in place of −ω², 1/s²
+      complex(wp) :: end_stiffness  !< of stiffness at the end of the step
+      complex(wp) :: mean_dashpot   !< of dashpots on d/Δt, 1/s
+      complex(wp) :: end_dashpot    !< of dashpots on the end velocity, 1/s
+      complex(wp) :: load           !< of forces at t₀ + θΔt
+   end type steady_type
+
+contains
+
+   !> Eigenvalues of the amplification matrix of one oscillator.
+   pure function amplification_roots(scheme, omega, time_step) result(roots)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: omega      !< undamped angular frequency, rad/s
+      real(wp), intent(in) :: time_step  !< s
+      complex(wp) :: roots(2)
+      complex(wp) :: root
+      real(wp) :: square, d, half_trace, determinant
+
+      square = (omega*time_step)**2
+      associate (theta => scheme%theta, chi => scheme%chi)
+         d = 1.0_wp + theta*chi*square
+         half_trace = 1.0_wp - 0.5_wp*(theta + chi)*square/d
+         determinant = (1.0_wp + (1.0_wp - theta)*(1.0_wp - chi)*square)/d
+         root = 0.5_wp*sqrt(cmplx(square*((theta - chi)**2*square - 4.0_wp), 0.0_wp, wp))/d
+      end associate
+      ! The larger one first; the other from the product, where nothing cancels.
+      roots(1) = half_trace + merge(root, -root, half_trace >= 0.0_wp)
+      roots(2) = conjg(roots(1))
+      if (real(root) > 0.0_wp) roots(2) = determinant/roots(1)
+   end function amplification_roots
+
+   !> The mode oscillates at this step: Ω < 2/|θ − χ| (DDA: 4, paper eq. 13).
+   elemental logical function oscillates(scheme, omega, time_step)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: omega      !< rad/s
+      real(wp), intent(in) :: time_step  !< s
+
+      oscillates = abs(scheme%theta - scheme%chi)*omega*time_step < 2.0_wp
+   end function oscillates
+
+   !> Phase of one step in free vibration, rad: the argument of the complex roots,
+   !> tan φ = Ω √(4 − (θ − χ)²Ω²)/(2 + (2θχ − θ − χ)Ω²).
+   elemental real(wp) function phase_of(scheme, turn)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: turn  !< Ω = ωΔt, of a mode that oscillates
+
+      associate (theta => scheme%theta, chi => scheme%chi)
+         phase_of = atan2(turn*sqrt(max(0.0_wp, 4.0_wp - ((theta - chi)*turn)**2)), &
+            2.0_wp + (2.0_wp*theta*chi - theta - chi)*turn**2)
+      end associate
+   end function phase_of
+
+   !> ln(1/|λ|) of a mode that oscillates.
+   elemental real(wp) function decay_of(scheme, turn)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: turn  !< Ω = ωΔt
+
+      associate (theta => scheme%theta, chi => scheme%chi)
+         ! (1 + a)/(1 + b) − 1 = (a − b)/(1 + b), a − b = −(θ + χ − 1)Ω², keeps small Ω exact.
+         decay_of = -0.5_wp*log_of_one_and(-(theta + chi - 1.0_wp)*turn**2 &
+            /(1.0_wp + theta*chi*turn**2))
+      end associate
+   end function decay_of
+
+   !> ln(1 + x), exact also for small x (Kahan).
+   elemental real(wp) function log_of_one_and(x) result(value)
+      real(wp), intent(in) :: x  !< > −1
+      real(wp) :: sum
+
+      sum = 1.0_wp + x
+      value = x
+      if (sum /= 1.0_wp) value = log(sum)*x/(sum - 1.0_wp)
+   end function log_of_one_and
+
+   !> Damping ratio of a mode left to itself, ζ = ln(1/|λ|)/hypot(φ, ln|λ|), about
+   !> (θ + χ − 1)Ω/2; 1 if it does not oscillate.
+   elemental real(wp) function free_damping(scheme, omega, time_step) result(ratio)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: omega      !< rad/s
+      real(wp), intent(in) :: time_step  !< s
+      real(wp) :: decay
+
+      ratio = 1.0_wp
+      if (.not. oscillates(scheme, omega, time_step)) return
+      ratio = 0.5_wp*(scheme%theta + scheme%chi - 1.0_wp)*omega*time_step
+      if (omega*time_step < 1.0e-8_wp) return
+      decay = decay_of(scheme, omega*time_step)
+      ratio = decay/hypot(phase_of(scheme, omega*time_step), decay)
+   end function free_damping
+
+   !> Period of a mode left to itself over its true period, less 1; −1 (no period) if it does not
+   !> oscillate.
+   elemental real(wp) function period_elongation(scheme, omega, time_step) result(elongation)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: omega      !< rad/s
+      real(wp), intent(in) :: time_step  !< s
+
+      elongation = -1.0_wp
+      if (.not. oscillates(scheme, omega, time_step)) return
+      elongation = 0.0_wp
+      if (omega*time_step > 0.0_wp) &
+         elongation = omega*time_step/phase_of(scheme, omega*time_step) - 1.0_wp
+   end function period_elongation
+
+   !> Damping ratio in steady vibration, half the loss factor of the complex modulus:
+   !> 2ζ = (a + b)τ/(1 − abτ²), a = 2θ − 1, b = 2χ − 1.  Huge where the real part is not positive.
+   elemental real(wp) function forced_damping(scheme, omega, time_step) result(ratio)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: omega      !< of the motion, rad/s
+      real(wp), intent(in) :: time_step  !< s
+      real(wp) :: a, b, tau
+
+      ratio = huge(1.0_wp)
+      if (omega*time_step >= pi) return
+      a = 2.0_wp*scheme%theta - 1.0_wp
+      b = 2.0_wp*scheme%chi - 1.0_wp
+      tau = tan(0.5_wp*omega*time_step)
+      if (a*b*tau**2 < 1.0_wp) ratio = 0.5_wp*(a + b)*tau/(1.0_wp - a*b*tau**2)
+   end function forced_damping
+
+   !> The Δt, s, at which a member has a damping ratio in steady vibration: the inverse of
+   !> `forced_damping`; huge for a member without damping.  DDA: 2 atan(2ζ)/ω.
+   elemental real(wp) function step_for_damping(scheme, ratio, omega) result(time_step)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: ratio  !< ζ > 0
+      real(wp), intent(in) :: omega  !< rad/s
+      real(wp) :: a, b
+
+      a = 2.0_wp*scheme%theta - 1.0_wp
+      b = 2.0_wp*scheme%chi - 1.0_wp
+      time_step = huge(1.0_wp)
+      ! Root of 2ζab τ² + (a + b)τ − 2ζ = 0, in the form that does not cancel.
+      if (a + b > 0.0_wp) time_step = 2.0_wp/omega*atan(4.0_wp*ratio &
+         /(a + b + sqrt((a + b)**2 + 16.0_wp*a*b*ratio**2)))
+   end function step_for_damping
+
+   !> θ = χ for a damping ratio in steady vibration at a given Δt: (1 + tan(½ atan 2ζ)/τ)/2.
+   !> Above 1 where the step is too short for that much.
+   elemental real(wp) function theta_for_damping(ratio, omega, time_step) result(theta)
+      real(wp), intent(in) :: ratio      !< ζ ≥ 0
+      real(wp), intent(in) :: omega      !< rad/s, below π/Δt
+      real(wp), intent(in) :: time_step  !< s
+
+      theta = 0.5_wp*(1.0_wp + tan(0.5_wp*atan(2.0_wp*ratio))/tan(0.5_wp*omega*time_step))
+   end function theta_for_damping
+
+   !> Steps in which a mode that changes its sign falls to 1/e; 0 where it does not change its sign
+   !> from step to step, huge where it does not decay.
+   elemental real(wp) function steps_to_decay(scheme, omega, time_step) result(steps)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: omega      !< rad/s
+      real(wp), intent(in) :: time_step  !< s
+      real(wp) :: decay
+      complex(wp) :: roots(2)
+
+      steps = 0.0_wp
+      roots = amplification_roots(scheme, omega, time_step)
+      if (real(roots(1)) >= 0.0_wp) return
+      decay = decay_of(scheme, omega*time_step)
+      if (abs(aimag(roots(1))) <= 0.0_wp) decay = slow_decay(scheme, omega*time_step, roots)
+      steps = huge(1.0_wp)
+      if (decay > epsilon(1.0_wp)) steps = 1.0_wp/decay
+   end function steps_to_decay
+
+   !> ln(1/|λ|) of the larger of two real roots: 1 + λ = (1 + trace + determinant)/(1 + λ₂), where
+   !> nothing cancels as λ tends to −1.
+   pure real(wp) function slow_decay(scheme, turn, roots) result(decay)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: turn  !< Ω = ωΔt
+      complex(wp), intent(in) :: roots(2)
+      real(wp) :: sum
+
+      associate (theta => scheme%theta, chi => scheme%chi)
+         sum = (4.0_wp + (2.0_wp*theta - 1.0_wp)*(2.0_wp*chi - 1.0_wp)*turn**2) &
+            /(1.0_wp + theta*chi*turn**2)
+      end associate
+      decay = -log_of_one_and(-sum/(1.0_wp + real(roots(2))))
+   end function slow_decay
+
+   !> The factors at an angular frequency.
+   !>
+   !> Velocity v = (z − 1)x/(Δt [(1 − χ)f + χz]) and stiffness K (1 − θ + θz) x, with the dynamic
+   !> factor f that multiplies the velocity carried into a step; all divided by 1 − θ + θz.
+   pure type(steady_type) function steady_weights(scheme, omega, time_step, dynamic_factor) &
+      result(steady)
+      type(scheme_type), intent(in) :: scheme
+      real(wp), intent(in) :: omega           !< of the motion, rad/s, below π/Δt
+      real(wp), intent(in) :: time_step       !< s
+      real(wp), intent(in) :: dynamic_factor  !< 0 … 1
+      complex(wp) :: z, elastic, velocity, change
+
+      associate (half => 0.5_wp*omega*time_step)
+         z = cmplx(cos(2*half), sin(2*half), wp)
+         change = 2.0_wp*sin(half)*cmplx(-sin(half), cos(half), wp)  ! z − 1
+      end associate
+      elastic = 1.0_wp + scheme%theta*change
+      velocity = change/(time_step*(dynamic_factor + scheme%chi*(z - dynamic_factor)))
+      steady%inertia = velocity*(change + (1.0_wp - dynamic_factor))/(time_step*elastic)
+      steady%end_stiffness = z/elastic
+      steady%mean_dashpot = change/(time_step*elastic)
+      steady%end_dashpot = z*velocity/elastic
+      steady%load = exp(cmplx(0.0_wp, scheme%theta*omega*time_step, wp))/elastic
+   end function steady_weights
+
+end module dda_scheme_response
