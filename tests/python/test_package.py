@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+import re
 import subprocess
 import sys
 import threading
@@ -84,6 +85,20 @@ def test_every_module_is_installed():
 def _modules(folder: Path):
     inputs = folder / "inputs"
     return [f for f in folder.rglob("*.py") if inputs not in f.parents]
+
+
+def test_the_version_is_one():
+    """That of meson.build, which the engine and the package have from it."""
+    build = (ROOT / "meson.build").read_text()
+    version = re.search(r"^\s*version: '([\d.]+)'", build, re.MULTILINE)[1]
+    assert sitedda.__version__ == version
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert re.findall(r"^version: (.*)$", citation, re.MULTILINE) == [version]
+    licence = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["license"]
+    assert re.findall(r"^license: (.*)$", citation, re.MULTILINE) == [licence]
+    assert f"license: '{licence}'" in build
+    changes = re.findall(r"^## \[(.*?)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert changes[:2] == ["Unreleased", version]
 
 
 # --- Simulation -----------------------------------------------------------------------------------
