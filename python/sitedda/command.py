@@ -9,6 +9,7 @@ import signal
 import sys
 from contextlib import ExitStack
 from pathlib import Path
+from typing import NoReturn
 
 from . import __version__
 from .check import check, transfer
@@ -42,8 +43,17 @@ def main(arguments: list[str] | None = None) -> int:
         return error.kind
 
 
+class _Parser(argparse.ArgumentParser):
+    """Ends with the status of bad input; that of argparse means a refused check here."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong with the command line and end."""
+        self.print_usage(sys.stderr)
+        self.exit(1, f"{self.prog}: {message}\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="sitedda", description=__doc__)
+    parser = _Parser(prog="sitedda", description=__doc__)
     parser.add_argument("--version", action="version", version=f"sitedda {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     running = commands.add_parser("run", help="run an input, print and draw what it asks for")

@@ -87,7 +87,7 @@ class Simulation:
     Only what is said to be settable can be set.
     """
 
-    __slots__ = ("__weakref__", "_free", "_handle", "_one", "_writes", "done", "file")
+    __slots__ = ("__weakref__", "_free", "_handle", "_one", "_writes", "done", "file", "input_text")
 
     def __init__(
         self,
@@ -101,7 +101,7 @@ class Simulation:
         if resume and output is None:
             raise ValueError("only a run with an output can be resumed")
         file = Path(file)
-        text = _checked_input(file)
+        text = _read_input(file)
         changes = dict(changes or {}) | more
         if changes:
             text = changed_input(text, changes)
@@ -119,6 +119,7 @@ class Simulation:
             )
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
+        self.input_text = text
         self.done = False
 
     def __enter__(self):
@@ -327,7 +328,7 @@ class Simulation:
         return np.transpose(self._ask_all("point_motions", 2), (2, 1, 0))
 
 
-def _checked_input(file: Path) -> str:
+def _read_input(file: Path) -> str:
     """The text of an input file; errors in the words of the native executable."""
     try:
         data = file.read_bytes()

@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from ..drawing import BLUE, COLORS, FIELD, INK, RED, small_picture
 from ..errors import SiteddaError
+from ..namelist import group_text
 from ..signals import dominant_frequency
 from ..simulation import Simulation, run
 from .discrete import DiscreteModel, free_frequency
@@ -173,10 +174,9 @@ def _uneven_input(size: float, seed: int) -> str:
             low, high = drum * _HEIGHT, (drum + 1) * _HEIGHT - size
             left, right = low + size * random.random(2)
             half = _WIDTH / 2
-            lines.append(
-                f"&block name = 'drum_{drum + 1}', vertices = {-half}, {left:.10f}, {half},"
-                f" {right:.10f}, {half}, {high:.10f}, {-half}, {high:.10f} /"
-            )
+            corners = [(-half, left), (half, right), (half, high), (-half, high)]
+            vertices = [round(float(x), 10) for corner in corners for x in corner]
+            lines.append(group_text("block", {"name": f"drum_{drum + 1}", "vertices": vertices}))
     return "\n".join(lines) + "\n"
 
 

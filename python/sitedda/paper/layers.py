@@ -47,7 +47,7 @@ def _run(table: int, loading: str) -> dict:
     """Accelerations of the points in x (m/s²), and the twin of the model."""
     changes = {}
     if loading == "acceleration":
-        changes = {"base_motion_x": "earthquake", "fixed_point": {"motion_x": ""}}
+        changes = {"base_motion_x": "earthquake", "fixed_point[*]": {"motion_x": ""}}
     elif loading == "noise":
         changes = {"motion": _noise()}
     history = run(input_file(_TABLES[table]["input"]), **changes).history
