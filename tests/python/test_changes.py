@@ -114,7 +114,7 @@ def test_a_group_that_may_be_missing_is_added():
         ("time_stp", ["no group has a variable 'time_stp'", "did you mean 'time_step'?"]),
         ("motoin.scale", ["no group &motoin", "did you mean 'motion'?"]),
         ("output", ["'output' is a group", "output.file"]),
-        ("file", ["several groups", "motion.file or output.file"]),
+        ("file", ["several groups", "motion.file", "output.file", " or "]),
         ("wall.bricks", ["no group &wall"]),
         ("a b", ["'a b' does not name a variable"]),
     ],
