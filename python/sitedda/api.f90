@@ -14,13 +14,16 @@ module api
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
    use dda_measure, only: measure_point
-   use dda_kinds, only: long
+   use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
    use dda_modes, only: modes_type, find_modes
    use dda_record, only: record_type, read_record
    use dda_run, only: run_type, begin_run, resume_run, continue_run, flush_run, save_run, end_run, &
       is_done
+   use dda_scheme, only: scheme_type, scheme_named, integration_names
+   use dda_scheme_response, only: free_damping, period_elongation, forced_damping, steps_to_decay, &
+      amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
    use dda_simulation, only: summary
    use dda_start, only: set_rates
    use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
@@ -36,6 +39,7 @@ module api
       point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
+   public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping
    public :: spectrum_of, amplification_of, peak_of, engine_version
 
    integer, parameter :: most_runs = 65536
@@ -364,7 +368,7 @@ contains
    !> Energies in the order of the output file.
    subroutine energies(handle, values, status, message)
       integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: values(13)
+      real(c_double), intent(out) :: values(14)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -372,7 +376,8 @@ contains
 
       values = 0.0_c_double
       call find_run(handle, run, error)
-      if (.not. allocated(error)) values(:energy_terms) = energy_values(run%simulation%energy)
+      if (.not. allocated(error)) values(:size(energy_terms)) = &
+         energy_values(run%simulation%energy)
       call report(error, status, message)
    end subroutine energies
 
@@ -697,6 +702,77 @@ contains
       end if
       call report(error, status, message)
    end subroutine read_ground_motion
+
+   !> θ and χ of a time integration by name; theta counts for 'theta' only.
+   subroutine scheme_numbers(name, theta, numbers, status, message)
+      character(len=*), intent(in) :: name
+      real(c_double), intent(in) :: theta
+      real(c_double), intent(out) :: numbers(2)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(scheme_type) :: scheme
+
+      if (.not. any(integration_names == name)) call fail(error, error_input, "integration '"// &
+         name//"' is not known; there are 'dda', 'midpoint', 'theta' and 'backward_euler'")
+      scheme = scheme_named(name, theta)
+      numbers = [scheme%theta, scheme%chi]
+      call report(error, status, message)
+   end subroutine scheme_numbers
+
+   !> What the scheme (theta, chi) makes of oscillators with frequencies (Hz) at a time step (s):
+   !> damping ratio and period elongation in free vibration, damping ratio in steady vibration,
+   !> steps in which an alternating velocity falls to 1/e; both roots of the amplification matrix.
+   subroutine scheme_vibration(theta, chi, time_step, n, frequency, values, roots)
+      integer(c_int), intent(in) :: n
+      real(c_double), intent(in) :: theta, chi, time_step, frequency(n)
+      real(c_double), intent(out) :: values(4, n)
+      complex(c_double_complex), intent(out) :: roots(2, n)
+      type(scheme_type) :: scheme
+      integer :: i
+
+      scheme = scheme_type(theta, chi)
+      associate (omega => 2.0_c_double*pi*frequency)
+         values(1, :) = free_damping(scheme, omega, time_step)
+         values(2, :) = period_elongation(scheme, omega, time_step)
+         values(3, :) = forced_damping(scheme, omega, time_step)
+         values(4, :) = steps_to_decay(scheme, omega, time_step)
+         do i = 1, n
+            roots(:, i) = amplification_roots(scheme, omega(i), time_step)
+         end do
+      end associate
+   end subroutine scheme_vibration
+
+   !> Factors of the equations in steady vibration at frequencies (Hz), elastic terms having 1: of M
+   !> in place of -omega^2 (1/s^2), of stiffness at the end of the step, of dashpots on d/dt and on
+   !> the end velocity (1/s), of loads.
+   subroutine scheme_steady(theta, chi, time_step, dynamic_factor, n, frequency, factors)
+      integer(c_int), intent(in) :: n
+      real(c_double), intent(in) :: theta, chi, time_step, dynamic_factor, frequency(n)
+      complex(c_double_complex), intent(out) :: factors(5, n)
+      type(steady_type) :: steady
+      integer :: i
+
+      do i = 1, n
+         steady = steady_weights(scheme_type(theta, chi), 2.0_c_double*pi*frequency(i), time_step, &
+            dynamic_factor)
+         factors(:, i) = [steady%inertia, steady%end_stiffness, steady%mean_dashpot, &
+            steady%end_dashpot, steady%load]
+      end do
+   end subroutine scheme_steady
+
+   !> The time step (s) of the scheme (theta, chi), and theta = chi at a time step, for damping ratios
+   !> in steady vibration at frequencies (Hz).
+   subroutine scheme_for_damping(theta, chi, time_step, n, damping, frequency, steps, thetas)
+      integer(c_int), intent(in) :: n
+      real(c_double), intent(in) :: theta, chi, time_step, damping(n), frequency(n)
+      real(c_double), intent(out) :: steps(n), thetas(n)
+
+      associate (omega => 2.0_c_double*pi*frequency)
+         steps = step_for_damping(scheme_type(theta, chi), damping, omega)
+         thetas = theta_for_damping(damping, omega, time_step)
+      end associate
+   end subroutine scheme_for_damping
 
    subroutine engine_version(text)
       character(len=32), intent(out) :: text

@@ -31,13 +31,14 @@ _ENERGY_NAMES = (
     "contact",
     "support",
     "gravity",
+    "initial",
     "input",
+    "geometric",
     "friction",
     "fracture",
     "algorithmic",
     "kinetic_damping",
-    "geometric",
-    "initial",
+    "damping",
     "balance",
 )
 _PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "update")
