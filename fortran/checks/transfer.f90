@@ -16,6 +16,7 @@ module dda_transfer
    use dda_mass_factor, only: from_places, to_places
    use dda_ritz, only: ritz_type, start_ritz, extend_ritz, solve_ritz
    use dda_scheme, only: inertia_factor
+   use dda_sorting, only: insertion_sort
    use dda_springs, only: spring_fixed
    use dda_text, only: to_text
    implicit none
@@ -310,22 +311,12 @@ contains
       real(wp), allocatable, intent(out) :: frequency(:)
       real(wp) :: own(size(transfer%lambda))
       integer, parameter :: steps = 200
-      real(wp) :: moving
-      integer :: i, j
+      integer :: i
 
       own = sqrt(transfer%lambda)/(2.0_wp*pi)
       frequency = [pack(own, own > low .and. own < high), &
          [(low + (high - low)*i/steps, i=0, steps)]]
-      do i = 2, size(frequency)
-         moving = frequency(i)
-         j = i - 1
-         do while (j >= 1)
-            if (frequency(j) <= moving) exit
-            frequency(j + 1) = frequency(j)
-            j = j - 1
-         end do
-         frequency(j + 1) = moving
-      end do
+      call insertion_sort(frequency)
    end subroutine choose_frequencies
 
    !> Golden section for the maximum between a and b.

@@ -1,8 +1,8 @@
 !> Contact law: unilateral normal spring, elastic–perfectly plastic Coulomb slider, bond.
 !>
-!> The normal spring acts exactly in penetration, without a dead band: its potential ½ k min(gap, 0)²
-!> is convex, so it cannot create energy.  The shear force is elastic in the slip since the contact
-!> stuck, up to a bound that follows the normal force of the same iteration.
+!> The normal spring acts exactly in penetration, without a dead band: its potential
+!> ½ k min(gap, 0)² is convex, so it cannot create energy.  The shear force is elastic in the slip
+!> since the contact stuck, up to a bound that follows the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
