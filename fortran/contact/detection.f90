@@ -104,14 +104,15 @@ contains
          allocate (detection%candidate(size(neighbours%edge)))
       end if
       if (n < parallel_from) then
-         call detect_range(detection, blocks, neighbours, 1, n, contacts%n)
+         call detect_contacts_range(detection, blocks, neighbours, 1, n, contacts%n)
          call reserve(contacts, contacts%n)
          call set_contacts(contacts, 1, blocks, contacts%n, detection%candidate)
          return
       end if
       !$omp parallel do schedule(dynamic, 1)
       do p = 1, pieces(n)
-         call detect_range(detection, blocks, neighbours, first_of(p, n), last_of(p, n), found(p))
+         call detect_contacts_range(detection, blocks, neighbours, first_of(p, n), last_of(p, n), &
+            found(p))
       end do
       contacts%n = sum(found(:pieces(n)))
       call reserve(contacts, contacts%n)
@@ -123,7 +124,7 @@ contains
    end subroutine detect_contacts
 
    !> Candidates of some probes, stored from the place of the first probe's first edge on.
-   subroutine detect_range(detection, blocks, neighbours, first, last, found)
+   subroutine detect_contacts_range(detection, blocks, neighbours, first, last, found)
       type(detection_type), intent(inout) :: detection  !< receives the candidates
       type(blocks_type), intent(in) :: blocks           !< present geometry
       type(neighbours_type), intent(in) :: neighbours   !< probes
@@ -147,7 +148,7 @@ contains
             .false.)
       end do
       found = at - neighbours%first_edge(first) + 1
-   end subroutine detect_range
+   end subroutine detect_contacts_range
 
    !> The convex vertex of the other block nearest to the probe's vertex, within `distance`; else 0.
    pure integer function nearest_corner(blocks, neighbours, p, distance) result(nearest)

@@ -84,16 +84,17 @@ contains
       integer :: p
 
       if (new%n < parallel_from) then
-         call transfer_range(new, old, history, begun, 1, new%n)
+         call transfer_in_place_range(new, old, history, begun, 1, new%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(new%n)
-         call transfer_range(new, old, history, begun, first_of(p, new%n), last_of(p, new%n))
+         call transfer_in_place_range(new, old, history, begun, first_of(p, new%n), &
+            last_of(p, new%n))
       end do
    end subroutine transfer_in_place
 
-   pure subroutine transfer_range(new, old, history, begun, first, last)
+   pure subroutine transfer_in_place_range(new, old, history, begun, first, last)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
@@ -115,7 +116,7 @@ contains
             call start_contact(new, c, history%touching, begun)
          end if
       end do
-   end subroutine transfer_range
+   end subroutine transfer_in_place_range
 
    !> Places where the two lists differ: in most steps few or none.
    pure subroutine list_unmatched(history, new, old)

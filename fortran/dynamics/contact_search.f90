@@ -68,7 +68,7 @@ contains
       old = simulation%now
       simulation%now = 3 - old
       associate (contacts => simulation%contacts(simulation%now))
-         ! The rows of the old list are of no more use, and their memory is at hand in the cache.
+         ! The gradients of the old list are used no more; their memory is still in the cache.
          call swap_gradients(contacts, simulation%contacts(old))
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
             simulation%detection)

@@ -12,11 +12,11 @@
 module dda_blocks
    use dda_kinds, only: wp
    use dda_material, only: material_type, elasticity
-   use dda_ordered_sums, only: parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_polygon, only: area_of, centroid_of, second_moments
    implicit none
    private
-   public :: blocks_type, set_blocks, update_geometry, next_vertex, previous_vertex, is_convex
+   public :: blocks_type, set_blocks, update_geometry, is_convex
    public :: place_of, offset_of, direction_row, shape_matrix, reference_of, stress_of
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
@@ -140,61 +140,44 @@ contains
    !> Axes, deformation gradients, vertices and edges from the coordinates q.
    subroutine update_geometry(blocks)
       type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
-      integer :: b
+      integer :: p
 
       if (blocks%n < parallel_from) then
-         do b = 1, blocks%n
-            call update_block(blocks, b)
-         end do
+         call update_geometry_range(blocks, 1, blocks%n)
          return
       end if
       !$omp parallel do schedule(static)
-      do b = 1, blocks%n
-         call update_block(blocks, b)
+      do p = 1, pieces(blocks%n)
+         call update_geometry_range(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
       end do
    end subroutine update_geometry
 
-   !> Axes, deformation gradient, vertices and edges of block b from its coordinates q.
-   pure subroutine update_block(blocks, b)
+   pure subroutine update_geometry_range(blocks, first, last)
       type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
-      integer, intent(in) :: b                    !< block
-      integer :: v
+      integer, intent(in) :: first, last          !< blocks
+      integer :: b, v
       real(wp) :: q(6), f(2, 2), c, s, edge(2)
 
-      q = blocks%position(:, b)
-      c = cos(q(3))
-      s = sin(q(3))
-      blocks%axes(:, 1, b) = [c, s]
-      blocks%axes(:, 2, b) = [-s, c]
-      f(:, 1) = blocks%axes(:, 1, b)*(1.0_wp + q(4)) + blocks%axes(:, 2, b)*0.5_wp*q(6)
-      f(:, 2) = blocks%axes(:, 1, b)*0.5_wp*q(6) + blocks%axes(:, 2, b)*(1.0_wp + q(5))
-      blocks%gradient(:, :, b) = f
-      do v = blocks%first(b), blocks%first(b + 1) - 1
-         blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) &
-            + f(:, 2)*blocks%reference(2, v)
+      do b = first, last
+         q = blocks%position(:, b)
+         c = cos(q(3))
+         s = sin(q(3))
+         blocks%axes(:, 1, b) = [c, s]
+         blocks%axes(:, 2, b) = [-s, c]
+         f(:, 1) = blocks%axes(:, 1, b)*(1.0_wp + q(4)) + blocks%axes(:, 2, b)*0.5_wp*q(6)
+         f(:, 2) = blocks%axes(:, 1, b)*0.5_wp*q(6) + blocks%axes(:, 2, b)*(1.0_wp + q(5))
+         blocks%gradient(:, :, b) = f
+         do v = blocks%first(b), blocks%first(b + 1) - 1
+            blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) &
+               + f(:, 2)*blocks%reference(2, v)
+         end do
+         do v = blocks%first(b), blocks%first(b + 1) - 1
+            edge = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
+            blocks%length(v) = sqrt(edge(1)**2 + edge(2)**2)
+            blocks%along(:, v) = edge/blocks%length(v)
+         end do
       end do
-      do v = blocks%first(b), blocks%first(b + 1) - 1
-         edge = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
-         blocks%length(v) = sqrt(edge(1)**2 + edge(2)**2)
-         blocks%along(:, v) = edge/blocks%length(v)
-      end do
-   end subroutine update_block
-
-   !> Vertex after v, counter-clockwise round its block; edge v runs from v to it.
-   pure integer function next_vertex(blocks, v)
-      type(blocks_type), intent(in) :: blocks  !< vertices of each block
-      integer, intent(in) :: v                 !< vertex
-
-      next_vertex = blocks%next(v)
-   end function next_vertex
-
-   !> Vertex before v.
-   pure integer function previous_vertex(blocks, v)
-      type(blocks_type), intent(in) :: blocks  !< vertices of each block
-      integer, intent(in) :: v                 !< vertex
-
-      previous_vertex = blocks%previous(v)
-   end function previous_vertex
+   end subroutine update_geometry_range
 
    !> The block's angle at vertex v is less than 180°.
    pure logical function is_convex(blocks, v)
@@ -202,8 +185,8 @@ contains
       integer, intent(in) :: v                 !< vertex
       real(wp) :: before(2), after(2)
 
-      before = blocks%reference(:, v) - blocks%reference(:, previous_vertex(blocks, v))
-      after = blocks%reference(:, next_vertex(blocks, v)) - blocks%reference(:, v)
+      before = blocks%reference(:, v) - blocks%reference(:, blocks%previous(v))
+      after = blocks%reference(:, blocks%next(v)) - blocks%reference(:, v)
       is_convex = before(1)*after(2) - before(2)*after(1) > 0.0_wp
    end function is_convex
 
