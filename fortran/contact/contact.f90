@@ -75,16 +75,16 @@ module dda_contact
       subroutine apply_operation(operation, integers, logicals, reals, columns)
          import :: operation_type, wp
          class(operation_type), intent(inout) :: operation
-         integer, allocatable, intent(inout), optional :: integers(:)   !< [room]
-         logical, allocatable, intent(inout), optional :: logicals(:)   !< [room]
-         real(wp), allocatable, intent(inout), optional :: reals(:)     !< [room]
-         real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, room]
+         integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+         logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+         real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+         real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
       end subroutine apply_operation
    end interface
 
    !> Enlarge the arrays.
    type, extends(operation_type) :: growth_type
-      integer :: room  !< contacts
+      integer :: capacity  !< contacts
    contains
       procedure :: apply => grow_variable
    end type growth_type
@@ -171,21 +171,21 @@ contains
          contacts%normal_v(6, 0), contacts%normal_e(6, 0), contacts%shear_v(6, 0), &
          contacts%shear_e(6, 0))
       if (size(contacts%normal, 2) >= max(wanted, 1)) return
-      growth%room = wanted + wanted/4 + 8
+      growth%capacity = wanted + wanted/4 + 8
       call for_each_variable(contacts, growth)
    end subroutine reserve
 
    subroutine grow_variable(operation, integers, logicals, reals, columns)
-      class(growth_type), intent(inout) :: operation                 !< wanted room
-      integer, allocatable, intent(inout), optional :: integers(:)   !< [room]
-      logical, allocatable, intent(inout), optional :: logicals(:)   !< [room]
-      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [room]
-      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, room]
+      class(growth_type), intent(inout) :: operation                 !< wanted capacity
+      integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+      logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
 
-      if (present(integers)) call grow(integers, operation%room)
-      if (present(logicals)) call grow(logicals, operation%room)
-      if (present(reals)) call grow(reals, operation%room)
-      if (present(columns)) call grow(columns, size(columns, 1), operation%room)
+      if (present(integers)) call grow(integers, operation%capacity)
+      if (present(logicals)) call grow(logicals, operation%capacity)
+      if (present(reals)) call grow(reals, operation%capacity)
+      if (present(columns)) call grow(columns, size(columns, 1), operation%capacity)
    end subroutine grow_variable
 
    !> Keep some contacts of a list, in their order.
@@ -194,17 +194,17 @@ contains
       logical, intent(in) :: keep(:)                  !< [n]
       type(filter_type) :: filter
 
-      filter%keep = keep
+      allocate (filter%keep, source=keep)
       call for_each_variable(contacts, filter)
       contacts%n = count(keep)
    end subroutine filter_contacts
 
    subroutine filter_variable(operation, integers, logicals, reals, columns)
       class(filter_type), intent(inout) :: operation                 !< which contacts stay
-      integer, allocatable, intent(inout), optional :: integers(:)   !< [room]
-      logical, allocatable, intent(inout), optional :: logicals(:)   !< [room]
-      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [room]
-      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, room]
+      integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+      logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
       integer :: c, to
 
       to = 0
@@ -218,7 +218,7 @@ contains
       end do
    end subroutine filter_variable
 
-   !> Two lists of the same room exchange the memory of their gradients.
+   !> Two lists of the same capacity exchange the memory of their gradients.
    pure subroutine swap_gradients(a, b)
       type(contacts_type), intent(inout) :: a, b  !< lists; the gradients of both are then undefined
 
@@ -230,7 +230,7 @@ contains
    end subroutine swap_gradients
 
    pure subroutine swap(a, b)
-      real(wp), allocatable, intent(inout) :: a(:,:), b(:,:)  !< [6, room]
+      real(wp), allocatable, intent(inout) :: a(:,:), b(:,:)  !< [6, capacity]
       real(wp), allocatable :: other(:,:)
 
       call move_alloc(a, other)

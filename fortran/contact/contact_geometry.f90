@@ -22,7 +22,7 @@ contains
    !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation
    !> taken at the vertex, so that the pair of shear forces carries no moment.
    pure subroutine set_contacts(contacts, first, blocks, n, candidate)
-      type(contacts_type), intent(inout) :: contacts   !< list with room for them
+      type(contacts_type), intent(inout) :: contacts   !< list with capacity for them
       integer, intent(in) :: first                     !< place of the first candidate
       type(blocks_type), intent(in) :: blocks          !< present geometry
       integer, intent(in) :: n                         !< number of candidates

@@ -50,10 +50,10 @@ contains
 
    subroutine serialise_variable(operation, integers, logicals, reals, columns)
       class(serialisation_type), intent(inout) :: operation          !< archive, and how many
-      integer, allocatable, intent(inout), optional :: integers(:)   !< [room]
-      logical, allocatable, intent(inout), optional :: logicals(:)   !< [room]
-      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [room]
-      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, room]
+      integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+      logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
 
       associate (archive => operation%archive, n => operation%n)
          if (present(integers)) call serialise(archive, integers(:n))
