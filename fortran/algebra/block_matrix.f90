@@ -4,7 +4,6 @@
 !> column-major arrays; the pattern is compressed by rows.
 module dda_block_matrix
    use dda_kinds, only: wp
-   use dda_sorting, only: insertion_sort
    implicit none
    private
    public :: block_matrix_type, set_pattern, clear, entry_of, multiply, multiply_block
@@ -121,6 +120,23 @@ contains
       end do
       row_start(size(row_start)) = entries + 1
    end subroutine sort_rows
+
+   !> Rows are short: a block has a handful of neighbours.
+   pure subroutine insertion_sort(list)
+      integer, intent(inout) :: list(:)
+      integer :: i, j, moving
+
+      do i = 2, size(list)
+         moving = list(i)
+         j = i - 1
+         do while (j >= 1)
+            if (list(j) <= moving) exit
+            list(j + 1) = list(j)
+            j = j - 1
+         end do
+         list(j + 1) = moving
+      end do
+   end subroutine insertion_sort
 
    !> Set all values to zero, keep the pattern.
    pure subroutine clear(matrix)

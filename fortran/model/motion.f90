@@ -18,8 +18,8 @@ contains
 
    !> Position of the motion with a name; 0 if there is none.
    pure integer function motion_named(motions, name) result(found)
-      type(motion_type), intent(in) :: motions(:)  !< [motions]
-      character(len=*), intent(in) :: name         !< as in the input
+      type(motion_type), intent(in) :: motions(:)
+      character(len=*), intent(in) :: name
       integer :: i
 
       found = 0

@@ -120,8 +120,8 @@ contains
       real(wp), intent(in) :: frequency(:)                   !< evenly spaced, rising (Hz) [bins]
       real(wp), intent(in) :: amplitude(:)                   !< [bins]
       real(wp), intent(in) :: lowest, highest                !< the band (Hz), ends included
-      type(peak_type), intent(out) :: peak                   !< in the band
-      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
+      type(peak_type), intent(out) :: peak
+      type(error_type), allocatable, intent(out) :: error
 
       if (size(frequency) /= size(amplitude) .or. size(frequency) < 2) then
          call fail(error, error_input, 'a peak needs at least two bins and as many amplitudes '// &
@@ -144,8 +144,8 @@ contains
 
    !> Vertex of the parabola through three bins, if the middle one is not below the others.
    pure subroutine refine(amplitude, peak)
-      real(wp), intent(in) :: amplitude(3)                   !< of the highest bin and neighbours
-      type(peak_type), intent(inout) :: peak                 !< of the highest bin; refined
+      real(wp), intent(in) :: amplitude(3)
+      type(peak_type), intent(inout) :: peak
       real(wp) :: curvature, shift
 
       curvature = amplitude(1) - 2.0_wp*amplitude(2) + amplitude(3)
