@@ -1,13 +1,17 @@
 !> Contacts: a vertex of one block against an edge of another, with springs and a history.
 !>
-!> Lists are rebuilt every step from geometry; what a contact has lived through (state, shear
-!> stretch, bond) is handed on from the list of the step before.
+!> Lists are rebuilt every step from geometry; the history of a contact (state, shear stretch, bond)
+!> is transferred from the list of the step before.
+!>
+!> A new variable is declared in `contacts_type` and named in `for_each_variable`, which reserves,
+!> compacts and serialises; one that outlives the step also in `copy_history`.
 module dda_contact
+   use dda_growth, only: grow
    use dda_kinds, only: wp
    implicit none
    private
-   public :: contacts_type, reserve, exchange_rows, keep_contacts, contact_open, contact_slide, &
-      contact_stick
+   public :: contacts_type, operation_type, for_each_variable, reserve, swap_gradients, &
+      filter_contacts, copy_history, contact_open, contact_slide, contact_stick
 
    integer, parameter :: contact_open = 0   !< no force
    integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
@@ -16,7 +20,7 @@ module dda_contact
    !> A list of contacts as structure of arrays; entries 1 … n count.
    type :: contacts_type
       integer :: n = 0
-      ! Who touches whom
+      ! Identity
       integer, allocatable :: vertex(:)        !< vertex that touches
       integer, allocatable :: edge(:)          !< edge touched, named by its first vertex
       integer, allocatable :: corner(:)        !< vertex met corner to corner, else 0
@@ -25,7 +29,7 @@ module dda_contact
       integer, allocatable :: pair(:)          !< near pair that the two blocks are
       integer, allocatable :: joint(:)         !< joint material
       ! Geometry at the start of the step
-      !> signed distance to the edge less `offset`, m, negative: it presses
+      !> signed distance to the edge less `offset`, m; negative in compression
       real(wp), allocatable :: gap(:)
       real(wp), allocatable :: normal(:,:)     !< [2,n] outward normal of the edge
       real(wp), allocatable :: normal_v(:,:)   !< [6,n] ∂gap/∂q of the vertex block
@@ -37,15 +41,15 @@ module dda_contact
       logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
       logical, allocatable :: was_bonded(:)    !< at the start of the step
       logical, allocatable :: was_closed(:)    !< its normal spring held at the start of the step
-      !> distance at which the contact begins to press, m, ≤ 0
+      !> signed distance at which the normal spring is free of force, m, ≤ 0
       real(wp), allocatable :: offset(:)
       real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
       real(wp), allocatable :: multiplier(:)   !< augmented Lagrangian multiplier, N/m, else 0
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
-      ! The iteration: what is assumed, and what the solution answers
+      ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
-      real(wp), allocatable :: slide_slip(:)   !< slip at which that was answered, m
+      real(wp), allocatable :: slide_slip(:)   !< slip at which `slip_sign` was assumed, m
       integer, allocatable :: close_count(:)   !< how often it has closed in this step's iteration
       integer, allocatable :: trial_state(:)   !< state that the solution calls for
       !> largest difference between assumed and computed force, N/m
@@ -60,154 +64,178 @@ module dda_contact
       real(wp), allocatable :: shear_force(:)  !< resists slip of the vertex along the edge, N/m
    end type contacts_type
 
+   !> An operation on every variable of a list, see `for_each_variable`.
+   type, abstract :: operation_type
+   contains
+      procedure(apply_operation), deferred :: apply
+   end type operation_type
+
+   abstract interface
+      !> Apply the operation to one variable: exactly one of the arrays is present.
+      subroutine apply_operation(operation, integers, logicals, reals, columns)
+         import :: operation_type, wp
+         class(operation_type), intent(inout) :: operation
+         integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+         logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+         real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+         real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
+      end subroutine apply_operation
+   end interface
+
+   !> Enlarge the arrays.
+   type, extends(operation_type) :: growth_type
+      integer :: capacity  !< contacts
+   contains
+      procedure :: apply => grow_variable
+   end type growth_type
+
+   !> Compact the arrays.
+   type, extends(operation_type) :: filter_type
+      logical, allocatable :: keep(:)  !< [n]
+   contains
+      procedure :: apply => filter_variable
+   end type filter_type
+
 contains
 
-   !> Make room for at least `wanted` contacts; what is in the list stays.
-   subroutine reserve(contacts, wanted)
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: wanted
-      integer :: room
+   !> Apply an operation to every variable of a list, in the order of the checkpoint.
+   subroutine for_each_variable(contacts, operation)
+      type(contacts_type), intent(inout) :: contacts            !< list operated on
+      class(operation_type), intent(inout) :: operation         !< called for one array at a time
 
-      if (allocated(contacts%vertex)) then
-         if (size(contacts%vertex) >= wanted) return
-      end if
-      room = wanted + wanted/4 + 8
-      call grow_list(contacts%vertex, room)
-      call grow_list(contacts%edge, room)
-      call grow_list(contacts%corner, room)
-      call grow_list(contacts%block_v, room)
-      call grow_list(contacts%block_e, room)
-      call grow_list(contacts%pair, room)
-      call grow_list(contacts%joint, room)
-      call grow_list(contacts%state, room)
-      call grow_flags(contacts%bonded, room)
-      call grow_flags(contacts%was_bonded, room)
-      call grow_flags(contacts%was_closed, room)
-      call grow_values(contacts%gap, room)
-      call grow_values(contacts%offset, room)
-      call grow_values(contacts%bond_length, room)
-      call grow_values(contacts%stretch, room)
-      call grow_values(contacts%multiplier, room)
-      call grow_list(contacts%trial_state, room)
-      call grow_list(contacts%close_count, room)
-      call grow_values(contacts%slide_force, room)
-      call grow_values(contacts%force_residual, room)
-      call grow_values(contacts%slide_slip, room)
-      call grow_values(contacts%slip_sign, room)
-      call grow_values(contacts%new_gap, room)
-      call grow_values(contacts%slip, room)
-      call grow_values(contacts%gap_change, room)
-      call grow_values(contacts%slip_change, room)
-      call grow_values(contacts%strength_ratio, room)
-      call grow_values(contacts%normal_force, room)
-      call grow_values(contacts%shear_force, room)
-      call grow_rows(contacts%normal, 2, room)
-      call grow_rows(contacts%normal_v, 6, room)
-      call grow_rows(contacts%normal_e, 6, room)
-      call grow_rows(contacts%shear_v, 6, room)
-      call grow_rows(contacts%shear_e, 6, room)
+      call operation%apply(integers=contacts%vertex)
+      call operation%apply(integers=contacts%edge)
+      call operation%apply(integers=contacts%corner)
+      call operation%apply(integers=contacts%block_v)
+      call operation%apply(integers=contacts%block_e)
+      call operation%apply(integers=contacts%pair)
+      call operation%apply(integers=contacts%joint)
+      call operation%apply(reals=contacts%gap)
+      call operation%apply(columns=contacts%normal)
+      call operation%apply(columns=contacts%normal_v)
+      call operation%apply(columns=contacts%normal_e)
+      call operation%apply(columns=contacts%shear_v)
+      call operation%apply(columns=contacts%shear_e)
+      call operation%apply(integers=contacts%state)
+      call operation%apply(logicals=contacts%bonded)
+      call operation%apply(logicals=contacts%was_bonded)
+      call operation%apply(logicals=contacts%was_closed)
+      call operation%apply(reals=contacts%offset)
+      call operation%apply(reals=contacts%bond_length)
+      call operation%apply(reals=contacts%multiplier)
+      call operation%apply(reals=contacts%stretch)
+      call operation%apply(reals=contacts%slide_force)
+      call operation%apply(reals=contacts%slip_sign)
+      call operation%apply(reals=contacts%slide_slip)
+      call operation%apply(integers=contacts%close_count)
+      call operation%apply(integers=contacts%trial_state)
+      call operation%apply(reals=contacts%force_residual)
+      call operation%apply(reals=contacts%new_gap)
+      call operation%apply(reals=contacts%slip)
+      call operation%apply(reals=contacts%gap_change)
+      call operation%apply(reals=contacts%slip_change)
+      call operation%apply(reals=contacts%strength_ratio)
+      call operation%apply(reals=contacts%normal_force)
+      call operation%apply(reals=contacts%shear_force)
+   end subroutine for_each_variable
+
+   !> Copy the history of contacts from place `from` of the old list to `first` … `last` of the new.
+   !>
+   !> The slip of a vertex along an edge keeps its sign when the two blocks change roles, so the
+   !> stretch is copied as it is.  Array by array: with most contacts in unchanged places, runs are
+   !> long.
+   pure subroutine copy_history(new, first, last, old, from)
+      type(contacts_type), intent(inout) :: new  !< list that receives
+      integer, intent(in) :: first, last         !< places in `new`
+      type(contacts_type), intent(in) :: old     !< list of the step before
+      integer, intent(in) :: from                !< first place in `old`
+      integer :: to
+
+      to = from + last - first
+      new%state(first:last) = old%state(from:to)
+      new%bonded(first:last) = old%bonded(from:to)
+      new%bond_length(first:last) = old%bond_length(from:to)
+      new%stretch(first:last) = old%stretch(from:to)
+      new%multiplier(first:last) = old%multiplier(from:to)
+      new%slide_force(first:last) = old%slide_force(from:to)
+      new%slip_sign(first:last) = old%slip_sign(from:to)
+   end subroutine copy_history
+
+   !> Reserve memory for at least `wanted` contacts; the present ones stay.
+   subroutine reserve(contacts, wanted)
+      type(contacts_type), intent(inout) :: contacts  !< list to enlarge
+      integer, intent(in) :: wanted                   !< contacts
+      type(growth_type) :: growth
+
+      if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), &
+         contacts%normal_v(6, 0), contacts%normal_e(6, 0), contacts%shear_v(6, 0), &
+         contacts%shear_e(6, 0))
+      if (size(contacts%normal, 2) >= max(wanted, 1)) return
+      growth%capacity = wanted + wanted/4 + 8
+      call for_each_variable(contacts, growth)
    end subroutine reserve
 
-   !> Two lists of the same room exchange the memory of their rows.
-   pure subroutine exchange_rows(a, b)
-      type(contacts_type), intent(inout) :: a, b
+   subroutine grow_variable(operation, integers, logicals, reals, columns)
+      class(growth_type), intent(inout) :: operation                 !< wanted capacity
+      integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+      logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
 
-      if (size(a%vertex) /= size(b%vertex)) return
-      call exchange(a%normal_v, b%normal_v)
-      call exchange(a%normal_e, b%normal_e)
-      call exchange(a%shear_v, b%shear_v)
-      call exchange(a%shear_e, b%shear_e)
-   end subroutine exchange_rows
+      if (present(integers)) call grow(integers, operation%capacity)
+      if (present(logicals)) call grow(logicals, operation%capacity)
+      if (present(reals)) call grow(reals, operation%capacity)
+      if (present(columns)) call grow(columns, size(columns, 1), operation%capacity)
+   end subroutine grow_variable
 
-   pure subroutine exchange(a, b)
-      real(wp), allocatable, intent(inout) :: a(:,:), b(:,:)
-      real(wp), allocatable :: kept(:,:)
+   !> Keep some contacts of a list, in their order.
+   subroutine filter_contacts(contacts, keep)
+      type(contacts_type), intent(inout) :: contacts  !< list to compact
+      logical, intent(in) :: keep(:)                  !< [n]
+      type(filter_type) :: filter
 
-      call move_alloc(a, kept)
-      call move_alloc(b, a)
-      call move_alloc(kept, b)
-   end subroutine exchange
+      allocate (filter%keep, source=keep)
+      call for_each_variable(contacts, filter)
+      contacts%n = count(keep)
+   end subroutine filter_contacts
 
-   !> Drop contacts from a list that has identities, geometry and history, and no answers yet.
-   subroutine keep_contacts(contacts, kept)
-      type(contacts_type), intent(inout) :: contacts
-      logical, intent(in) :: kept(:)  !< [n]
+   subroutine filter_variable(operation, integers, logicals, reals, columns)
+      class(filter_type), intent(inout) :: operation                 !< which contacts stay
+      integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+      logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
       integer :: c, to
 
       to = 0
-      do c = 1, contacts%n
-         if (.not. kept(c)) cycle
+      do c = 1, size(operation%keep)
+         if (.not. operation%keep(c)) cycle
          to = to + 1
-         if (to < c) call move_contact(contacts, c, to)
+         if (present(integers)) integers(to) = integers(c)
+         if (present(logicals)) logicals(to) = logicals(c)
+         if (present(reals)) reals(to) = reals(c)
+         if (present(columns)) columns(:, to) = columns(:, c)
       end do
-      contacts%n = to
-   end subroutine keep_contacts
+   end subroutine filter_variable
 
-   pure subroutine move_contact(contacts, from, to)
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: from, to
+   !> Two lists of the same capacity exchange the memory of their gradients.
+   pure subroutine swap_gradients(a, b)
+      type(contacts_type), intent(inout) :: a, b  !< lists; the gradients of both are then undefined
 
-      contacts%vertex(to) = contacts%vertex(from)
-      contacts%edge(to) = contacts%edge(from)
-      contacts%corner(to) = contacts%corner(from)
-      contacts%block_v(to) = contacts%block_v(from)
-      contacts%block_e(to) = contacts%block_e(from)
-      contacts%pair(to) = contacts%pair(from)
-      contacts%joint(to) = contacts%joint(from)
-      contacts%gap(to) = contacts%gap(from)
-      contacts%normal(:, to) = contacts%normal(:, from)
-      contacts%normal_v(:, to) = contacts%normal_v(:, from)
-      contacts%normal_e(:, to) = contacts%normal_e(:, from)
-      contacts%shear_v(:, to) = contacts%shear_v(:, from)
-      contacts%shear_e(:, to) = contacts%shear_e(:, from)
-      contacts%state(to) = contacts%state(from)
-      contacts%bonded(to) = contacts%bonded(from)
-      contacts%offset(to) = contacts%offset(from)
-      contacts%bond_length(to) = contacts%bond_length(from)
-      contacts%multiplier(to) = contacts%multiplier(from)
-      contacts%stretch(to) = contacts%stretch(from)
-      contacts%slide_force(to) = contacts%slide_force(from)
-      contacts%slip_sign(to) = contacts%slip_sign(from)
-   end subroutine move_contact
+      if (size(a%vertex) /= size(b%vertex)) return
+      call swap(a%normal_v, b%normal_v)
+      call swap(a%normal_e, b%normal_e)
+      call swap(a%shear_v, b%shear_v)
+      call swap(a%shear_e, b%shear_e)
+   end subroutine swap_gradients
 
-   subroutine grow_list(list, room)
-      integer, allocatable, intent(inout) :: list(:)
-      integer, intent(in) :: room
-      integer, allocatable :: larger(:)
+   pure subroutine swap(a, b)
+      real(wp), allocatable, intent(inout) :: a(:,:), b(:,:)  !< [6, capacity]
+      real(wp), allocatable :: other(:,:)
 
-      allocate (larger(room), source=0)
-      if (allocated(list)) larger(:size(list)) = list
-      call move_alloc(larger, list)
-   end subroutine grow_list
-
-   subroutine grow_flags(list, room)
-      logical, allocatable, intent(inout) :: list(:)
-      integer, intent(in) :: room
-      logical, allocatable :: larger(:)
-
-      allocate (larger(room), source=.false.)
-      if (allocated(list)) larger(:size(list)) = list
-      call move_alloc(larger, list)
-   end subroutine grow_flags
-
-   subroutine grow_values(list, room)
-      real(wp), allocatable, intent(inout) :: list(:)
-      integer, intent(in) :: room
-      real(wp), allocatable :: larger(:)
-
-      allocate (larger(room), source=0.0_wp)
-      if (allocated(list)) larger(:size(list)) = list
-      call move_alloc(larger, list)
-   end subroutine grow_values
-
-   subroutine grow_rows(list, rows, room)
-      real(wp), allocatable, intent(inout) :: list(:,:)
-      integer, intent(in) :: rows, room
-      real(wp), allocatable :: larger(:,:)
-
-      allocate (larger(rows, room), source=0.0_wp)
-      if (allocated(list)) larger(:, :size(list, 2)) = list
-      call move_alloc(larger, list)
-   end subroutine grow_rows
+      call move_alloc(a, other)
+      call move_alloc(b, a)
+      call move_alloc(other, b)
+   end subroutine swap
 
 end module dda_contact

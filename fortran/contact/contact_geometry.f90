@@ -1,86 +1,78 @@
-!> A contact that was found: its gap, its normal, and the rows that move gap and slip.
+!> Geometry of a contact: gap, normal, and the gradients of gap and slip in the coordinates q.
 module dda_contact_geometry
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
    implicit none
    private
-   public :: find_type, set_contacts
+   public :: candidate_type, set_contacts
 
-   !> A contact that was found.
-   type :: find_type
-      integer :: vertex, edge
-      integer :: corner        !< vertex met corner to corner, else 0
-      integer :: pair          !< which near pair the two blocks are
-   end type find_type
+   !> A contact that detection has found, not yet in a list.
+   type :: candidate_type
+      integer :: vertex   !< vertex that touches
+      integer :: edge     !< edge touched, named by its first vertex
+      integer :: corner   !< vertex met corner to corner, else 0
+      integer :: pair     !< near pair that the two blocks are
+   end type candidate_type
 
 contains
 
-   !> What was found becomes contacts from place `first` on.
-   pure subroutine set_contacts(contacts, first, blocks, n, find)
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: first
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: n
-      type(find_type), intent(in) :: find(n)
-      integer :: k
-
-      do k = 1, n
-         call set_contact(contacts, first + k - 1, blocks, find(k))
-      end do
-   end subroutine set_contacts
-
-   !> A contact with its gap and the rows that move gap and slip.
+   !> Make contacts of candidates, from place `first` of the list on.
    !>
    !> ∂gap/∂q is exact with the edge block's material point at the foot; ∂slip/∂q with its rotation
    !> taken at the vertex, so that the pair of shear forces carries no moment.
-   pure subroutine set_contact(contacts, c, blocks, find)
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: c
-      type(blocks_type), intent(in) :: blocks
-      type(find_type), intent(in) :: find
-      real(wp) :: along(2), normal(2), from(2), gap, reach(2), reference(2)
-      integer :: i, j
+   pure subroutine set_contacts(contacts, first, blocks, n, candidate)
+      type(contacts_type), intent(inout) :: contacts   !< list with capacity for them
+      integer, intent(in) :: first                     !< place of the first candidate
+      type(blocks_type), intent(in) :: blocks          !< present geometry
+      integer, intent(in) :: n                         !< number of candidates
+      type(candidate_type), intent(in) :: candidate(n) !< in the order of the list
+      real(wp) :: along(2), normal(2), from(2), gap, offset(2), reference(2)
+      integer :: c, i, j, v, e
 
-      i = blocks%owner(find%vertex)
-      j = blocks%owner(find%edge)
-      along = blocks%along(:, find%edge)
-      normal = [along(2), -along(1)]
-      from = blocks%vertex(:, find%vertex) - blocks%vertex(:, find%edge)
-      gap = dot_product(normal, from)
-      contacts%vertex(c) = find%vertex
-      contacts%edge(c) = find%edge
-      contacts%corner(c) = find%corner
-      contacts%block_v(c) = i
-      contacts%block_e(c) = j
-      contacts%pair(c) = find%pair
-      contacts%gap(c) = gap
-      contacts%normal(:, c) = normal
-      reach = blocks%vertex(:, find%vertex) - blocks%position(1:2, i)
-      call set_rows(blocks%axes(:, :, i), reach, reach, blocks%reference(:, find%vertex), normal, &
-         contacts%normal_v(:, c), contacts%shear_v(:, c))
-      reach = blocks%vertex(:, find%vertex) - blocks%position(1:2, j)
-      reference = blocks%reference(:, find%edge) + (blocks%reference(:, blocks%next(find%edge)) &
-         - blocks%reference(:, find%edge))*(dot_product(from, along)/blocks%length(find%edge))
-      call set_rows(blocks%axes(:, :, j), reach - gap*normal, reach, reference, normal, &
-         contacts%normal_e(:, c), contacts%shear_e(:, c))
-   end subroutine set_contact
+      do c = first, first + n - 1
+         v = candidate(c - first + 1)%vertex
+         e = candidate(c - first + 1)%edge
+         i = blocks%owner(v)
+         j = blocks%owner(e)
+         along = blocks%along(:, e)
+         normal = [along(2), -along(1)]
+         from = blocks%vertex(:, v) - blocks%vertex(:, e)
+         gap = dot_product(normal, from)
+         contacts%vertex(c) = v
+         contacts%edge(c) = e
+         contacts%corner(c) = candidate(c - first + 1)%corner
+         contacts%block_v(c) = i
+         contacts%block_e(c) = j
+         contacts%pair(c) = candidate(c - first + 1)%pair
+         contacts%gap(c) = gap
+         contacts%normal(:, c) = normal
+         offset = blocks%vertex(:, v) - blocks%position(1:2, i)
+         call set_gradients(blocks%axes(:, :, i), offset, offset, blocks%reference(:, v), normal, &
+            contacts%normal_v(:, c), contacts%shear_v(:, c))
+         offset = blocks%vertex(:, v) - blocks%position(1:2, j)
+         reference = blocks%reference(:, e) + (blocks%reference(:, blocks%next(e)) &
+            - blocks%reference(:, e))*(dot_product(from, along)/blocks%length(e))
+         call set_gradients(blocks%axes(:, :, j), offset - gap*normal, offset, reference, normal, &
+            contacts%normal_e(:, c), contacts%shear_e(:, c))
+      end do
+   end subroutine set_contacts
 
-   !> What moves a material point along the normal, and along the edge (`direction_row`, for both).
-   pure subroutine set_rows(axes, foot, reach, reference, normal, normal_row, shear_row)
-      real(wp), intent(in) :: axes(2, 2)
-      !> present offsets that turn the normal and the shear force
-      real(wp), intent(in) :: foot(2), reach(2)
-      real(wp), intent(in) :: reference(2), normal(2)
-      real(wp), intent(out) :: normal_row(6), shear_row(6)
+   !> Rows nᵀT and tᵀT of a material point (`direction_row` of dda_blocks, for both directions).
+   pure subroutine set_gradients(axes, foot, offset, reference, normal, normal_row, shear_row)
+      real(wp), intent(in) :: axes(2, 2)          !< R(θ) of the block
+      real(wp), intent(in) :: foot(2), offset(2)  !< m, lever arms of the normal and shear force
+      real(wp), intent(in) :: reference(2)        !< m, reference offset ρ
+      real(wp), intent(in) :: normal(2)           !< outward normal n of the edge; t = (−n₂, n₁)
+      real(wp), intent(out) :: normal_row(6), shear_row(6)  !< nᵀT and tᵀT
       real(wp) :: x, y
 
       x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
       y = axes(1, 2)*normal(1) + axes(2, 2)*normal(2)
       normal_row = [normal(1), normal(2), normal(2)*foot(1) - normal(1)*foot(2), &
          x*reference(1), y*reference(2), 0.5_wp*(x*reference(2) + y*reference(1))]
-      shear_row = [-normal(2), normal(1), normal(1)*reach(1) + normal(2)*reach(2), &
+      shear_row = [-normal(2), normal(1), normal(1)*offset(1) + normal(2)*offset(2), &
          -y*reference(1), x*reference(2), 0.5_wp*(x*reference(1) - y*reference(2))]
-   end subroutine set_rows
+   end subroutine set_gradients
 
 end module dda_contact_geometry

@@ -1,4 +1,4 @@
-!> Which vertex meets which edge now, from the probes of the last search.
+!> Contacts of the present geometry, from the probes of the last search.
 !>
 !> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the entrance edge of
 !> the two corners (see dda_entrance).  Corners of parallel edges give one contact, on the edge that
@@ -8,43 +8,42 @@ module dda_detection
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, reserve
-   use dda_contact_geometry, only: find_type, set_contacts
-   use dda_entrance, only: choice_type, examine, list_choices, grazes, entrance
+   use dda_contact_geometry, only: candidate_type, set_contacts
+   use dda_entrance, only: choice_type, project, list_choices, is_glancing, entrance_edge
    use dda_neighbours, only: neighbours_type
-   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
    public :: detection_type, prepare_detection, measure_depths, detect_contacts
 
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
 
-   !> Distances that steer the detection, and room for what it finds.
+   !> Distances that control the detection, and memory for the candidates.
    type :: detection_type
       real(wp) :: least = 0.0_wp         !< least distance at which a contact is listed, m
       real(wp) :: distance = 0.0_wp      !< distance in this step, m
       !> farthest that two vertices may approach each other in this step, m
       real(wp) :: travel = 0.0_wp
-      real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact that presses, m
+      real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact in compression, m
       real(wp) :: largest_corner = 0.0_wp !< m
-      !> the same beyond the depth at which a contact was met first, m
+      !> the same beyond the depth at which a contact was first met, m
       real(wp) :: pressed = 0.0_wp
-      !> [vertices] deepest penetration of each vertex where it presses, m
+      !> [vertices] deepest penetration of each vertex in compression, m
       real(wp), allocatable :: depth(:)
-      !> [2, vertices] edges on which each vertex presses, else 0
+      !> [2, vertices] edges that each vertex is pressed on, else 0
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
-      !> [edges of the probes] a probe finds no more than it has edges
-      type(find_type), allocatable :: find(:)
-      integer, allocatable :: finds(:)   !< [pieces of the probes] found in each
+      !> [edges of the probes] a probe has at most as many contacts as edges
+      type(candidate_type), allocatable :: candidate(:)
    end type detection_type
 
 contains
 
    !> Sizes of corners: a share of the shorter edge at each vertex, at most the contact distance.
    subroutine prepare_detection(detection, blocks, distance)
-      type(detection_type), intent(out) :: detection
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: distance
+      type(detection_type), intent(out) :: detection  !< ready for the first step
+      type(blocks_type), intent(in) :: blocks         !< reference shapes
+      real(wp), intent(in) :: distance                !< m, least distance of a listed contact
       real(wp) :: here(2)
       integer :: v
 
@@ -52,7 +51,7 @@ contains
       detection%distance = distance
       allocate (detection%depth(size(blocks%owner)), source=0.0_wp)
       allocate (detection%pressing(2, size(blocks%owner)), source=0)
-      allocate (detection%corner(size(blocks%owner)))
+      allocate (detection%corner(size(blocks%owner)), detection%candidate(0))
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
          detection%corner(v) = &
@@ -62,12 +61,12 @@ contains
       detection%largest_corner = maxval(detection%corner)
    end subroutine prepare_detection
 
-   !> How deep the last step's contacts went, and which of them press.
+   !> Penetrations at the end of the last step, and which edges each vertex was pressed on.
    pure subroutine measure_depths(detection, contacts)
-      type(detection_type), intent(inout) :: detection
-      type(contacts_type), intent(in) :: contacts
+      type(detection_type), intent(inout) :: detection  !< depths are replaced
+      type(contacts_type), intent(in) :: contacts       !< list of the last step
       real(wp) :: depth, pressed, deepest, hardest
-      integer :: c
+      integer :: c, v, w
 
       deepest = 0.0_wp
       hardest = 0.0_wp
@@ -79,121 +78,84 @@ contains
          depth = pressed - contacts%offset(c)
          deepest = max(deepest, depth)
          hardest = max(hardest, pressed)
-         call deepen(detection%depth(contacts%vertex(c)), depth)
-         if (contacts%corner(c) > 0) call deepen(detection%depth(contacts%corner(c)), depth)
-         detection%pressing(2, contacts%vertex(c)) = detection%pressing(1, contacts%vertex(c))
-         detection%pressing(1, contacts%vertex(c)) = contacts%edge(c)
+         v = contacts%vertex(c)
+         w = contacts%corner(c)
+         detection%depth(v) = max(detection%depth(v), depth)
+         if (w > 0) detection%depth(w) = max(detection%depth(w), depth)
+         detection%pressing(:, v) = [contacts%edge(c), detection%pressing(1, v)]
       end do
       detection%deepest = deepest
       detection%pressed = hardest
    end subroutine measure_depths
 
-   elemental subroutine deepen(deepest, depth)
-      real(wp), intent(inout) :: deepest
-      real(wp), intent(in) :: depth
-
-      deepest = max(deepest, depth)
-   end subroutine deepen
-
-   !> List all contacts nearer than the distance of this step, with geometry; history is left blank.
+   !> List all contacts nearer than the distance of this step, with geometry, without history.
    !>
-   !> Pieces of the probes are looked through in any order; what they find is listed in the order of
-   !> the probes.
+   !> Threads test pieces of the probes in any order; the list is in the order of the probes.
    subroutine detect_contacts(contacts, blocks, neighbours, detection)
-      type(contacts_type), intent(inout) :: contacts
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      type(detection_type), intent(inout) :: detection
-      integer :: i
+      type(contacts_type), intent(inout) :: contacts     !< list that is replaced
+      type(blocks_type), intent(in) :: blocks            !< present geometry
+      type(neighbours_type), intent(in) :: neighbours    !< probes of the last search
+      type(detection_type), intent(inout) :: detection   !< distances of this step
+      integer :: p, n, found(most_pieces)
 
-      call make_room(detection, neighbours)
-      if (neighbours%n_probes < parallel_from) then
-         do i = 1, size(detection%finds)
-            call look_through(detection, blocks, neighbours, i)
-         end do
-      else
-         !$omp parallel do schedule(dynamic, 1)
-         do i = 1, size(detection%finds)
-            call look_through(detection, blocks, neighbours, i)
-         end do
+      n = neighbours%n_probes
+      if (size(detection%candidate) < neighbours%first_edge(n + 1) - 1) then
+         deallocate (detection%candidate)
+         allocate (detection%candidate(size(neighbours%edge)))
       end if
-      contacts%n = sum(detection%finds)
+      if (n < parallel_from) then
+         call detect_contacts_range(detection, blocks, neighbours, 1, n, contacts%n)
+         call reserve(contacts, contacts%n)
+         call set_contacts(contacts, 1, blocks, contacts%n, detection%candidate)
+         return
+      end if
+      !$omp parallel do schedule(dynamic, 1)
+      do p = 1, pieces(n)
+         call detect_contacts_range(detection, blocks, neighbours, first_of(p, n), last_of(p, n), &
+            found(p))
+      end do
+      contacts%n = sum(found(:pieces(n)))
       call reserve(contacts, contacts%n)
-      if (neighbours%n_probes < parallel_from) then
-         do i = 1, size(detection%finds)
-            call take_over(contacts, blocks, neighbours, detection, i)
-         end do
-      else
-         !$omp parallel do schedule(static)
-         do i = 1, size(detection%finds)
-            call take_over(contacts, blocks, neighbours, detection, i)
-         end do
-      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(n)
+         call set_contacts(contacts, 1 + sum(found(:p - 1)), blocks, found(p), &
+            detection%candidate(neighbours%first_edge(first_of(p, n))))
+      end do
    end subroutine detect_contacts
 
-   !> Put what a piece of the probes has found into the list, behind what the pieces before it have
-   !> found.
-   pure subroutine take_over(contacts, blocks, neighbours, detection, piece)
-      type(contacts_type), intent(inout) :: contacts
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      type(detection_type), intent(in) :: detection
-      integer, intent(in) :: piece
-      integer :: listed, found
-
-      listed = sum(detection%finds(:piece - 1))
-      found = neighbours%first_edge(first_of(piece, neighbours%n_probes)) - 1
-      call set_contacts(contacts, listed + 1, blocks, detection%finds(piece), &
-         detection%find(found + 1))
-   end subroutine take_over
-
-   subroutine make_room(detection, neighbours)
-      type(detection_type), intent(inout) :: detection
-      type(neighbours_type), intent(in) :: neighbours
-
-      if (.not. allocated(detection%find)) allocate (detection%find(0), detection%finds(0))
-      if (size(detection%find) < neighbours%first_edge(neighbours%n_probes + 1) - 1) then
-         deallocate (detection%find)
-         allocate (detection%find(size(neighbours%edge)))
-      end if
-      if (size(detection%finds) == pieces(neighbours%n_probes)) return
-      deallocate (detection%finds)
-      allocate (detection%finds(pieces(neighbours%n_probes)))
-   end subroutine make_room
-
-   !> What a piece of the probes finds.
-   subroutine look_through(detection, blocks, neighbours, piece)
-      type(detection_type), intent(inout) :: detection
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      integer, intent(in) :: piece
-      integer :: p, v, w, start, last
+   !> Candidates of some probes, stored from the place of the first probe's first edge on.
+   subroutine detect_contacts_range(detection, blocks, neighbours, first, last, found)
+      type(detection_type), intent(inout) :: detection  !< receives the candidates
+      type(blocks_type), intent(in) :: blocks           !< present geometry
+      type(neighbours_type), intent(in) :: neighbours   !< probes
+      integer, intent(in) :: first, last                !< probes to test
+      integer, intent(out) :: found                     !< number of candidates
+      integer :: p, v, w, at
       logical :: met
 
-      start = neighbours%first_edge(first_of(piece, neighbours%n_probes)) - 1
-      last = start
-      do p = first_of(piece, neighbours%n_probes), last_of(piece, neighbours%n_probes)
+      at = neighbours%first_edge(first) - 1
+      do p = first, last
          v = neighbours%probe(1, p)
          w = nearest_corner(blocks, neighbours, p, detection%distance)
          if (w > 0) then
             if (within_corner(blocks, detection, v, w)) then
-               if (v < w) call meet_corner(last, blocks, neighbours, p, w, detection, .true.)
+               if (v < w) call test_vertex(at, blocks, neighbours, p, w, detection, .true.)
                cycle
             end if
          end if
-         call meet_edges(last, blocks, neighbours, p, detection, met)
-         if (.not. met .and. v < w) call meet_corner(last, blocks, neighbours, p, w, detection, &
+         call test_edges(at, blocks, neighbours, p, detection, met)
+         if (.not. met .and. v < w) call test_vertex(at, blocks, neighbours, p, w, detection, &
             .false.)
       end do
-      detection%finds(piece) = last - start
-   end subroutine look_through
+      found = at - neighbours%first_edge(first) + 1
+   end subroutine detect_contacts_range
 
    !> The convex vertex of the other block nearest to the probe's vertex, within `distance`; else 0.
    pure integer function nearest_corner(blocks, neighbours, p, distance) result(nearest)
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      integer, intent(in) :: p
-      real(wp), intent(in) :: distance
+      type(blocks_type), intent(in) :: blocks          !< present geometry
+      type(neighbours_type), intent(in) :: neighbours  !< probes
+      integer, intent(in) :: p                         !< probe
+      real(wp), intent(in) :: distance                 !< m
       real(wp) :: here(2), least, apart
       integer :: i, w
 
@@ -209,24 +171,25 @@ contains
       end do
    end function nearest_corner
 
+   !> Vertices v and w are nearer to each other than the size of their corners.
    pure logical function within_corner(blocks, detection, v, w)
-      type(blocks_type), intent(in) :: blocks
-      type(detection_type), intent(in) :: detection
-      integer, intent(in) :: v, w
+      type(blocks_type), intent(in) :: blocks        !< present geometry
+      type(detection_type), intent(in) :: detection  !< sizes of the corners
+      integer, intent(in) :: v, w                    !< vertices of two blocks
 
       within_corner = sum((blocks%vertex(:, v) - blocks%vertex(:, w))**2) &
          < min(detection%corner(v), detection%corner(w))**2
    end function within_corner
 
-   !> Vertex to edge.  A convex block is entered through one edge, that of least penetration; a
-   !> notch may hold a vertex with two.
-   subroutine meet_edges(last, blocks, neighbours, p, detection, met)
-      integer, intent(inout) :: last  !< of what was found
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      integer, intent(in) :: p
-      type(detection_type), intent(inout) :: detection
-      logical, intent(out) :: met
+   !> Vertex–edge test.  A convex block is entered through one edge, that of least penetration; in
+   !> a concave corner a vertex may have contacts with two.
+   subroutine test_edges(last, blocks, neighbours, p, detection, met)
+      integer, intent(inout) :: last                    !< place of the last candidate
+      type(blocks_type), intent(in) :: blocks           !< present geometry
+      type(neighbours_type), intent(in) :: neighbours   !< probes
+      integer, intent(in) :: p                          !< probe to test
+      type(detection_type), intent(inout) :: detection  !< receives the candidates
+      logical, intent(out) :: met                       !< a contact was found
       type(choice_type) :: choice
       real(wp) :: least
       integer :: i, entered
@@ -235,7 +198,7 @@ contains
       entered = 0
       least = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         call examine(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
+         call project(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, &
             detection)) cycle
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
@@ -243,33 +206,33 @@ contains
             least = choice%gap
             entered = choice%edge
          else if (.not. hidden(blocks, neighbours, p, choice, detection%corner(choice%vertex))) then
-            call note(detection, last, choice%vertex, choice%edge, neighbours%probe(2, p), 0)
+            call append(detection, last, choice%vertex, choice%edge, neighbours%probe(2, p), 0)
             met = .true.
          end if
       end do
       if (entered > 0) then
-         call note(detection, last, neighbours%probe(1, p), entered, neighbours%probe(2, p), 0)
+         call append(detection, last, neighbours%probe(1, p), entered, neighbours%probe(2, p), 0)
          met = .true.
       end if
-   end subroutine meet_edges
+   end subroutine test_edges
 
-   !> The foot lies on the edge; or it lies beyond an end where the block has a notch, which a
-   !> penetrating vertex does.  A corner that would only be grazed is left to `meet_corner`.
+   !> The foot lies on the edge; or, if the vertex penetrates, beyond an end where the block has a
+   !> concave corner.  Glancing contacts at a convex corner are left to the vertex–vertex test.
    pure logical function faces(blocks, neighbours, choice, detection)
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      type(choice_type), intent(in) :: choice
-      type(detection_type), intent(in) :: detection
+      type(blocks_type), intent(in) :: blocks          !< present geometry
+      type(neighbours_type), intent(in) :: neighbours  !< which vertices are convex
+      type(choice_type), intent(in) :: choice          !< vertex projected on an edge
+      type(detection_type), intent(in) :: detection    !< distances of this step
       integer :: end_vertex
 
       faces = choice%overshoot <= 0.0_wp
-      ! far from both ends: nothing to graze
+      ! Far from both ends no contact is glancing.
       if (choice%overshoot <= -detection%largest_corner) return
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
       if (faces) then
-         if (presses(detection, choice)) return
-         if (.not. grazes(choice, skin_of(detection, choice%vertex, end_vertex), &
+         if (was_pressed(detection, choice)) return
+         if (.not. is_glancing(choice, tolerance_of(detection, choice%vertex, end_vertex), &
             detection%travel)) return
       end if
       if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) &
@@ -277,35 +240,35 @@ contains
       faces = .not. neighbours%convex(end_vertex)
    end function faces
 
-   !> The vertex pressed on the edge in the last step.  It is not grazed then: two corners that
-   !> press on each other and tremble would else change their edges for ever, and sink a little each
-   !> time.
-   elemental logical function presses(detection, choice)
-      type(detection_type), intent(in) :: detection
-      type(choice_type), intent(in) :: choice
+   !> The vertex was pressed on the edge in the last step.  Such a contact is never glancing: two
+   !> corners in vibrating contact would alternate between their edges, with a little more
+   !> penetration at each change.
+   elemental logical function was_pressed(detection, choice)
+      type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
+      type(choice_type), intent(in) :: choice        !< vertex projected on an edge
 
-      presses = any(detection%pressing(:, choice%vertex) == choice%edge)
-   end function presses
+      was_pressed = any(detection%pressing(:, choice%vertex) == choice%edge)
+   end function was_pressed
 
-   !> Depth, m, of what is passed over where two corners meet: twice that to which they are pressed
-   !> into others now, less than their size.
-   pure real(wp) function skin_of(detection, v, w)
-      type(detection_type), intent(in) :: detection
-      integer, intent(in) :: v, w
+   !> Depth, m, up to which a contact of two corners is glancing: twice their present penetration,
+   !> less than their size.
+   pure real(wp) function tolerance_of(detection, v, w)
+      type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
+      integer, intent(in) :: v, w                    !< vertices of two blocks
 
-      skin_of = min(2*max(detection%depth(v), detection%depth(w)), detection%corner(v), &
+      tolerance_of = min(2*max(detection%depth(v), detection%depth(w)), detection%corner(v), &
          detection%corner(w))
-   end function skin_of
+   end function tolerance_of
 
-   !> The edge is behind another edge of the same block that the vertex is nearer to entering:
-   !> across a convex corner, or on the other face of a thin part.  That other edge counts up to a
-   !> corner's size beyond its ends: a vertex at the foot of a stair is on its tread.
+   !> The edge lies behind another edge of the same block through which the vertex has entered less
+   !> deep: across a convex corner, or on the other face of a thin part.  That other edge counts up
+   !> to a corner's size beyond its ends, as for a vertex at the foot of a step.
    pure logical function hidden(blocks, neighbours, p, choice, size)
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      integer, intent(in) :: p
-      type(choice_type), intent(in) :: choice
-      real(wp), intent(in) :: size
+      type(blocks_type), intent(in) :: blocks          !< present geometry
+      type(neighbours_type), intent(in) :: neighbours  !< probes
+      integer, intent(in) :: p                         !< probe of the vertex
+      type(choice_type), intent(in) :: choice          !< the vertex projected on the edge
+      real(wp), intent(in) :: size                     !< m, size of the corner at the vertex
       type(choice_type) :: other
       integer :: i
       logical :: across
@@ -313,7 +276,7 @@ contains
       hidden = .false.
       if (choice%gap >= 0.0_wp) return
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         call examine(blocks, choice%vertex, neighbours%edge(i), other)
+         call project(blocks, choice%vertex, neighbours%edge(i), other)
          if (other%overshoot > size .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) &
             cycle
          across = blocks%next(other%edge) == choice%edge .and. neighbours%convex(choice%edge)
@@ -323,39 +286,41 @@ contains
       end do
    end function hidden
 
-   !> Vertex to vertex.  Far from each other (not `close`), only if neither has its foot on an edge.
-   subroutine meet_corner(last, blocks, neighbours, p, w, detection, close)
-      integer, intent(inout) :: last  !< of what was found
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      integer, intent(in) :: p, w
-      type(detection_type), intent(inout) :: detection
-      logical, intent(in) :: close
+   !> Vertex–vertex test.  Two corners that are not close have a contact only if neither vertex has
+   !> its foot on an edge of the other block.
+   subroutine test_vertex(last, blocks, neighbours, p, w, detection, close)
+      integer, intent(inout) :: last                    !< place of the last candidate
+      type(blocks_type), intent(in) :: blocks           !< present geometry
+      type(neighbours_type), intent(in) :: neighbours   !< probes
+      integer, intent(in) :: p                          !< probe to test
+      integer, intent(in) :: w                          !< vertex of the other block
+      type(detection_type), intent(inout) :: detection  !< receives the candidate
+      logical, intent(in) :: close                      !< nearer than the size of the corners
       type(choice_type) :: choice(4)
-      real(wp) :: skin
-      logical :: grazed(4)
+      real(wp) :: tolerance
+      logical :: glancing(4)
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      skin = skin_of(detection, v, w)
-      call list_choices(blocks, v, w, skin, detection%travel, choice, grazed)
-      grazed = grazed .and. .not. presses(detection, choice)
-      if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. grazed)) return
-      best = entrance(blocks, choice, detection%corner(v), skin, grazed)
+      tolerance = tolerance_of(detection, v, w)
+      call list_choices(blocks, v, w, tolerance, detection%travel, choice, glancing)
+      glancing = glancing .and. .not. was_pressed(detection, choice)
+      if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. glancing)) return
+      best = entrance_edge(blocks, choice, detection%corner(v), tolerance, glancing)
       if (choice(best)%gap > detection%distance) return
-      ! A corner that is in, has its foot on an edge.
-      if (.not. close .and. choice(best)%gap < -skin) return
-      call note(detection, last, choice(best)%vertex, choice(best)%edge, neighbours%probe(2, p), &
+      ! A corner that penetrates deeper has its foot on an edge.
+      if (.not. close .and. choice(best)%gap < -tolerance) return
+      call append(detection, last, choice(best)%vertex, choice(best)%edge, neighbours%probe(2, p), &
          merge(w, v, choice(best)%vertex == v))
-   end subroutine meet_corner
+   end subroutine test_vertex
 
-   pure subroutine note(detection, last, vertex, edge, pair, corner)
-      type(detection_type), intent(inout) :: detection
-      integer, intent(inout) :: last
-      integer, intent(in) :: vertex, edge, pair, corner
+   pure subroutine append(detection, last, vertex, edge, pair, corner)
+      type(detection_type), intent(inout) :: detection     !< receives the candidate
+      integer, intent(inout) :: last                       !< place of the last candidate
+      integer, intent(in) :: vertex, edge, pair, corner    !< see `candidate_type`
 
       last = last + 1
-      detection%find(last) = find_type(vertex, edge, corner, pair)
-   end subroutine note
+      detection%candidate(last) = candidate_type(vertex, edge, corner, pair)
+   end subroutine append
 
 end module dda_detection

@@ -1,8 +1,8 @@
-!> The law of one contact: unilateral normal spring, elastic–perfectly-plastic Coulomb slider, bond.
+!> Contact law: unilateral normal spring, elastic–perfectly plastic Coulomb slider, bond.
 !>
-!> Without dead band: a contact presses exactly when it penetrates, so the normal spring has the
-!> convex potential ½ k min(gap, 0)² and cannot create energy.  The shear force is elastic in the
-!> slip since the contact stuck, up to a bound that follows the normal force of the same iteration.
+!> The normal spring acts exactly in penetration, without a dead band: its potential
+!> ½ k min(gap, 0)² is convex, so it cannot create energy.  The shear force is elastic in the slip
+!> since the contact stuck, up to a bound that follows the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
@@ -14,18 +14,18 @@ module dda_friction
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
       real(wp) :: normal_stiffness = 0.0_wp     !< k_n, N/m per metre of thickness
-      real(wp) :: shear_stiffness = 0.0_wp      !< k_s
-      logical :: augmented = .false.            !< multipliers carry the normal forces
+      real(wp) :: shear_stiffness = 0.0_wp      !< k_s, N/m per metre of thickness
+      logical :: augmented = .false.            !< augmented Lagrangian: with multipliers
       real(wp) :: theta = 1.0_wp                !< share of the step at which bonded joints act
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
    end type laws_type
 
-   !> What a contact is made of.
+   !> The law of one contact.
    type :: law_type
       real(wp) :: normal_stiffness    !< k_n, N/m per metre of thickness
-      real(wp) :: shear_stiffness     !< k_s
+      real(wp) :: shear_stiffness     !< k_s, N/m per metre of thickness
       real(wp) :: multiplier          !< multiplier of the augmented Lagrangian, N/m
       real(wp) :: friction            !< tan φ
       real(wp) :: cohesion_force      !< cohesion × length while bonded, else 0, N/m
@@ -33,23 +33,23 @@ module dda_friction
       logical :: bonded               !< holds tension as long as the bond lasts
    end type law_type
 
-   !> What it answers to a gap and a slip.
+   !> State and forces at a gap and a slip.
    type :: response_type
       integer :: state         !< open, slide or stick
-      real(wp) :: normal_force !< compression positive
-      real(wp) :: shear_force  !< k_s × elastic stretch, within the bound
-      real(wp) :: bound        !< largest shear force
-      !> by how much a bond is over its strength, as a ratio; ≤ 0 holds
+      real(wp) :: normal_force !< compression positive, N/m
+      real(wp) :: shear_force  !< k_s × elastic stretch, within the bound, N/m
+      real(wp) :: bound        !< largest shear force, N/m
+      !> excess of force over the strength of a bond, of that strength; ≤ 0: it holds
       real(wp) :: strength_ratio
    end type response_type
 
 contains
 
    pure subroutine set_laws(laws, joints, normal_stiffness, shear_ratio)
-      type(laws_type), intent(out) :: laws
-      type(joint_type), intent(in) :: joints(:)
-      real(wp), intent(in) :: normal_stiffness
-      real(wp), intent(in) :: shear_ratio  !< k_n / k_s
+      type(laws_type), intent(out) :: laws      !< not augmented
+      type(joint_type), intent(in) :: joints(:) !< [joints] joint materials
+      real(wp), intent(in) :: normal_stiffness  !< k_n, N/m per metre of thickness
+      real(wp), intent(in) :: shear_ratio       !< k_n / k_s
 
       laws%normal_stiffness = normal_stiffness
       laws%shear_stiffness = normal_stiffness/shear_ratio
@@ -58,13 +58,13 @@ contains
       laws%tension = joints%tensile_strength
    end subroutine set_laws
 
-   !> The law of a contact of a joint material, bonded over a length (m) or not.
+   !> The law of a contact of a joint material.
    pure function law_of(laws, joint, bonded, length, multiplier) result(law)
-      type(laws_type), intent(in) :: laws
-      integer, intent(in) :: joint
-      logical, intent(in) :: bonded
-      real(wp), intent(in) :: length
-      real(wp), intent(in) :: multiplier
+      type(laws_type), intent(in) :: laws     !< stiffness, and strengths of the joint materials
+      integer, intent(in) :: joint            !< joint material
+      logical, intent(in) :: bonded           !< the bond is not broken
+      real(wp), intent(in) :: length          !< m, that the bond acts on
+      real(wp), intent(in) :: multiplier      !< N/m, of the augmented Lagrangian, else 0
       type(law_type) :: law
 
       law = law_type(laws%normal_stiffness, laws%shear_stiffness, multiplier, &
@@ -74,10 +74,10 @@ contains
       law%tension_force = laws%tension(joint)*length
    end function law_of
 
-   !> Forces at a gap (m) and a trial elastic stretch (m) of the shear spring.
+   !> Forces at a gap and a trial elastic stretch of the shear spring.
    pure function respond(law, gap, trial_stretch) result(response)
-      type(law_type), intent(in) :: law
-      real(wp), intent(in) :: gap, trial_stretch
+      type(law_type), intent(in) :: law           !< of the contact
+      real(wp), intent(in) :: gap, trial_stretch  !< m
       type(response_type) :: response
       real(wp) :: trial
 
@@ -96,13 +96,13 @@ contains
       if (law%bonded) response%strength_ratio = strength_ratio_of(law, response)
    end function respond
 
-   !> Over 0 where tension passes the strength or shear passes the bound.
+   !> Positive where tension exceeds the strength or shear the bound.
    pure real(wp) function strength_ratio_of(law, response)
-      type(law_type), intent(in) :: law
-      type(response_type), intent(in) :: response
+      type(law_type), intent(in) :: law             !< of a bonded contact
+      type(response_type), intent(in) :: response   !< its forces
 
       strength_ratio_of = max(-response%normal_force - law%tension_force, &
-         abs(response%shear_force) - response%bound) /max(law%tension_force, law%cohesion_force, &
+         abs(response%shear_force) - response%bound)/max(law%tension_force, law%cohesion_force, &
          tiny(1.0_wp))
    end function strength_ratio_of
 

@@ -1,15 +1,16 @@
-!> Who may touch whom: block pairs by a grid of cells in O(n), then probes for each pair.
+!> Neighbour search: near pairs of blocks by a grid of cells in O(n), then probes for each pair.
 !>
-!> A probe is a convex vertex and the edges of another block that lie within reach of it.  The list
-!> holds as long as no vertex has travelled more than the margin that was searched beyond need.
+!> A probe is a convex vertex and the edges of another block within reach of it.  The list is
+!> complete until a vertex has moved by half the margin searched beyond the contact distance.
 module dda_neighbours
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, next_vertex, is_convex
+   use dda_blocks, only: blocks_type, is_convex
+   use dda_growth, only: grow
    implicit none
    private
    public :: neighbours_type, find_neighbours, find_near_pairs, find_corners
 
-   !> that a small model may have; a large one this and 100 per block
+   !> limit for a small model; a large one may have 100 per block more
    integer, parameter :: most_pairs = 1000000
 
    !> Near pairs and probes.
@@ -21,32 +22,34 @@ module dda_neighbours
       integer, allocatable :: first_edge(:)  !< [probes+1] first of a probe's edges
       integer, allocatable :: edge(:)        !< edges of the probes, named by first vertex
       integer, allocatable :: first_corner(:) !< [probes+1] first of a probe's corners
-      !> convex ends of a probe's edges that its vertex may come to meet
+      !> convex ends of a probe's edges that its vertex can meet before the next search
       integer, allocatable :: corner(:)
-      !> more pairs than can be watched; the list is not complete
+      !> too many pairs; the list is not complete
       logical :: crowded = .false.
       logical, allocatable :: convex(:)      !< [vertices] angle below 180°
-      logical, allocatable :: convex_block(:) !< [n] all its angles are
+      logical, allocatable :: convex_block(:) !< [n] all its angles are below 180°
       real(wp) :: reach = 0.0_wp             !< distance searched, m
-      real(wp) :: travel = 0.0_wp            !< farthest that a vertex may have moved since, m
+      real(wp) :: travel = 0.0_wp            !< bound on how far vertices have moved since, m
    end type neighbours_type
 
    !> Square cells over the boxes of all blocks.
    type :: grid_type
-      real(wp) :: origin(2), cell
-      integer :: shape(2)
-      integer, allocatable :: first(:), member(:)
+      real(wp) :: origin(2)               !< lower left corner, m
+      real(wp) :: cell                    !< side of a cell, m
+      integer :: shape(2)                 !< cells in x and in y
+      integer, allocatable :: first(:)    !< [cells+1] first member of each cell
+      integer, allocatable :: member(:)   !< blocks whose boxes reach into the cell
    end type grid_type
 
 contains
 
-   !> Find all pairs and probes within `reach` (m).
+   !> Find all pairs and probes within a distance.
    subroutine find_neighbours(neighbours, blocks, reach)
-      type(neighbours_type), intent(inout) :: neighbours
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: reach
+      type(neighbours_type), intent(inout) :: neighbours  !< replaced
+      type(blocks_type), intent(in) :: blocks             !< present geometry
+      real(wp), intent(in) :: reach                       !< m
 
-      if (.not. allocated(neighbours%convex)) call note_convexity(neighbours, blocks)
+      if (.not. allocated(neighbours%convex)) call mark_convex(neighbours, blocks)
       call find_near_pairs(neighbours, blocks, reach)
       if (neighbours%crowded) neighbours%n_pairs = 0
       call find_probes(neighbours, blocks, reach)
@@ -55,12 +58,11 @@ contains
       call find_corners(neighbours, blocks)
    end subroutine find_neighbours
 
-   !> Pairs of blocks whose boxes come within `reach` (m); `crowded` if there are too many for all
-   !> to be listed.
+   !> Pairs of blocks whose boxes come within a distance.
    subroutine find_near_pairs(neighbours, blocks, reach)
-      type(neighbours_type), intent(inout) :: neighbours
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: reach
+      type(neighbours_type), intent(inout) :: neighbours  !< pairs, or `crowded` if too many
+      type(blocks_type), intent(in) :: blocks             !< present geometry
+      real(wp), intent(in) :: reach                       !< m
       real(wp), allocatable :: box(:,:)
 
       allocate (box(4, blocks%n))
@@ -68,9 +70,10 @@ contains
       call find_pairs(neighbours, blocks%n, box)
    end subroutine find_near_pairs
 
-   subroutine note_convexity(neighbours, blocks)
-      type(neighbours_type), intent(inout) :: neighbours
-      type(blocks_type), intent(in) :: blocks
+   !> Which vertices and which blocks are convex: constants of the run.
+   subroutine mark_convex(neighbours, blocks)
+      type(neighbours_type), intent(inout) :: neighbours  !< `convex`, `convex_block`
+      type(blocks_type), intent(in) :: blocks             !< reference shapes
       integer :: v, b
 
       allocate (neighbours%convex(size(blocks%owner)), neighbours%convex_block(blocks%n))
@@ -81,13 +84,13 @@ contains
          neighbours%convex_block(b) = all(neighbours%convex(blocks%first(b):blocks%first(b + 1) &
             - 1))
       end do
-   end subroutine note_convexity
+   end subroutine mark_convex
 
-   !> Boxes (xmin, ymin, xmax, ymax) grown by a margin.
+   !> Boxes round the blocks, enlarged by a margin.
    subroutine bound_blocks(blocks, margin, box)
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: margin
-      real(wp), intent(out) :: box(:,:)
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      real(wp), intent(in) :: margin           !< m
+      real(wp), intent(out) :: box(:,:)        !< [4, n] xmin, ymin, xmax, ymax, m
       integer :: b
 
       do b = 1, blocks%n
@@ -98,11 +101,12 @@ contains
       end do
    end subroutine bound_blocks
 
-   !> Pairs of overlapping boxes; each is met in the cell that holds the corner of their overlap.
+   !> Pairs of overlapping boxes; each is listed in the cell of the lower left corner of the
+   !> overlap.
    subroutine find_pairs(neighbours, n, box)
-      type(neighbours_type), intent(inout) :: neighbours
-      integer, intent(in) :: n
-      real(wp), intent(in) :: box(:,:)
+      type(neighbours_type), intent(inout) :: neighbours  !< pairs, or `crowded` if too many
+      integer, intent(in) :: n                            !< blocks
+      real(wp), intent(in) :: box(:,:)                    !< [4, n] xmin, ymin, xmax, ymax, m
       type(grid_type) :: grid
       integer :: cell, i, j, a, b, most
 
@@ -110,7 +114,7 @@ contains
       neighbours%n_pairs = 0
       neighbours%crowded = .false.
       most = most_pairs + 100*min(n, 10000000)
-      if (.not. allocated(neighbours%pair)) allocate (neighbours%pair(2, 4*n + 8))
+      call grow(neighbours%pair, 2, 4*n + 8)
       do cell = 1, size(grid%first) - 1
          do i = grid%first(cell), grid%first(cell + 1) - 1
             do j = i + 1, grid%first(cell + 1) - 1
@@ -120,7 +124,9 @@ contains
                if (cell_of(grid, max(box(1:2, a), box(1:2, b))) /= cell) cycle
                neighbours%crowded = neighbours%n_pairs == most
                if (neighbours%crowded) return
-               call append_column(neighbours%pair, neighbours%n_pairs, [min(a, b), max(a, b)])
+               neighbours%n_pairs = neighbours%n_pairs + 1
+               call grow(neighbours%pair, 2, neighbours%n_pairs)
+               neighbours%pair(:, neighbours%n_pairs) = [min(a, b), max(a, b)]
             end do
          end do
       end do
@@ -128,9 +134,9 @@ contains
 
    !> A grid of about n cells, each listing the boxes that reach into it.
    subroutine fill_grid(grid, n, box)
-      type(grid_type), intent(out) :: grid
-      integer, intent(in) :: n
-      real(wp), intent(in) :: box(:,:)
+      type(grid_type), intent(out) :: grid  !< with members
+      integer, intent(in) :: n              !< blocks
+      real(wp), intent(in) :: box(:,:)      !< [4, n] xmin, ymin, xmax, ymax, m
       real(wp) :: extent(2)
       integer :: cells, pass, b, column, row, cell, low(2), high(2)
 
@@ -160,8 +166,8 @@ contains
 
    !> After counting: starts of each cell; after filling: shift the advanced starts back.
    pure subroutine turn_counts_to_starts(first, pass)
-      integer, intent(inout) :: first(:)
-      integer, intent(in) :: pass
+      integer, intent(inout) :: first(:)  !< [cells+1] counts or advanced starts; starts
+      integer, intent(in) :: pass         !< 1 after counting, 2 after filling
       integer :: cell, start, count
 
       if (pass == 2) then
@@ -176,17 +182,19 @@ contains
       end do
    end subroutine turn_counts_to_starts
 
+   !> Column and row, from 0, of the cell of a point.
    pure function cell_index(grid, point) result(index)
-      type(grid_type), intent(in) :: grid
-      real(wp), intent(in) :: point(2)
+      type(grid_type), intent(in) :: grid  !< origin, shape and size of the cells
+      real(wp), intent(in) :: point(2)     !< m
       integer :: index(2)
 
       index = max(0, min(grid%shape - 1, int((point - grid%origin)/grid%cell)))
    end function cell_index
 
+   !> Number of the cell of a point.
    pure integer function cell_of(grid, point)
-      type(grid_type), intent(in) :: grid
-      real(wp), intent(in) :: point(2)
+      type(grid_type), intent(in) :: grid  !< origin, shape and size of the cells
+      real(wp), intent(in) :: point(2)     !< m
       integer :: index(2)
 
       index = cell_index(grid, point)
@@ -195,126 +203,98 @@ contains
 
    !> For each pair, the convex vertices of one near edges of the other.
    subroutine find_probes(neighbours, blocks, reach)
-      type(neighbours_type), intent(inout) :: neighbours
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: reach
+      type(neighbours_type), intent(inout) :: neighbours  !< pairs; probes are replaced
+      type(blocks_type), intent(in) :: blocks             !< present geometry
+      real(wp), intent(in) :: reach                       !< m
       integer :: p
 
-      if (.not. allocated(neighbours%probe)) then
-         allocate (neighbours%probe(2, 8*blocks%n + 8), neighbours%first_edge(8*blocks%n + 9))
-         allocate (neighbours%edge(16*blocks%n + 16))
-      end if
+      call grow(neighbours%probe, 2, 8*blocks%n + 8)
+      call grow(neighbours%first_edge, 8*blocks%n + 9)
+      call grow(neighbours%edge, 16*blocks%n + 16)
       neighbours%n_probes = 0
       neighbours%first_edge(1) = 1
       do p = 1, neighbours%n_pairs
-         call probe_block(neighbours, blocks, p, neighbours%pair(1, p), neighbours%pair(2, p), &
-            reach)
-         call probe_block(neighbours, blocks, p, neighbours%pair(2, p), neighbours%pair(1, p), &
-            reach)
+         associate (a => neighbours%pair(1, p), b => neighbours%pair(2, p))
+            call probe_block(neighbours, blocks, p, a, b, reach)
+            call probe_block(neighbours, blocks, p, b, a, reach)
+         end associate
       end do
    end subroutine find_probes
 
    !> Vertices of block a against edges of block b.
    subroutine probe_block(neighbours, blocks, pair, a, b, reach)
-      type(neighbours_type), intent(inout) :: neighbours
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: pair, a, b
-      real(wp), intent(in) :: reach
+      type(neighbours_type), intent(inout) :: neighbours  !< probes are appended
+      type(blocks_type), intent(in) :: blocks             !< present geometry
+      integer, intent(in) :: pair, a, b                   !< near pair, and its two blocks
+      real(wp), intent(in) :: reach                       !< m
       real(wp) :: low(2), high(2)
-      integer :: v, e, edges
+      integer :: v, e, n, last
 
       low = minval(blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1), 2) - reach
       high = maxval(blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1), 2) + reach
       do v = blocks%first(a), blocks%first(a + 1) - 1
          if (.not. neighbours%convex(v)) cycle
          if (any(blocks%vertex(:, v) < low) .or. any(blocks%vertex(:, v) > high)) cycle
-         edges = neighbours%first_edge(neighbours%n_probes + 1) - 1
+         n = neighbours%n_probes + 1
+         last = neighbours%first_edge(n) - 1
          do e = blocks%first(b), blocks%first(b + 1) - 1
-            if (distance_to_edge(blocks, v, e) <= reach) call append_number(neighbours%edge, &
-               edges, e)
+            if (distance_to_edge(blocks, v, e) > reach) cycle
+            last = last + 1
+            call grow(neighbours%edge, last)
+            neighbours%edge(last) = e
          end do
-         if (edges < neighbours%first_edge(neighbours%n_probes + 1)) cycle
-         call append_column(neighbours%probe, neighbours%n_probes, [v, pair])
-         edges = edges + 1
-         e = neighbours%n_probes
-         call append_number(neighbours%first_edge, e, edges)
+         if (last < neighbours%first_edge(n)) cycle
+         call grow(neighbours%probe, 2, n)
+         call grow(neighbours%first_edge, n + 1)
+         neighbours%probe(:, n) = [v, pair]
+         neighbours%first_edge(n + 1) = last + 1
+         neighbours%n_probes = n
       end do
    end subroutine probe_block
 
-   !> For each probe, the convex ends of its edges that are near, in the order of the edges.  What
-   !> is still twice as far as the rest of the reach is out of the question until the next search.
+   !> For each probe, the convex ends of its edges that are near, in the order of the edges.
+   !>
+   !> Vertices farther apart than twice the unused reach cannot meet before the next search.
    subroutine find_corners(neighbours, blocks)
-      type(neighbours_type), intent(inout) :: neighbours
-      type(blocks_type), intent(in) :: blocks
+      type(neighbours_type), intent(inout) :: neighbours  !< probes; corners are replaced
+      type(blocks_type), intent(in) :: blocks             !< present geometry
       integer :: p, i, k, w, corners
       real(wp) :: near
 
-      if (.not. allocated(neighbours%corner)) allocate (neighbours%first_corner(0), &
-         neighbours%corner(8*blocks%n + 8))
-      if (size(neighbours%first_corner) < neighbours%n_probes + 1) then
-         deallocate (neighbours%first_corner)
-         allocate (neighbours%first_corner(size(neighbours%first_edge)))
-      end if
+      call grow(neighbours%first_corner, neighbours%n_probes + 1)
+      call grow(neighbours%corner, 8*blocks%n + 8)
       near = 2*(neighbours%reach - 2*neighbours%travel)
       corners = 0
       do p = 1, neighbours%n_probes
          neighbours%first_corner(p) = corners + 1
          w = 0
          do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-            ! the end of the edge before has had its turn
+            ! An end that two edges share is listed once.
             do k = merge(2, 1, w == neighbours%edge(i)), 2
                w = neighbours%edge(i)
-               if (k == 2) w = next_vertex(blocks, w)
+               if (k == 2) w = blocks%next(w)
                if (.not. neighbours%convex(w)) cycle
                if (norm2(blocks%vertex(:, neighbours%probe(1, p)) - blocks%vertex(:, w)) > near) &
                   cycle
-               call append_number(neighbours%corner, corners, w)
+               corners = corners + 1
+               call grow(neighbours%corner, corners)
+               neighbours%corner(corners) = w
             end do
          end do
       end do
       neighbours%first_corner(neighbours%n_probes + 1) = corners + 1
    end subroutine find_corners
 
+   !> Distance from vertex v to the nearest point of edge e, m.
    pure real(wp) function distance_to_edge(blocks, v, e)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: v, e
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      integer, intent(in) :: v, e              !< an edge is named by its first vertex
       real(wp) :: from(2), along(2), ratio
 
       from = blocks%vertex(:, v) - blocks%vertex(:, e)
-      along = blocks%vertex(:, next_vertex(blocks, e)) - blocks%vertex(:, e)
+      along = blocks%vertex(:, blocks%next(e)) - blocks%vertex(:, e)
       ratio = min(1.0_wp, max(0.0_wp, dot_product(from, along)/dot_product(along, along)))
       distance_to_edge = norm2(from - ratio*along)
    end function distance_to_edge
-
-   !> Append to a list that doubles when it is full.
-   subroutine append_column(list, count, column)
-      integer, allocatable, intent(inout) :: list(:,:)
-      integer, intent(inout) :: count
-      integer, intent(in) :: column(2)
-      integer, allocatable :: larger(:,:)
-
-      if (count == size(list, 2)) then
-         allocate (larger(2, 2*count + 8))
-         larger(:, :count) = list
-         call move_alloc(larger, list)
-      end if
-      count = count + 1
-      list(:, count) = column
-   end subroutine append_column
-
-   subroutine append_number(list, count, number)
-      integer, allocatable, intent(inout) :: list(:)
-      integer, intent(inout) :: count
-      integer, intent(in) :: number
-      integer, allocatable :: larger(:)
-
-      if (count == size(list)) then
-         allocate (larger(2*count + 8))
-         larger(:count) = list
-         call move_alloc(larger, list)
-      end if
-      count = count + 1
-      list(count) = number
-   end subroutine append_number
 
 end module dda_neighbours

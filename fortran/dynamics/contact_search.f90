@@ -5,7 +5,7 @@ module dda_contact_search
    use dda_system, only: set_matrix_pattern
    use dda_energy_budget, only: update_geometric
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type, reserve, exchange_rows, contact_open
+   use dda_contact, only: contacts_type, reserve, swap_gradients, contact_open
    use dda_detection, only: detection_type, measure_depths, detect_contacts
    use dda_history, only: history_type, inherit
    use dda_neighbours, only: find_neighbours
@@ -69,8 +69,8 @@ contains
       old = simulation%now
       call exchange_lists(simulation)
       associate (contacts => simulation%contacts(simulation%now))
-         ! The rows of the old list are of no more use, and their memory is at hand in the cache.
-         call exchange_rows(contacts, simulation%contacts(old))
+         ! The gradients of the old list are used no more; their memory is still in the cache.
+         call swap_gradients(contacts, simulation%contacts(old))
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
             simulation%detection)
          call reserve(simulation%contacts(old), contacts%n)
@@ -93,7 +93,7 @@ contains
       type(detection_type), intent(in) :: detection
 
       history%deepest = detection%travel + detection%pressed
-      history%leap = detection%travel + 2*detection%deepest + detection%largest_corner
+      history%largest_jump = detection%travel + 2*detection%deepest + detection%largest_corner
    end subroutine bound_history
 
    !> Joint materials of all contacts.

@@ -8,15 +8,15 @@
 !>
 !> so rotation is exact, a turning block keeps its area, and no error accumulates with the steps.
 !> The step's unknowns d (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.
-!>  In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
+!> In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
 module dda_blocks
    use dda_kinds, only: wp
    use dda_material, only: material_type, elasticity
-   use dda_ordered_sums, only: parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_polygon, only: area_of, centroid_of, second_moments
    implicit none
    private
-   public :: blocks_type, set_blocks, update_geometry, next_vertex, previous_vertex, is_convex
+   public :: blocks_type, set_blocks, update_geometry, is_convex
    public :: place_of, offset_of, direction_row, shape_matrix, reference_of, stress_of
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
@@ -55,12 +55,12 @@ contains
 
    !> Make the blocks from polygons at rest in their reference shape.
    subroutine set_blocks(blocks, first, vertices, material, joint, materials, plane_strain)
-      type(blocks_type), intent(out) :: blocks
+      type(blocks_type), intent(out) :: blocks !< in their first state
       integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
       real(wp), intent(in) :: vertices(:,:)   !< [2, any] counter-clockwise, m
-      integer, intent(in) :: material(:), joint(:)
-      type(material_type), intent(in) :: materials(:)
-      logical, intent(in) :: plane_strain
+      integer, intent(in) :: material(:), joint(:)     !< [n] of each block
+      type(material_type), intent(in) :: materials(:)  !< [materials]
+      logical, intent(in) :: plane_strain              !< else plane stress
       integer :: b
 
       call allocate_blocks(blocks, size(first) - 1, first(size(first)) - 1)
@@ -77,8 +77,8 @@ contains
    end subroutine set_blocks
 
    pure subroutine allocate_blocks(blocks, n, vertices)
-      type(blocks_type), intent(inout) :: blocks
-      integer, intent(in) :: n, vertices
+      type(blocks_type), intent(inout) :: blocks  !< all arrays are allocated
+      integer, intent(in) :: n, vertices          !< numbers of blocks and of vertices
 
       blocks%n = n
       allocate (blocks%owner(vertices), blocks%next(vertices), blocks%previous(vertices))
@@ -91,12 +91,13 @@ contains
          source=0.0_wp)
    end subroutine allocate_blocks
 
+   !> Constants and first state of block b.
    pure subroutine set_block(blocks, b, polygon, material, plane_strain)
-      type(blocks_type), intent(inout) :: blocks
-      integer, intent(in) :: b
-      real(wp), intent(in) :: polygon(:,:)
-      type(material_type), intent(in) :: material
-      logical, intent(in) :: plane_strain
+      type(blocks_type), intent(inout) :: blocks   !< allocated
+      integer, intent(in) :: b                     !< block to set
+      real(wp), intent(in) :: polygon(:,:)         !< [2, any] counter-clockwise, m
+      type(material_type), intent(in) :: material  !< of the block
+      logical, intent(in) :: plane_strain          !< else plane stress
       real(wp) :: centre(2)
       integer :: from, to, v
 
@@ -120,7 +121,7 @@ contains
 
    !> M = ρ ∫ TᵀT from the mass and the second moments of mass (x², y², xy) about the centroid.
    pure function mass_matrix(mass, moments) result(m)
-      real(wp), intent(in) :: mass, moments(3)
+      real(wp), intent(in) :: mass, moments(3)  !< kg and kg m², per metre of thickness
       real(wp) :: m(6, 6)
       real(wp) :: xx, yy, xy
 
@@ -138,79 +139,62 @@ contains
 
    !> Axes, deformation gradients, vertices and edges from the coordinates q.
    subroutine update_geometry(blocks)
-      type(blocks_type), intent(inout) :: blocks
-      integer :: b
+      type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
+      integer :: p
 
       if (blocks%n < parallel_from) then
-         do b = 1, blocks%n
-            call update_block(blocks, b)
-         end do
+         call update_geometry_range(blocks, 1, blocks%n)
          return
       end if
       !$omp parallel do schedule(static)
-      do b = 1, blocks%n
-         call update_block(blocks, b)
+      do p = 1, pieces(blocks%n)
+         call update_geometry_range(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
       end do
    end subroutine update_geometry
 
-   !> Axes, deformation gradient, vertices and edges of block b from its coordinates q.
-   pure subroutine update_block(blocks, b)
-      type(blocks_type), intent(inout) :: blocks
-      integer, intent(in) :: b
-      integer :: v
-      real(wp) :: q(6), f(2, 2), c, s, way(2)
+   pure subroutine update_geometry_range(blocks, first, last)
+      type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
+      integer, intent(in) :: first, last          !< blocks
+      integer :: b, v
+      real(wp) :: q(6), f(2, 2), c, s, edge(2)
 
-      q = blocks%position(:, b)
-      c = cos(q(3))
-      s = sin(q(3))
-      blocks%axes(:, 1, b) = [c, s]
-      blocks%axes(:, 2, b) = [-s, c]
-      f(:, 1) = blocks%axes(:, 1, b)*(1.0_wp + q(4)) + blocks%axes(:, 2, b)*0.5_wp*q(6)
-      f(:, 2) = blocks%axes(:, 1, b)*0.5_wp*q(6) + blocks%axes(:, 2, b)*(1.0_wp + q(5))
-      blocks%gradient(:, :, b) = f
-      do v = blocks%first(b), blocks%first(b + 1) - 1
-         blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) &
-            + f(:, 2)*blocks%reference(2, v)
+      do b = first, last
+         q = blocks%position(:, b)
+         c = cos(q(3))
+         s = sin(q(3))
+         blocks%axes(:, 1, b) = [c, s]
+         blocks%axes(:, 2, b) = [-s, c]
+         f(:, 1) = blocks%axes(:, 1, b)*(1.0_wp + q(4)) + blocks%axes(:, 2, b)*0.5_wp*q(6)
+         f(:, 2) = blocks%axes(:, 1, b)*0.5_wp*q(6) + blocks%axes(:, 2, b)*(1.0_wp + q(5))
+         blocks%gradient(:, :, b) = f
+         do v = blocks%first(b), blocks%first(b + 1) - 1
+            blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) &
+               + f(:, 2)*blocks%reference(2, v)
+         end do
+         do v = blocks%first(b), blocks%first(b + 1) - 1
+            edge = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
+            blocks%length(v) = sqrt(edge(1)**2 + edge(2)**2)
+            blocks%along(:, v) = edge/blocks%length(v)
+         end do
       end do
-      do v = blocks%first(b), blocks%first(b + 1) - 1
-         way = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
-         blocks%length(v) = sqrt(way(1)**2 + way(2)**2)
-         blocks%along(:, v) = way/blocks%length(v)
-      end do
-   end subroutine update_block
-
-   !> Vertex after v, counter-clockwise round its block; edge v runs from v to it.
-   pure integer function next_vertex(blocks, v)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: v
-
-      next_vertex = blocks%next(v)
-   end function next_vertex
-
-   !> Vertex before v.
-   pure integer function previous_vertex(blocks, v)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: v
-
-      previous_vertex = blocks%previous(v)
-   end function previous_vertex
+   end subroutine update_geometry_range
 
    !> The block's angle at vertex v is less than 180°.
    pure logical function is_convex(blocks, v)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: v
+      type(blocks_type), intent(in) :: blocks  !< vertices of each block
+      integer, intent(in) :: v                 !< vertex
       real(wp) :: before(2), after(2)
 
-      before = blocks%reference(:, v) - blocks%reference(:, previous_vertex(blocks, v))
-      after = blocks%reference(:, next_vertex(blocks, v)) - blocks%reference(:, v)
+      before = blocks%reference(:, v) - blocks%reference(:, blocks%previous(v))
+      after = blocks%reference(:, blocks%next(v)) - blocks%reference(:, v)
       is_convex = before(1)*after(2) - before(2)*after(1) > 0.0_wp
    end function is_convex
 
    !> Present offset from the centroid, m, of the material point with reference offset ρ.
    pure function offset_of(blocks, b, reference) result(offset)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: b
-      real(wp), intent(in) :: reference(2)
+      type(blocks_type), intent(in) :: blocks  !< present state
+      integer, intent(in) :: b                 !< block
+      real(wp), intent(in) :: reference(2)     !< m, offset ρ
       real(wp) :: offset(2)
 
       offset = blocks%gradient(:, 1, b)*reference(1) + blocks%gradient(:, 2, b)*reference(2)
@@ -218,9 +202,9 @@ contains
 
    !> Present place, m, of the material point with reference offset ρ.
    pure function place_of(blocks, b, reference) result(place)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: b
-      real(wp), intent(in) :: reference(2)
+      type(blocks_type), intent(in) :: blocks  !< present state
+      integer, intent(in) :: b                 !< block
+      real(wp), intent(in) :: reference(2)     !< m, offset ρ
       real(wp) :: place(2)
 
       place = blocks%position(1:2, b) + offset_of(blocks, b, reference)
@@ -228,9 +212,9 @@ contains
 
    !> Reference offset ρ of the material point that now stands at `place`.
    pure function reference_of(blocks, b, place) result(reference)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: b
-      real(wp), intent(in) :: place(2)
+      type(blocks_type), intent(in) :: blocks  !< present state
+      integer, intent(in) :: b                 !< block
+      real(wp), intent(in) :: place(2)         !< m
       real(wp) :: reference(2)
       real(wp) :: offset(2), determinant
 
@@ -242,12 +226,12 @@ contains
       end associate
    end function reference_of
 
-   !> Row directionᵀT of the material point ρ: what moves it along a direction (paper eq. 4).
+   !> Row directionᵀT of the material point ρ: its displacement along a direction (paper eq. 4).
    pure function direction_row(axes, offset, reference, direction) result(row)
       real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
-      real(wp), intent(in) :: offset(2)     !< present offset from the centroid
-      real(wp), intent(in) :: reference(2)  !< reference offset ρ
-      real(wp), intent(in) :: direction(2)
+      real(wp), intent(in) :: offset(2)     !< m, present offset from the centroid
+      real(wp), intent(in) :: reference(2)  !< m, reference offset ρ
+      real(wp), intent(in) :: direction(2)  !< unit vector
       real(wp) :: row(6)
       real(wp) :: along(2)
 
@@ -262,9 +246,9 @@ contains
 
    !> Shape matrix T [2,6] of the material point ρ of block b.
    pure function shape_matrix(blocks, b, reference) result(t)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: b
-      real(wp), intent(in) :: reference(2)
+      type(blocks_type), intent(in) :: blocks  !< present state
+      integer, intent(in) :: b                 !< block
+      real(wp), intent(in) :: reference(2)     !< m, offset ρ
       real(wp) :: t(2, 6)
       real(wp) :: offset(2)
 
@@ -275,15 +259,15 @@ contains
 
    !> Stress (σx, σy, τxy) of block b in the model's axes, Pa.
    pure function stress_of(blocks, b) result(stress)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: b
+      type(blocks_type), intent(in) :: blocks  !< present state
+      integer, intent(in) :: b                 !< block
       real(wp) :: stress(3)
-      real(wp) :: own(3), tensor(2, 2), r(2, 2)
+      real(wp) :: local(3), tensor(2, 2), r(2, 2)
 
-      own = blocks%initial_stress(:, b) + matmul(blocks%stiffness(:, :, b), &
+      local = blocks%initial_stress(:, b) + matmul(blocks%stiffness(:, :, b), &
          blocks%position(4:6, b))/blocks%area(b)
       r = blocks%axes(:, :, b)
-      tensor = reshape([own(1), own(3), own(3), own(2)], [2, 2])
+      tensor = reshape([local(1), local(3), local(3), local(2)], [2, 2])
       tensor = matmul(r, matmul(tensor, transpose(r)))
       stress = [tensor(1, 1), tensor(2, 2), tensor(1, 2)]
    end function stress_of

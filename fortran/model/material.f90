@@ -1,9 +1,9 @@
-!> What blocks and joints are made of.
+!> Materials of blocks and joints.
 module dda_material
    use dda_kinds, only: wp
    implicit none
    private
-   public :: material_type, joint_type, elasticity, wave_speeds
+   public :: material_type, joint_type, elasticity
 
    !> Block material: isotropic and linear elastic.
    type :: material_type
@@ -27,8 +27,8 @@ contains
 
    !> Elastic matrix D in σ = D ε, Pa, for (εx, εy, γxy).
    pure function elasticity(material, plane_strain) result(d)
-      type(material_type), intent(in) :: material
-      logical, intent(in) :: plane_strain
+      type(material_type), intent(in) :: material  !< Young's modulus and Poisson's ratio
+      logical, intent(in) :: plane_strain          !< else plane stress
       real(wp) :: d(3, 3)
       real(wp) :: e, nu
 
@@ -46,16 +46,5 @@ contains
       d(3, 3) = 0.5_wp*(1.0_wp - nu)
       d = d*e/(1.0_wp - nu**2)
    end function elasticity
-
-   !> P and S wave speeds, m/s, of the plane medium that `elasticity` describes.
-   pure function wave_speeds(material, plane_strain) result(speeds)
-      type(material_type), intent(in) :: material
-      logical, intent(in) :: plane_strain
-      real(wp) :: speeds(2)
-      real(wp) :: d(3, 3)
-
-      d = elasticity(material, plane_strain)
-      speeds = sqrt([d(1, 1), d(3, 3)]/material%density)
-   end function wave_speeds
 
 end module dda_material

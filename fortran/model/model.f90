@@ -36,16 +36,15 @@ contains
 
    !> Half of the larger side of the box round all blocks at the start, m (w0 of the original).
    pure real(wp) function half_size(blocks)
-      type(blocks_type), intent(in) :: blocks
+      type(blocks_type), intent(in) :: blocks  !< in any state
 
       half_size = blocks%half_size
    end function half_size
 
-   !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement, but no
-   !> more than a part of the smallest block, or each block of a large model would list many that it
-   !> is far from.
+   !> Least distance at which contacts are listed, m: 2.5 steps of the largest displacement, but at
+   !> most a share of the smallest block, or a large model would list many contacts that stay open.
    pure real(wp) function contact_distance(model)
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< complete
 
       contact_distance = min(2.5_wp*max(model%control%max_displacement_ratio, &
          4.0e-4_wp)*half_size(model%blocks), 0.2_wp*minval(model%blocks%radius))
@@ -53,7 +52,7 @@ contains
 
    !> Penalty when the input gives none: 40 × the largest Young's modulus × 1 m (paper §2.2).
    pure real(wp) function default_stiffness(materials)
-      type(material_type), intent(in) :: materials(:)
+      type(material_type), intent(in) :: materials(:)  !< [materials]
 
       default_stiffness = 40.0_wp*maxval(materials%young_modulus)
    end function default_stiffness

@@ -1,5 +1,6 @@
 !> Polygons being gathered, one by one or by generators, before they become blocks.
 module dda_outlines
+   use dda_growth, only: grow
    use dda_kinds, only: wp
    implicit none
    private
@@ -9,10 +10,10 @@ module dda_outlines
    type :: outlines_type
       integer :: n = 0
       integer :: n_vertices = 0
-      integer, allocatable :: first(:)             !< [n+1]
+      integer, allocatable :: first(:)             !< [n+1] first vertex of each
       real(wp), allocatable :: vertices(:,:)       !< [2, any] counter-clockwise, m
-      integer, allocatable :: material(:), joint(:)
-      integer, allocatable :: source(:)            !< which input group each came from
+      integer, allocatable :: material(:), joint(:) !< numbers of the materials
+      integer, allocatable :: source(:)            !< input group that each came from
       character(len=64), allocatable :: name(:)
    end type outlines_type
 
@@ -20,54 +21,33 @@ contains
 
    !> Append one polygon.
    subroutine add_outline(outlines, vertices, material, joint, source, name)
-      type(outlines_type), intent(inout) :: outlines
-      real(wp), intent(in) :: vertices(:,:)
-      integer, intent(in) :: material, joint, source
-      character(len=*), intent(in) :: name
-      integer :: m
+      type(outlines_type), intent(inout) :: outlines  !< list
+      real(wp), intent(in) :: vertices(:,:)           !< [2, any] counter-clockwise, m
+      integer, intent(in) :: material, joint, source  !< see `outlines_type`
+      character(len=*), intent(in) :: name            !< '' if it has none
+      integer :: n, last
 
-      m = size(vertices, 2)
-      call make_room(outlines, m)
-      outlines%vertices(:, outlines%n_vertices + 1:outlines%n_vertices + m) = vertices
-      outlines%n = outlines%n + 1
-      outlines%n_vertices = outlines%n_vertices + m
-      outlines%first(outlines%n + 1) = outlines%n_vertices + 1
-      outlines%material(outlines%n) = material
-      outlines%joint(outlines%n) = joint
-      outlines%source(outlines%n) = source
-      outlines%name(outlines%n) = name
+      n = outlines%n + 1
+      last = outlines%n_vertices + size(vertices, 2)
+      call grow(outlines%first, n + 1)
+      call grow(outlines%vertices, 2, last)
+      call grow(outlines%material, n)
+      call grow(outlines%joint, n)
+      call grow(outlines%source, n)
+      call grow(outlines%name, n)
+      outlines%vertices(:, outlines%n_vertices + 1:last) = vertices
+      outlines%first(n:n + 1) = [outlines%n_vertices, last] + 1
+      outlines%material(n) = material
+      outlines%joint(n) = joint
+      outlines%source(n) = source
+      outlines%name(n) = name
+      outlines%n = n
+      outlines%n_vertices = last
    end subroutine add_outline
-
-   subroutine make_room(outlines, more)
-      type(outlines_type), intent(inout) :: outlines
-      integer, intent(in) :: more
-      real(wp), allocatable :: larger(:,:)
-      integer :: room
-
-      if (.not. allocated(outlines%first)) then
-         allocate (outlines%first(17), outlines%material(16), outlines%joint(16), &
-            outlines%source(16), outlines%name(16))
-         allocate (outlines%vertices(2, 64))
-         outlines%first(1) = 1
-      end if
-      room = size(outlines%material)
-      if (outlines%n == room) then
-         outlines%first = [outlines%first, spread(0, 1, room)]
-         outlines%material = [outlines%material, spread(0, 1, room)]
-         outlines%joint = [outlines%joint, spread(0, 1, room)]
-         outlines%source = [outlines%source, spread(0, 1, room)]
-         outlines%name = [outlines%name, spread(outlines%name(1), 1, room)]
-      end if
-      if (outlines%n_vertices + more > size(outlines%vertices, 2)) then
-         allocate (larger(2, 2*size(outlines%vertices, 2) + more))
-         larger(:, :outlines%n_vertices) = outlines%vertices(:, :outlines%n_vertices)
-         call move_alloc(larger, outlines%vertices)
-      end if
-   end subroutine make_room
 
    !> Rectangle from its lower left and upper right corner.
    pure function rectangle(left, bottom, right, top) result(vertices)
-      real(wp), intent(in) :: left, bottom, right, top
+      real(wp), intent(in) :: left, bottom, right, top  !< m
       real(wp) :: vertices(2, 4)
 
       vertices = reshape([left, bottom, right, bottom, right, top, left, top], [2, 4])
@@ -76,10 +56,12 @@ contains
    !> `count` equal layers stacked upwards.
    subroutine add_layers(outlines, left, bottom, width, thickness, count, material, joint, source, &
       name)
-      type(outlines_type), intent(inout) :: outlines
-      real(wp), intent(in) :: left, bottom, width, thickness
-      integer, intent(in) :: count, material, joint, source
-      character(len=*), intent(in) :: name
+      type(outlines_type), intent(inout) :: outlines  !< list to append to
+      real(wp), intent(in) :: left, bottom            !< m, lower left corner of the lowest
+      real(wp), intent(in) :: width, thickness        !< m, of each layer
+      integer, intent(in) :: count                    !< layers
+      integer, intent(in) :: material, joint, source  !< see `outlines_type`
+      character(len=*), intent(in) :: name            !< see `numbered`
       integer :: i
 
       do i = 1, count
@@ -91,11 +73,13 @@ contains
    !> `count` drums of a column, upwards, tapering evenly from one width to the other.
    subroutine add_drums(outlines, centre, bottom, height, widths, count, material, joint, source, &
       name)
-      type(outlines_type), intent(inout) :: outlines
-      real(wp), intent(in) :: centre, bottom, height
-      real(wp), intent(in) :: widths(2)     !< at the foot and at the top of the column, m
-      integer, intent(in) :: count, material, joint, source
-      character(len=*), intent(in) :: name
+      type(outlines_type), intent(inout) :: outlines  !< list to append to
+      real(wp), intent(in) :: centre, bottom          !< m, axis and foot of the column
+      real(wp), intent(in) :: height                  !< m, of each drum
+      real(wp), intent(in) :: widths(2)               !< m, at the foot and at the top of the column
+      integer, intent(in) :: count                    !< drums
+      integer, intent(in) :: material, joint, source  !< see `outlines_type`
+      character(len=*), intent(in) :: name            !< see `numbered`
       real(wp) :: low, high, foot, head
       integer :: i
 
@@ -113,12 +97,12 @@ contains
    !> A running-bond wall: every other course begins and ends with half a brick.
    subroutine add_wall(outlines, left, bottom, brick, bricks, courses, material, joint, source, &
       name)
-      type(outlines_type), intent(inout) :: outlines
-      real(wp), intent(in) :: left, bottom
-      real(wp), intent(in) :: brick(2)           !< length and height, m
-      integer, intent(in) :: bricks, courses     !< bricks in a full course
-      integer, intent(in) :: material, joint, source
-      character(len=*), intent(in) :: name
+      type(outlines_type), intent(inout) :: outlines  !< list to append to
+      real(wp), intent(in) :: left, bottom            !< m, lower left corner
+      real(wp), intent(in) :: brick(2)                !< m, length and height
+      integer, intent(in) :: bricks, courses          !< in a full course; of the wall
+      integer, intent(in) :: material, joint, source  !< see `outlines_type`
+      character(len=*), intent(in) :: name            !< see `numbered`
       real(wp) :: from, to, low
       integer :: course, i, k
 
@@ -139,8 +123,8 @@ contains
 
    !> 'name_i', or nothing for a nameless generator.
    pure function numbered(name, i) result(full)
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: i
+      character(len=*), intent(in) :: name  !< of the generator
+      integer, intent(in) :: i              !< polygon of the generator
       character(len=64) :: full
 
       full = ''

@@ -4,6 +4,7 @@
 !> simple polygon, convex or not (Shi's simplex integration in two dimensions).
 module dda_polygon
    use dda_kinds, only: wp
+   use dda_sorting, only: insertion_sort
    implicit none
    private
    public :: area_of, centroid_of, second_moments, is_simple, contains_point, distance_to_boundary
@@ -13,7 +14,7 @@ contains
 
    !> Signed area, m²: positive for counter-clockwise vertices.
    pure real(wp) function area_of(vertices)
-      real(wp), intent(in) :: vertices(:,:)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer :: i, j
       real(wp) :: a(2), b(2)
 
@@ -28,7 +29,7 @@ contains
 
    !> Centre of area, m.
    pure function centroid_of(vertices) result(centroid)
-      real(wp), intent(in) :: vertices(:,:)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       real(wp) :: centroid(2)
       integer :: i, j
       real(wp) :: a(2), b(2), twice_area
@@ -47,7 +48,7 @@ contains
 
    !> (∫x², ∫y², ∫xy) over the polygon about the origin of its coordinates, m⁴.
    pure function second_moments(vertices) result(moments)
-      real(wp), intent(in) :: vertices(:,:)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       real(wp) :: moments(3)
       integer :: i, j
       real(wp) :: a(2), b(2), cross
@@ -66,7 +67,7 @@ contains
 
    !> No two edges cross or touch except neighbours at their common vertex; no edge is empty.
    pure logical function is_simple(vertices)
-      real(wp), intent(in) :: vertices(:,:)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer :: i, j, m
 
       m = size(vertices, 2)
@@ -84,8 +85,8 @@ contains
 
    !> The edge after vertex i runs back over the edge before it.
    pure logical function folds_back(vertices, i)
-      real(wp), intent(in) :: vertices(:,:)
-      integer, intent(in) :: i
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
+      integer, intent(in) :: i               !< vertex
       real(wp) :: before(2), after(2)
       integer :: m
 
@@ -98,8 +99,8 @@ contains
 
    !> Edges i and j share at least one point.
    pure logical function edges_meet(vertices, i, j)
-      real(wp), intent(in) :: vertices(:,:)
-      integer, intent(in) :: i, j
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
+      integer, intent(in) :: i, j            !< edges, named by their first vertex
       real(wp) :: a(2), b(2), c(2), d(2)
       integer :: m
 
@@ -116,17 +117,18 @@ contains
 
    !> +1 if p is left of a→b, −1 right, 0 on the line.
    pure integer function side(a, b, p)
-      real(wp), intent(in) :: a(2), b(2), p(2)
+      real(wp), intent(in) :: a(2), b(2), p(2)  !< m, points
       real(wp) :: cross
 
       cross = (b(1) - a(1))*(p(2) - a(2)) - (b(2) - a(2))*(p(1) - a(1))
       side = merge(1, merge(-1, 0, cross < 0.0_wp), cross > 0.0_wp)
    end function side
 
-   !> Inside or, within `tolerance` (m), on the boundary.
+   !> The point lies inside or, within the tolerance, on the boundary.
    pure logical function contains_point(vertices, point, tolerance)
-      real(wp), intent(in) :: vertices(:,:), point(2)
-      real(wp), intent(in) :: tolerance
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
+      real(wp), intent(in) :: point(2)       !< m
+      real(wp), intent(in) :: tolerance      !< m
       integer :: i, j
       logical :: inside
       real(wp) :: a(2), b(2)
@@ -148,7 +150,8 @@ contains
 
    !> Distance from a point to the nearest edge, m.
    pure real(wp) function distance_to_boundary(vertices, point)
-      real(wp), intent(in) :: vertices(:,:), point(2)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
+      real(wp), intent(in) :: point(2)       !< m
       integer :: i, j
       real(wp) :: along(2), ratio
 
@@ -163,25 +166,25 @@ contains
       end do
    end function distance_to_boundary
 
-   !> How deep two polygons overlap, m: 0 if they are apart or only touch.
+   !> Depth of the overlap of two polygons, m: 0 if they are apart or only touch.
    !>
-   !> The depth of the deepest probe of one inside the other; probes are the vertices, and the
-   !> middles of the stretches into which the other's edges cut each edge.
+   !> The depth of the deepest sample of one inside the other; samples are the centroid, the
+   !> vertices, and the midpoints of the segments into which the other's edges cut each edge.
    pure real(wp) function overlap_depth(first, second)
-      real(wp), intent(in) :: first(:,:), second(:,:)
+      real(wp), intent(in) :: first(:,:), second(:,:)  !< [2, any] counter-clockwise, m
 
-      overlap_depth = max(probe_depth(first, second), probe_depth(second, first))
+      overlap_depth = max(sample_depth(first, second), sample_depth(second, first))
    end function overlap_depth
 
-   !> Depth of the deepest probe of `first` inside `second`.
-   pure real(wp) function probe_depth(first, second)
-      real(wp), intent(in) :: first(:,:), second(:,:)
+   !> Depth of the deepest sample of `first` inside `second`, m.
+   pure real(wp) function sample_depth(first, second)
+      real(wp), intent(in) :: first(:,:), second(:,:)  !< [2, any] counter-clockwise, m
       real(wp) :: a(2), b(2), cut, cuts(size(second, 2) + 2), centre(2)
       integer :: i, j, k, m
 
       centre = centroid_of(first)
-      probe_depth = depth_inside(second, centre)
-      if (.not. contains_point(first, centre, 0.0_wp)) probe_depth = 0.0_wp
+      sample_depth = depth_inside(second, centre)
+      if (.not. contains_point(first, centre, 0.0_wp)) sample_depth = 0.0_wp
       do i = 1, size(first, 2)
          a = first(:, i)
          b = first(:, mod(i, size(first, 2)) + 1)
@@ -193,27 +196,28 @@ contains
             m = m + 1
             cuts(m) = cut
          end do
-         call sort(cuts(:m))
-         probe_depth = max(probe_depth, depth_inside(second, a))
+         call insertion_sort(cuts(:m))
+         sample_depth = max(sample_depth, depth_inside(second, a))
          do k = 1, m - 1
-            probe_depth = max(probe_depth, &
+            sample_depth = max(sample_depth, &
                depth_inside(second, a + 0.5_wp*(cuts(k) + cuts(k + 1))*(b - a)))
          end do
       end do
-   end function probe_depth
+   end function sample_depth
 
-   !> Distance to the boundary for a point inside, else 0.
+   !> Distance to the boundary for a point inside, m, else 0.
    pure real(wp) function depth_inside(vertices, point)
-      real(wp), intent(in) :: vertices(:,:), point(2)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
+      real(wp), intent(in) :: point(2)       !< m
 
       depth_inside = 0.0_wp
       if (contains_point(vertices, point, 0.0_wp)) depth_inside = distance_to_boundary(vertices, &
          point)
    end function depth_inside
 
-   !> Where line a→b meets edge c–d, as a ratio of a→b; −1 if it does not.
+   !> Where line a→b crosses edge c–d, as a ratio of a→b; −1 if it does not.
    pure real(wp) function crossing(a, b, c, d)
-      real(wp), intent(in) :: a(2), b(2), c(2), d(2)
+      real(wp), intent(in) :: a(2), b(2), c(2), d(2)  !< m, ends of the line and of the edge
       real(wp) :: determinant, on_edge
 
       crossing = -1.0_wp
@@ -223,22 +227,5 @@ contains
       if (on_edge < 0.0_wp .or. on_edge > 1.0_wp) return
       crossing = ((c(1) - a(1))*(d(2) - c(2)) - (c(2) - a(2))*(d(1) - c(1)))/determinant
    end function crossing
-
-   pure subroutine sort(list)
-      real(wp), intent(inout) :: list(:)
-      real(wp) :: moving
-      integer :: i, j
-
-      do i = 2, size(list)
-         moving = list(i)
-         j = i - 1
-         do while (j >= 1)
-            if (list(j) <= moving) exit
-            list(j + 1) = list(j)
-            j = j - 1
-         end do
-         list(j + 1) = moving
-      end do
-   end subroutine sort
 
 end module dda_polygon

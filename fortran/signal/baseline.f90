@@ -1,18 +1,18 @@
 !> From a sampled record to a motion without drift.
 !>
 !> An offset of the accelerations, however small, grows with the square of time in the displacement.
-!> What is taken away here is a polynomial of the velocity that vanishes at the start, fitted by
-!> least squares.  Its order is two unless less is asked for: then an offset and a trend of the
-!> acceleration go, which are what instruments have, and the derivative is a straight line, so that
-!> the corrected acceleration is still piecewise linear and integrates exactly.  A higher order
-!> would break that and begin to eat the long periods of the motion.
+!> The correction subtracts from the velocity a polynomial that vanishes at the start, fitted by
+!> least squares.  Its order is at most two: that removes an offset and a trend of the acceleration,
+!> the usual instrument errors, and the derivative is a straight line, so that the corrected
+!> acceleration is still piecewise linear and integrates exactly.  A higher order would break that
+!> and remove long periods of the motion.
 !>
-!> The end: after the record nothing moves, so a velocity left at the last sample would stop within
-!> one time step, a blow to the model.  Unless told otherwise the polynomial is made to pass through
-!> the last velocity, so that the corrected motion ends at rest; the displacement then reached
-!> stays. The acceleration may still step to zero there and from zero at the start; a cosine taper
-!> of the record before the fit (an option) softens that.  A first sample of a record of velocity is
-!> taken as it is: if it is not zero, the motion starts with that jump unless it is tapered.
+!> After the record nothing moves, so a velocity left at the last sample would stop within one time
+!> step, an impact on the model.  Unless told otherwise the polynomial passes through the last
+!> velocity, so that the corrected motion ends at rest, at the displacement then reached.  The
+!> acceleration may still jump at both ends; a cosine taper of the record before the fit (an option)
+!> smooths that.  The first sample of a record of velocity is taken as it is: if it is not zero, the
+!> motion starts with that jump unless it is tapered.
 module dda_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dda_kinds, only: wp
@@ -41,12 +41,12 @@ contains
 
    !> Make a motion of a record.
    subroutine make_motion_curve(curve, quantity, values, time_step, error, baseline)
-      type(motion_curve_type), intent(out) :: curve
+      type(motion_curve_type), intent(out) :: curve            !< undefined after an error
       !> 'acceleration', 'velocity' or 'displacement'
       character(len=*), intent(in) :: quantity
       real(wp), intent(in) :: values(:)                        !< m/s², m/s or m [samples]
       real(wp), intent(in) :: time_step                        !< s
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error      !< what is wrong with the arguments
       !> default: order 2, at rest, no taper
       type(baseline_type), intent(in), optional :: baseline
       type(baseline_type) :: wanted
@@ -67,9 +67,10 @@ contains
    !> Accelerations: integrate, fit the velocity, take the derivative from the acceleration,
    !> integrate again.
    subroutine from_acceleration(curve, acceleration, time_step, wanted)
-      type(motion_curve_type), intent(out) :: curve
-      real(wp), intent(in) :: acceleration(:), time_step
-      type(baseline_type), intent(in) :: wanted
+      type(motion_curve_type), intent(out) :: curve  !< complete
+      real(wp), intent(in) :: acceleration(:)    !< m/s² [samples]
+      real(wp), intent(in) :: time_step          !< s
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
       real(wp) :: corrected(size(acceleration)), drift(2)
       character(len=:), allocatable :: method
 
@@ -89,9 +90,10 @@ contains
 
    !> Velocities: take the fitted polynomial away, join by cubics.
    subroutine from_velocity(curve, velocity, time_step, wanted)
-      type(motion_curve_type), intent(out) :: curve
-      real(wp), intent(in) :: velocity(:), time_step
-      type(baseline_type), intent(in) :: wanted
+      type(motion_curve_type), intent(out) :: curve  !< complete
+      real(wp), intent(in) :: velocity(:)        !< m/s [samples]
+      real(wp), intent(in) :: time_step          !< s
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
       real(wp) :: corrected(size(velocity)), drift(2)
       character(len=:), allocatable :: method
 
@@ -110,9 +112,10 @@ contains
 
    !> Displacements are taken as they are, but begin at zero.
    subroutine from_displacement(curve, displacement, time_step, wanted)
-      type(motion_curve_type), intent(out) :: curve
-      real(wp), intent(in) :: displacement(:), time_step
-      type(baseline_type), intent(in) :: wanted
+      type(motion_curve_type), intent(out) :: curve  !< complete
+      real(wp), intent(in) :: displacement(:)    !< m [samples]
+      real(wp), intent(in) :: time_step          !< s
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
       character(len=:), allocatable :: method
 
       call join_displacements(curve, displacement - displacement(1), time_step, wanted%at_rest)
@@ -123,12 +126,12 @@ contains
       curve%method = scale_text(wanted)//method//'; no drift removed'
    end subroutine from_displacement
 
-   !> Taper a series in place; the mean goes first where a baseline is removed, lest the taper make
-   !> a step of it.
+   !> Taper a series in place; where a baseline is removed the mean goes first, or the taper would
+   !> turn it into a pulse.
    pure subroutine apply_taper(series, wanted, method)
-      real(wp), intent(inout) :: series(:)
-      type(baseline_type), intent(in) :: wanted
-      character(len=:), allocatable, intent(inout) :: method
+      real(wp), intent(inout) :: series(:)       !< [samples]
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      character(len=:), allocatable, intent(inout) :: method  !< report, to which this is added
 
       if (.not. wanted%taper > 0.0_wp) return
       if (wanted%order > 0) then
@@ -142,8 +145,8 @@ contains
 
    !> Least squares: v ≈ c₁ τ + c₂ τ², τ = t/T from 0 to 1.
    pure function fit_drift(velocity, wanted) result(drift)
-      real(wp), intent(in) :: velocity(:)      ! m/s
-      type(baseline_type), intent(in) :: wanted
+      real(wp), intent(in) :: velocity(:)      !< m/s
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
       real(wp) :: drift(2)                     ! c₁, c₂ (m/s)
       real(wp) :: tau(size(velocity)), bow(size(velocity))
       integer :: n
@@ -165,9 +168,9 @@ contains
       end if
    end function fit_drift
 
-   !> Both functions free: two normal equations.
+   !> Least squares with both c₁ and c₂ free: two normal equations.
    pure function fit_parabola(tau, velocity) result(drift)
-      real(wp), intent(in) :: tau(:), velocity(:)
+      real(wp), intent(in) :: tau(:), velocity(:)  !< t/T; m/s [samples]
       real(wp) :: drift(2)
       real(wp) :: square, cube, fourth, first, second, determinant
 
@@ -181,33 +184,37 @@ contains
       drift = [first*fourth - second*cube, second*square - first*cube]/determinant
    end function fit_parabola
 
+   !> t/T at the samples.
    pure function unit_times(count) result(tau)
-      integer, intent(in) :: count
+      integer, intent(in) :: count             !< samples
       real(wp) :: tau(count)
       integer :: i
 
       tau = [(real(i - 1, wp)/real(count - 1, wp), i=1, count)]
    end function unit_times
 
+   !> c₁ τ + c₂ τ² at the samples.
    pure function polynomial(drift, count) result(velocity)
-      real(wp), intent(in) :: drift(2)
-      integer, intent(in) :: count
+      real(wp), intent(in) :: drift(2)         !< c₁, c₂ (m/s)
+      integer, intent(in) :: count             !< samples
       real(wp) :: velocity(count)              ! m/s
 
       velocity = unit_times(count)
       velocity = velocity*(drift(1) + velocity*drift(2))
    end function polynomial
 
+   !> Time derivative of the polynomial at the samples.
    pure function derivative(drift, count, time_step) result(acceleration)
-      real(wp), intent(in) :: drift(2), time_step
-      integer, intent(in) :: count
+      real(wp), intent(in) :: drift(2)         !< c₁, c₂ (m/s)
+      integer, intent(in) :: count             !< samples
+      real(wp), intent(in) :: time_step        !< s
       real(wp) :: acceleration(count)          ! m/s²
 
       acceleration = (drift(1) + 2.0_wp*drift(2)*unit_times(count))/(real(count - 1, wp)*time_step)
    end function derivative
 
    pure function scale_text(wanted) result(text)
-      type(baseline_type), intent(in) :: wanted
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
       character(len=:), allocatable :: text
 
       text = ''
@@ -215,8 +222,8 @@ contains
    end function scale_text
 
    pure function drift_text(drift, duration, wanted) result(text)
-      real(wp), intent(in) :: drift(2), duration
-      type(baseline_type), intent(in) :: wanted
+      real(wp), intent(in) :: drift(2), duration !< c₁, c₂ (m/s); s
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
       character(len=:), allocatable :: text
 
       text = '; no drift removed'
@@ -228,10 +235,11 @@ contains
    end function drift_text
 
    subroutine check(quantity, values, time_step, wanted, error)
-      character(len=*), intent(in) :: quantity
-      real(wp), intent(in) :: values(:), time_step
-      type(baseline_type), intent(in) :: wanted
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: quantity   !< as in `make_motion_curve`
+      real(wp), intent(in) :: values(:)          !< [samples]
+      real(wp), intent(in) :: time_step          !< s
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+      type(error_type), allocatable, intent(out) :: error  !< the first thing wrong
 
       if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', &
          'displacement'])) then

@@ -1,4 +1,4 @@
-!> The one door to FFTW 3 (fftw.org, Fortran 2003 interface).
+!> Interface to FFTW 3 (fftw.org, Fortran 2003 interface).
 module dda_fftw
    ! The interface file names most of iso_c_binding, hence no `only`.
    use, intrinsic :: iso_c_binding

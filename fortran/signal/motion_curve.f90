@@ -3,7 +3,9 @@
 !>
 !> Within each interval of the samples the displacement is one polynomial of degree five at most;
 !> velocity and acceleration are its exact derivatives, so that no two evaluations contradict.
-!> Before the start nothing moves; after the end the displacement is held at its last value.
+!> Before the first sample nothing moves; after the last one the displacement keeps its value, and
+!> velocity and acceleration are zero.  At the first and the last sample they are the limits from
+!> within, so they jump there unless the record begins and ends at rest.
 module dda_motion_curve
    use dda_kinds, only: wp
    implicit none
@@ -26,17 +28,16 @@ contains
 
    !> Displacement at any time (m); O(1).
    pure function displacement_at(curve, time) result(displacement)
-      type(motion_curve_type), intent(in) :: curve
-      real(wp), intent(in) :: time             !< s
+      type(motion_curve_type), intent(in) :: curve  !< joined samples
+      real(wp), intent(in) :: time                  !< s
       real(wp) :: displacement
       integer :: i
       real(wp) :: s
 
       displacement = 0.0_wp
-      if (.not. time >= 0.0_wp) return
-      displacement = curve%displacement(size(curve%displacement))
-      if (time > curve%duration) return
+      if (time > curve%duration) displacement = curve%displacement(size(curve%displacement))
       call locate(curve, time, i, s)
+      if (i == 0) return
       displacement = curve%displacement(i) + s*(curve%velocity(i) &
          + s*(0.5_wp*curve%acceleration(i) + s*(curve%higher(1, i) + s*(curve%higher(2, i) &
          + s*curve%higher(3, i)))))
@@ -44,48 +45,51 @@ contains
 
    !> Velocity at any time (m/s); O(1).
    pure function velocity_at(curve, time) result(velocity)
-      type(motion_curve_type), intent(in) :: curve
-      real(wp), intent(in) :: time             !< s
+      type(motion_curve_type), intent(in) :: curve  !< joined samples
+      real(wp), intent(in) :: time                  !< s
       real(wp) :: velocity
       integer :: i
       real(wp) :: s
 
       velocity = 0.0_wp
-      if (.not. (time >= 0.0_wp .and. time <= curve%duration)) return
       call locate(curve, time, i, s)
+      if (i == 0) return
       velocity = curve%velocity(i) + s*(curve%acceleration(i) + s*(3.0_wp*curve%higher(1, i) &
          + s*(4.0_wp*curve%higher(2, i) + s*5.0_wp*curve%higher(3, i))))
    end function velocity_at
 
    !> Acceleration at any time (m/s²); O(1).
    pure function acceleration_at(curve, time) result(acceleration)
-      type(motion_curve_type), intent(in) :: curve
-      real(wp), intent(in) :: time             !< s
+      type(motion_curve_type), intent(in) :: curve  !< joined samples
+      real(wp), intent(in) :: time                  !< s
       real(wp) :: acceleration
       integer :: i
       real(wp) :: s
 
       acceleration = 0.0_wp
-      if (.not. (time >= 0.0_wp .and. time <= curve%duration)) return
       call locate(curve, time, i, s)
+      if (i == 0) return
       acceleration = curve%acceleration(i) + s*(6.0_wp*curve%higher(1, i) &
          + s*(12.0_wp*curve%higher(2, i) + s*20.0_wp*curve%higher(3, i)))
    end function acceleration_at
 
-   !> The interval of a time within the record, and the time since its first sample.
+   !> The interval of a time, and the time since its first sample.
    pure subroutine locate(curve, time, i, s)
-      type(motion_curve_type), intent(in) :: curve
-      real(wp), intent(in) :: time             ! 0 … duration (s)
-      integer, intent(out) :: i
-      real(wp), intent(out) :: s
+      type(motion_curve_type), intent(in) :: curve  !< joined samples
+      real(wp), intent(in) :: time                  !< s
+      integer, intent(out) :: i                     !< 0 before and after the record
+      real(wp), intent(out) :: s                    !< s
 
+      i = 0
+      s = 0.0_wp
+      if (.not. (time >= 0.0_wp .and. time <= curve%duration)) return
       i = min(int(time/curve%time_step) + 1, size(curve%higher, 2))
       s = time - real(i - 1, wp)*curve%time_step
    end subroutine locate
 
    !> Join accelerations by straight lines and integrate twice, exactly: the displacement is cubic.
    pure subroutine join_accelerations(curve, acceleration, time_step)
-      type(motion_curve_type), intent(out) :: curve
+      type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: acceleration(:)  !< m/s² [samples]
       real(wp), intent(in) :: time_step        !< s
       integer :: i, last
@@ -104,7 +108,7 @@ contains
 
    !> Join velocities by cubics with continuous slope and integrate once, exactly.
    pure subroutine join_velocities(curve, velocity, time_step)
-      type(motion_curve_type), intent(out) :: curve
+      type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: velocity(:)      !< m/s [samples]
       real(wp), intent(in) :: time_step        !< s
       integer :: i
@@ -130,7 +134,7 @@ contains
    !>
    !> Velocity and acceleration at the samples are central differences of fourth order.
    pure subroutine join_displacements(curve, displacement, time_step, at_rest)
-      type(motion_curve_type), intent(out) :: curve
+      type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: displacement(:)  !< m [samples]
       real(wp), intent(in) :: time_step        !< s
       !> no velocity and acceleration at the first and last sample
@@ -154,11 +158,10 @@ contains
    !> Factors of s³, s⁴, s⁵ that meet displacement, velocity and acceleration at the end of interval
    !> i.
    pure function quintic(curve, i) result(factor)
-      type(motion_curve_type), intent(in) :: curve
-      integer, intent(in) :: i
+      type(motion_curve_type), intent(in) :: curve  !< its values at the samples
+      integer, intent(in) :: i                      !< interval
       real(wp) :: factor(3)
-      ! what the terms up to s² leave at the end, as displacements
-      real(wp) :: h, d, v, a
+      real(wp) :: h, d, v, a  ! residuals at the end of the terms up to s², as displacements (m)
 
       h = curve%time_step
       d = curve%displacement(i + 1) - curve%displacement(i) - h*(curve%velocity(i) &
@@ -171,9 +174,9 @@ contains
    end function quintic
 
    pure subroutine prepare(curve, count, time_step)
-      type(motion_curve_type), intent(inout) :: curve
-      integer, intent(in) :: count
-      real(wp), intent(in) :: time_step        ! s
+      type(motion_curve_type), intent(inout) :: curve  !< allocated, at rest
+      integer, intent(in) :: count                     !< samples
+      real(wp), intent(in) :: time_step                !< s
 
       curve%time_step = time_step
       curve%duration = real(count - 1, wp)*time_step
@@ -185,8 +188,8 @@ contains
 
    !> First derivative at the samples: fourth order, second order next to the ends and at them.
    pure function slopes(value, h) result(slope)
-      real(wp), intent(in) :: value(:)
-      real(wp), intent(in) :: h                ! s
+      real(wp), intent(in) :: value(:)         !< [samples]
+      real(wp), intent(in) :: h                !< s
       real(wp) :: slope(size(value))
       integer :: i, n
 
@@ -202,10 +205,10 @@ contains
       end do
    end function slopes
 
-   !> Second derivative at the samples, likewise; at the ends that of the neighbour.
+   !> Second derivative at the samples, of the same orders; at the ends that of the neighbour.
    pure function bends(value, h) result(bend)
-      real(wp), intent(in) :: value(:)
-      real(wp), intent(in) :: h                ! s
+      real(wp), intent(in) :: value(:)         !< [samples]
+      real(wp), intent(in) :: h                !< s
       real(wp) :: bend(size(value))
       integer :: i, n
 
@@ -215,7 +218,7 @@ contains
       bend(2:n - 1) = (value(3:) - 2.0_wp*value(2:n - 1) + value(:n - 2))/h**2
       do i = 3, n - 2
          bend(i) = (16.0_wp*(value(i + 1) + value(i - 1)) - (value(i + 2) + value(i - 2)) &
-            - 30.0_wp*value(i)) /(12.0_wp*h**2)
+            - 30.0_wp*value(i))/(12.0_wp*h**2)
       end do
       bend(1) = bend(2)
       bend(n) = bend(n - 1)

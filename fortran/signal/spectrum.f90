@@ -35,7 +35,7 @@ contains
       real(wp), intent(in) :: time_step                      !< Δt (s)
       real(wp), allocatable, intent(out) :: frequency(:)     !< 0 … 1/(2Δt) (Hz) [bins]
       complex(wp), allocatable, intent(out) :: spectrum(:)   !< S, unit of x times s [bins]
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
       !> length with zeros over length, ≥ 1 (default 1)
       integer, intent(in), optional :: padding
       !> part of the length under the cosine taper, 0 … 1 (0)
@@ -64,7 +64,7 @@ contains
       real(wp), intent(in) :: time_step                      !< s
       real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
       real(wp), allocatable, intent(out) :: amplitude(:)     !< |S|, unit of x times s [bins]
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
       integer, intent(in), optional :: padding               !< see `fourier_spectrum`
       real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
       complex(wp), allocatable :: spectrum(:)
@@ -75,15 +75,15 @@ contains
 
    !> Ratio of two complex spectra, surface over base.
    !>
-   !> Where the base has next to nothing (below `least` of its largest bin) there is no ratio, only
-   !> rounding over rounding: such bins are 0.
+   !> Bins where the base is below `least` of its largest bin are set to 0: the ratio there is only
+   !> of rounding errors.
    subroutine amplification(surface, base, time_step, frequency, ratio, error, padding, taper, &
       least)
       real(wp), intent(in) :: surface(:), base(:)            !< motions of one kind [samples]
       real(wp), intent(in) :: time_step                      !< s
       real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
       complex(wp), allocatable, intent(out) :: ratio(:)      !< [bins]
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
       integer, intent(in), optional :: padding               !< see `fourier_spectrum`
       real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
       !> part of the largest bin of the base (default 1e-10)
@@ -158,11 +158,12 @@ contains
 
    !> Taper and pad a series that can be transformed.
    subroutine window(series, time_step, padded, error, padding, taper)
-      real(wp), intent(in) :: series(:), time_step
-      real(wp), allocatable, intent(out) :: padded(:)
-      type(error_type), allocatable, intent(out) :: error
-      integer, intent(in), optional :: padding
-      real(wp), intent(in), optional :: taper
+      real(wp), intent(in) :: series(:)                      !< [samples]
+      real(wp), intent(in) :: time_step                      !< s
+      real(wp), allocatable, intent(out) :: padded(:)        !< [padding × samples]
+      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
+      integer, intent(in), optional :: padding               !< see `fourier_spectrum`
+      real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
       integer :: factor
       real(wp) :: fraction
 
@@ -177,9 +178,11 @@ contains
    end subroutine window
 
    subroutine check_window(series, time_step, padding, taper, error)
-      real(wp), intent(in) :: series(:), time_step, taper
-      integer, intent(in) :: padding
-      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in) :: series(:)                      !< [samples]
+      real(wp), intent(in) :: time_step                      !< s
+      real(wp), intent(in) :: taper                          !< see `fourier_spectrum`
+      integer, intent(in) :: padding                         !< see `fourier_spectrum`
+      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
 
       if (size(series) < 2) then
          call fail(error, error_input, 'a spectrum needs at least 2 samples, not '// &

@@ -4,21 +4,31 @@ module dda_contact_state
    use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &
       serialise_list, check_list
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type, reserve
+   use dda_contact, only: contacts_type, operation_type, for_each_variable, reserve
+   use dda_kinds, only: wp
    use dda_neighbours, only: neighbours_type
    implicit none
    private
    public :: serialise_contacts, serialise_neighbours
 
+   !> Write the arrays to an archive, or read them from it.
+   type, extends(operation_type) :: serialisation_type
+      integer :: n                              !< contacts
+      type(archive_type), pointer :: archive
+   contains
+      procedure :: apply => serialise_variable
+   end type serialisation_type
+
 contains
 
    !> All of a list: the next step inherits from it, and frames are written from it.
    subroutine serialise_contacts(archive, contacts, blocks, neighbours, joints)
-      type(archive_type), intent(inout) :: archive
-      type(contacts_type), intent(inout) :: contacts
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      integer, intent(in) :: joints  !< joint materials
+      type(archive_type), target, intent(inout) :: archive  !< written or read
+      type(contacts_type), intent(inout) :: contacts        !< list, replaced when read
+      type(blocks_type), intent(in) :: blocks               !< of the model
+      type(neighbours_type), intent(in) :: neighbours       !< already written or read
+      integer, intent(in) :: joints                         !< joint materials
+      type(serialisation_type) :: serialisation
       integer :: n, vertices
 
       call serialise_label(archive, 'contacts')
@@ -26,71 +36,38 @@ contains
       n = contacts%n
       vertices = size(blocks%owner)
       if (archive%reading) call reserve(contacts, n)
-      call serialise_list(archive, contacts%vertex(:n), 1, vertices)
-      call serialise_list(archive, contacts%edge(:n), 1, vertices)
-      call serialise_list(archive, contacts%corner(:n), 0, vertices)
-      call serialise_list(archive, contacts%block_v(:n), 1, blocks%n)
-      call serialise_list(archive, contacts%block_e(:n), 1, blocks%n)
-      call serialise_list(archive, contacts%pair(:n), 1, neighbours%n_pairs)
-      call serialise_list(archive, contacts%joint(:n), 1, joints)
-      call serialise_geometry(archive, contacts, n)
-      call serialise_history(archive, contacts, n)
-      call serialise_responses(archive, contacts, n)
+      serialisation%n = n
+      serialisation%archive => archive
+      call for_each_variable(contacts, serialisation)
+      call check_list(archive, contacts%vertex(:n), 1, vertices)
+      call check_list(archive, contacts%edge(:n), 1, vertices)
+      call check_list(archive, contacts%corner(:n), 0, vertices)
+      call check_list(archive, contacts%block_v(:n), 1, blocks%n)
+      call check_list(archive, contacts%block_e(:n), 1, blocks%n)
+      call check_list(archive, contacts%pair(:n), 1, neighbours%n_pairs)
+      call check_list(archive, contacts%joint(:n), 1, joints)
    end subroutine serialise_contacts
 
-   subroutine serialise_geometry(archive, contacts, n)
-      type(archive_type), intent(inout) :: archive
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: n
+   subroutine serialise_variable(operation, integers, logicals, reals, columns)
+      class(serialisation_type), intent(inout) :: operation          !< archive, and how many
+      integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+      logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
 
-      call serialise(archive, contacts%gap(:n))
-      call serialise(archive, contacts%normal(:, :n))
-      call serialise(archive, contacts%normal_v(:, :n))
-      call serialise(archive, contacts%normal_e(:, :n))
-      call serialise(archive, contacts%shear_v(:, :n))
-      call serialise(archive, contacts%shear_e(:, :n))
-   end subroutine serialise_geometry
-
-   subroutine serialise_history(archive, contacts, n)
-      type(archive_type), intent(inout) :: archive
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: n
-
-      call serialise(archive, contacts%state(:n))
-      call serialise(archive, contacts%bonded(:n))
-      call serialise(archive, contacts%was_bonded(:n))
-      call serialise(archive, contacts%was_closed(:n))
-      call serialise(archive, contacts%offset(:n))
-      call serialise(archive, contacts%bond_length(:n))
-      call serialise(archive, contacts%multiplier(:n))
-      call serialise(archive, contacts%stretch(:n))
-   end subroutine serialise_history
-
-   subroutine serialise_responses(archive, contacts, n)
-      type(archive_type), intent(inout) :: archive
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: n
-
-      call serialise(archive, contacts%slide_force(:n))
-      call serialise(archive, contacts%slip_sign(:n))
-      call serialise(archive, contacts%slide_slip(:n))
-      call serialise(archive, contacts%force_residual(:n))
-      call serialise(archive, contacts%close_count(:n))
-      call serialise(archive, contacts%trial_state(:n))
-      call serialise(archive, contacts%new_gap(:n))
-      call serialise(archive, contacts%slip(:n))
-      call serialise(archive, contacts%gap_change(:n))
-      call serialise(archive, contacts%slip_change(:n))
-      call serialise(archive, contacts%strength_ratio(:n))
-      call serialise(archive, contacts%normal_force(:n))
-      call serialise(archive, contacts%shear_force(:n))
-   end subroutine serialise_responses
+      associate (archive => operation%archive, n => operation%n)
+         if (present(integers)) call serialise(archive, integers(:n))
+         if (present(logicals)) call serialise(archive, logicals(:n))
+         if (present(reals)) call serialise(archive, reals(:n))
+         if (present(columns)) call serialise(archive, columns(:, :n))
+      end associate
+   end subroutine serialise_variable
 
    !> Pairs and probes of the last search, which the geometry of now would not give again.
    subroutine serialise_neighbours(archive, neighbours, blocks)
-      type(archive_type), intent(inout) :: archive
-      type(neighbours_type), intent(inout) :: neighbours
-      type(blocks_type), intent(in) :: blocks
+      type(archive_type), intent(inout) :: archive        !< written or read
+      type(neighbours_type), intent(inout) :: neighbours  !< replaced when read
+      type(blocks_type), intent(in) :: blocks             !< of the model
       integer :: pairs, probes, edges
 
       call serialise_label(archive, 'neighbours')

@@ -103,36 +103,61 @@ contains
       call check_close(twice%velocity, once%velocity, 'velocity', absolute=1.0e-14_wp)
    end subroutine correction_is_a_projection
 
-   !> Differences of d are v and those of v are a, wherever one looks.
+   !> Velocity and acceleration are the central differences of displacement and velocity: at the
+   !> samples, between them, and outside the record; of whatever record and correction.
    subroutine derivatives_agree()
       character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
          'velocity', 'displacement']
-      type(motion_curve_type) :: curve
-      real(wp), parameter :: h = 1.0e-5_wp
-      real(wp) :: t, jump
+      type(baseline_type), parameter :: baseline(3) = [baseline_type(), as_is, free_end]
       integer :: i, k
 
       call case('velocity and acceleration are derivatives')
-      do i = 1, 3
-         curve = made(trim(quantity(i)), sin(omega*times()) + 0.2_wp*cos(17.0_wp*times()))
-         do k = 1, 50
-            t = 0.0371_wp*real(k, wp) + 0.0005_wp
-            call check_close((displacement_at(curve, t + h) - displacement_at(curve, t - h)) &
-               /(2.0_wp*h), velocity_at(curve, t), 'velocity from '//quantity(i), &
-               absolute=1.0e-6_wp)
-            call check_close((velocity_at(curve, t + h) - velocity_at(curve, t - h))/(2.0_wp*h), &
-               acceleration_at(curve, t), 'acceleration from '//quantity(i), absolute=1.0e-4_wp)
+      do i = 1, size(quantity)
+         do k = 1, size(baseline)
+            call check_derivatives(made(trim(quantity(i)), 0.3_wp + sin(omega*times()) &
+               + 0.2_wp*cos(17.0_wp*times()), baseline(k)), trim(quantity(i)))
          end do
-         jump = 0.0_wp
-         do k = 2, samples - 1
-            t = real(k - 1, wp)*step
-            jump = max(jump, abs(acceleration_at(curve, t*(1.0_wp + 1.0e-12_wp)) - &
-               acceleration_at(curve, t*(1.0_wp - 1.0e-12_wp))))
-         end do
-         call check_close(jump, 0.0_wp, 'no jump at a sample, from '//quantity(i), &
-            absolute=1.0e-5_wp)
       end do
    end subroutine derivatives_agree
+
+   !> Four times in each interval, both ends, and as many times outside.
+   subroutine check_derivatives(curve, quantity)
+      type(motion_curve_type), intent(in) :: curve
+      character(len=*), intent(in) :: quantity
+      real(wp), parameter :: h = 1.0e-6_wp
+      integer, parameter :: parts = 4, n = parts*(samples - 1)
+      real(wp) :: jerk, t, d_rate(-n:2*n), v_rate(-n:2*n), velocity(-n:2*n), acceleration(-n:2*n)
+      integer :: k
+
+      ! Bounds the error of the differences, also across a sample, where the jerk jumps.
+      jerk = maxval(matmul([6.0_wp, 24.0_wp*step, 60.0_wp*step**2], abs(curve%higher)))
+      do k = -n, 2*n
+         t = real(k, wp)*(step/real(parts, wp))
+         if (k == n) t = curve%duration
+         d_rate(k) = (displacement_at(curve, t + h) - displacement_at(curve, t - h))/(2.0_wp*h)
+         v_rate(k) = (velocity_at(curve, t + h) - velocity_at(curve, t - h))/(2.0_wp*h)
+         velocity(k) = velocity_at(curve, t)
+         acceleration(k) = acceleration_at(curve, t)
+      end do
+      call check_close(d_rate(1:n - 1), velocity(1:n - 1), 'velocity from '//quantity, &
+         absolute=h**2*jerk + 1.0e-8_wp)
+      call check_close(v_rate(1:n - 1), acceleration(1:n - 1), 'acceleration from '//quantity, &
+         absolute=h*jerk + 1.0e-6_wp)
+      ! An end counts as inside: the difference across it is the mean of the limits.
+      call check_close(d_rate([0, n]), 0.5_wp*velocity([0, n]), 'ends, from '//quantity, &
+         absolute=h*maxval(abs(curve%acceleration([1, samples]))) + h**2*jerk + 1.0e-8_wp)
+      call check(all(velocity(:-1) == 0.0_wp .and. d_rate(:-1) == 0.0_wp .and. &
+         acceleration(:-1) == 0.0_wp), 'zero before')
+      call check(all(velocity(n + 1:) == 0.0_wp .and. d_rate(n + 1:) == 0.0_wp .and. &
+         acceleration(n + 1:) == 0.0_wp), 'zero after')
+      call check(maxval(abs(velocity)) > 0.01_wp, 'it moves')
+      call check_close(velocity(0:n:parts), curve%velocity, 'at the samples', absolute=1.0e-12_wp)
+      t = 1.0_wp - 1.0e-12_wp
+      call check_close([(velocity_at(curve, t*real(k, wp)*step), k=0, samples - 1)], &
+         curve%velocity, 'no jump at a sample', absolute=1.0e-9_wp)
+      call check_close([(acceleration_at(curve, t*real(k, wp)*step), k=0, samples - 1)], &
+         curve%acceleration, 'nor of the acceleration', absolute=1.0e-11_wp*jerk + 1.0e-9_wp)
+   end subroutine check_derivatives
 
    subroutine before_and_after()
       type(motion_curve_type) :: curve

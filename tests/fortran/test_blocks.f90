@@ -1,8 +1,8 @@
 !> Inertia, shape matrix and kinematics of blocks against quadrature and finite differences.
 module test_blocks
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type, direction_row, is_convex, next_vertex, offset_of, place_of, &
-      previous_vertex, reference_of, shape_matrix, stress_of, update_geometry
+   use dda_blocks, only: blocks_type, direction_row, is_convex, offset_of, place_of, &
+      reference_of, shape_matrix, stress_of, update_geometry
    use dda_material, only: elasticity, material_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_polygon, only: area_of
@@ -196,9 +196,9 @@ contains
       call add_outline(outlines, reshape([4, 0, 6, 0, 6, 2, 5, 2, 5, 1, 4, 1]*1.0_wp, [2, 6]), 1, &
          1, 1, '')
       call blocks_of(outlines, blocks)
-      call check(next_vertex(blocks, 4) == 1 .and. next_vertex(blocks, 5) == 6 &
-         .and. next_vertex(blocks, 10) == 5, 'next')
-      call check(previous_vertex(blocks, 1) == 4 .and. previous_vertex(blocks, 5) == 10, 'previous')
+      call check(blocks%next(4) == 1 .and. blocks%next(5) == 6 &
+         .and. blocks%next(10) == 5, 'next')
+      call check(blocks%previous(1) == 4 .and. blocks%previous(5) == 10, 'previous')
       call check(all(blocks%owner == [1, 1, 1, 1, 2, 2, 2, 2, 2, 2]), 'owners')
       call check(.not. is_convex(blocks, 9), 'the inner corner')
       call check(is_convex(blocks, 4) .and. is_convex(blocks, 5) .and. is_convex(blocks, 8) .and. &

@@ -1,7 +1,7 @@
 !> Contacts against the exact geometry: rows by finite differences, counts by reasoning.
 module test_detection
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type, next_vertex, update_geometry
+   use dda_blocks, only: blocks_type, update_geometry
    use dda_contact, only: contacts_type, reserve
    use dda_detection, only: detect_contacts, detection_type, measure_depths, prepare_detection
    use dda_neighbours, only: find_neighbours, neighbours_type
@@ -30,7 +30,7 @@ contains
       call symmetry()
       call apart()
       call fast_corners()
-      call trembling_corners()
+      call vibrating_corners()
    end subroutine detection_suite
 
    !> All contacts of the present places.
@@ -102,7 +102,7 @@ contains
       call update_geometry(blocks)
       e = 1 + int(random(0.0_wp, 4.9_wp))
       a = blocks%vertex(:, e)
-      b = blocks%vertex(:, next_vertex(blocks, e))
+      b = blocks%vertex(:, blocks%next(e))
       normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
       along = atan2(normal(2), normal(1)) + random(-0.3_wp, 0.3_wp)
       blocks%position(3, 2) = along
@@ -122,7 +122,7 @@ contains
       real(wp) :: a(2), along(2), length
 
       a = blocks%vertex(:, e)
-      along = blocks%vertex(:, next_vertex(blocks, e)) - a
+      along = blocks%vertex(:, blocks%next(e)) - a
       length = norm2(along)
       along = along/length
       associate (from => blocks%vertex(:, v) - a)
@@ -144,7 +144,7 @@ contains
       e = contacts%edge(c)
       here = gap_and_slip(blocks, v, e, 0.0_wp)
       call check_close(contacts%gap(c), here(1), 'gap', absolute=1.0e-14_wp)
-      edge_length = norm2(blocks%vertex(:, next_vertex(blocks, e)) - blocks%vertex(:, e))
+      edge_length = norm2(blocks%vertex(:, blocks%next(e)) - blocks%vertex(:, e))
       share = here(2)/edge_length
       do side = 1, 2
          b = merge(contacts%block_v(c), contacts%block_e(c), side == 1)
@@ -433,7 +433,7 @@ contains
    !> listed.
    subroutine pass_by(first, place, about, within)
       real(wp), intent(in) :: first(:,:), place(:,:), about, within
-      real(wp), parameter :: skin = 4.0e-4_wp
+      real(wp), parameter :: tolerance = 4.0e-4_wp
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
@@ -455,16 +455,16 @@ contains
          call find_neighbours(near, blocks, 2*within)
          call prepare_detection(detection, blocks, within)
          detection%travel = within
-         detection%depth = 0.5_wp*skin
+         detection%depth = 0.5_wp*tolerance
          call detect_contacts(contacts, blocks, near, detection)
          met = met + contacts%n
-         call check(all(contacts%gap(:contacts%n) >= -skin), 'apart')
+         call check(all(contacts%gap(:contacts%n) >= -tolerance), 'apart')
       end do
       call check(met > 500, 'many meet')
    end subroutine pass_by
 
-   !> Two corners that press on each other and tremble keep the edge that they press on.
-   subroutine trembling_corners()
+   !> Two corners in vibrating contact keep the edge that they press on.
+   subroutine vibrating_corners()
       integer, parameter :: vertex(2) = [11, 4], edge(2) = [4, 10]
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
@@ -474,7 +474,7 @@ contains
       real(wp) :: first(2, 5), second(2, 6)
       integer :: i, k
 
-      call case('corners that tremble')
+      call case('corners in vibrating contact')
       first = reshape([-0.0134_wp, -0.1047_wp, 0.1038_wp, -0.0785_wp, 0.0670_wp, -0.0503_wp, &
          0.0_wp, 0.0_wp, -0.0139_wp, -0.0517_wp], [2, 5])
       second = reshape([-0.1408_wp, 0.0662_wp, -0.1890_wp, -0.0403_wp, -0.1689_wp, -0.1029_wp, &
@@ -503,7 +503,7 @@ contains
          call check(contacts%vertex(1) == vertex(k) .and. contacts%edge(1) == edge(k), &
             'the edge pressed on')
       end do
-   end subroutine trembling_corners
+   end subroutine vibrating_corners
 
    !> Distance of two convex outlines along the best of their edges' normals, < 0 where they
    !> overlap.

@@ -1,4 +1,4 @@
-!> Histories pass from list to list: once, to the right contact, and unchanged.
+!> Histories are transferred from list to list: once, to the right contact, and unchanged.
 module test_history
    use dda_kinds, only: wp
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
@@ -20,7 +20,7 @@ contains
       call roles_change()
       call corner_travel()
       call other_side()
-      call handed_once()
+      call transferred_once()
       call met_in_penetration()
       call met_too_deep()
       call across_a_joint()
@@ -46,7 +46,7 @@ contains
       end associate
    end subroutine put
 
-   !> Something to hand on.
+   !> A history to transfer.
    subroutine mark(contacts, c, state, stretch)
       type(contacts_type), intent(inout) :: contacts
       integer, intent(in) :: c, state
@@ -71,14 +71,14 @@ contains
          stretch*[1.0_wp, 3.0_wp, 7.0_wp], what//': stretch, length, force')
    end subroutine expect
 
-   subroutine pass_on(new, old)
+   subroutine transfer(new, old)
       type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old
       type(history_type) :: history
 
       call prepare_history(history, vertices, 0.0_wp)
       call inherit(new, old, history, .true.)
-   end subroutine pass_on
+   end subroutine transfer
 
    subroutine same_contact()
       type(contacts_type) :: old, new
@@ -90,7 +90,7 @@ contains
       call mark(old, 2, contact_stick, -2.0e-3_wp)
       call put(new, 2, 5, 0, 1, 2, [1.0_wp, 0.0_wp], 1.0e-6_wp)
       call put(new, 1, 5, 0, 1, 2, up, 1.0e-6_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call expect(new, 1, contact_stick, -2.0e-3_wp, 'second, whatever its normal')
       call expect(new, 2, contact_slide, 1.0e-3_wp, 'first')
    end subroutine same_contact
@@ -105,7 +105,7 @@ contains
       call put(new, 3, 10, 0, 1, 3, up, -1.0e-6_wp)
       call put(new, 1, 20, 0, 1, 4, up, 1.0e-6_wp)
       call mark(new, 1, contact_slide, 5.0_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call expect(new, 1, contact_open, 0.0_wp, 'apart: open, old marks wiped')
       call expect(new, 2, contact_stick, 0.0_wp, 'penetrating: sticks')
       call expect(new, 3, contact_open, 0.0_wp, 'same vertex on another block')
@@ -119,11 +119,11 @@ contains
       call put(old, 4, 5, 8, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call put(new, 8, 4, 4, 2, 1, -up, -1.0e-6_wp)
-      call pass_on(new, old)
-      call expect(new, 1, contact_slide, 1.0e-3_wp, 'handed on')
+      call transfer(new, old)
+      call expect(new, 1, contact_slide, 1.0e-3_wp, 'transferred')
       new%n = 0
       call put(new, 8, 4, 4, 2, 1, up, -1.0e-6_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call expect(new, 1, contact_stick, 0.0_wp, 'not if it pushes the other way')
    end subroutine roles_change
 
@@ -135,11 +135,11 @@ contains
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call put(new, 1, 6, 0, 1, 2, [sin(0.5_wp), cos(0.5_wp)], -1.0e-6_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call expect(new, 1, contact_slide, 1.0e-3_wp, 'by 29°')
       new%n = 0
       call put(new, 1, 6, 0, 1, 2, [1.0_wp, 0.0_wp], 1.0e-6_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call expect(new, 1, contact_open, 0.0_wp, 'by 90°')
    end subroutine corner_travel
 
@@ -150,29 +150,29 @@ contains
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_stick, 1.0e-3_wp)
       call put(new, 1, 9, 0, 1, 3, up, -1.0e-6_wp)
-      call pass_on(new, old)
-      call expect(new, 1, contact_stick, 0.0_wp, 'nothing is handed on')
+      call transfer(new, old)
+      call expect(new, 1, contact_stick, 0.0_wp, 'nothing is transferred')
    end subroutine other_side
 
    !> Two new contacts that could both succeed one old one.
-   subroutine handed_once()
+   subroutine transferred_once()
       type(contacts_type) :: old, new
 
-      call case('handed on once')
+      call case('transferred once')
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call put(new, 1, 6, 0, 1, 2, up, -1.0e-6_wp)
       call put(new, 1, 7, 0, 1, 2, up, -1.0e-6_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call expect(new, 1, contact_slide, 1.0e-3_wp, 'the first')
       call expect(new, 2, contact_stick, 0.0_wp, 'not the second')
       new%n = 0
       call put(new, 1, 6, 0, 1, 2, up, -1.0e-6_wp)
       call put(new, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call expect(new, 1, contact_stick, 0.0_wp, 'the exact successor goes first')
       call expect(new, 2, contact_slide, 1.0e-3_wp, 'and takes it')
-   end subroutine handed_once
+   end subroutine transferred_once
 
    !> Only what is built up presses: beyond the depth that a contact was first met at, until it has
    !> opened.
@@ -253,19 +253,19 @@ contains
       old%offset(2) = -7.0e-6_wp
       old%stretch(1:2) = [-8.0e-7_wp, 6.0e-7_wp]
       call put(new, 1, 9, 0, 1, 3, up, -1.0e-5_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call check_close(new%gap(1), -5.0e-6_wp, 'energies add up')
       call check_close(new%offset(1), -5.0e-6_wp, 'the rest does not press')
       call check_close(new%stretch(1), -1.0e-6_wp, 'shear energies add up')
       new%n = 0
       old%n = 1
       call put(new, 1, 9, 0, 1, 3, up, -3.0e-6_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call check_close([new%gap(1), new%offset(1)], [-3.0e-6_wp, 0.0_wp], &
          'no more than the penetration gives')
       new%n = 0
       call put(new, 1, 9, 0, 1, 3, [1.0_wp, 0.0_wp], -3.0e-6_wp)
-      call pass_on(new, old)
+      call transfer(new, old)
       call check_close(new%gap(1), 0.0_wp, 'nothing in another direction', absolute=0.0_wp)
    end subroutine across_a_joint
 

@@ -1,7 +1,7 @@
-!> Elasticity against the compliance of Hooke's law, wave speeds against their formulas.
+!> Elasticity against the compliance of Hooke's law.
 module test_material
    use dda_kinds, only: wp
-   use dda_material, only: elasticity, material_type, wave_speeds
+   use dda_material, only: elasticity, material_type
    use testing, only: case, check_close
    implicit none
    private
@@ -16,7 +16,6 @@ contains
       do i = 1, size(ratio)
          call inverse_of_compliance(material_type('', 2643.0_wp, 4.788e9_wp, ratio(i), 0.0_wp, &
             0.0_wp))
-         call speeds(material_type('', 2643.0_wp, 4.788e9_wp, ratio(i), 0.0_wp, 0.0_wp))
       end do
    end subroutine material_suite
 
@@ -43,20 +42,5 @@ contains
       s(2, 1) = s(1, 2)
       call check_close(matmul(elasticity(rock, .true.), s), unit, 'D S', absolute=1.0e-13_wp)
    end subroutine inverse_of_compliance
-
-   subroutine speeds(rock)
-      type(material_type), intent(in) :: rock
-      real(wp) :: g, lame, e, nu
-
-      e = rock%young_modulus
-      nu = rock%poisson_ratio
-      g = 0.5_wp*e/(1.0_wp + nu)
-      lame = e*nu/((1.0_wp + nu)*(1.0_wp - 2.0_wp*nu))
-      call case('wave speeds')
-      call check_close(wave_speeds(rock, .true.), sqrt([lame + 2.0_wp*g, g]/rock%density), &
-         'plane strain', relative=1.0e-14_wp)
-      call check_close(wave_speeds(rock, .false.), sqrt([e/(1.0_wp - nu**2), g]/rock%density), &
-         'plane stress', relative=1.0e-14_wp)
-   end subroutine speeds
 
 end module test_material

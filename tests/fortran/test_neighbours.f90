@@ -1,7 +1,7 @@
 !> Near pairs and probes against a search of everything by everything.
 module test_neighbours
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, is_convex, next_vertex, update_geometry
+   use dda_blocks, only: blocks_type, is_convex, update_geometry
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_outline, outlines_type
    use models, only: blocks_of, random, random_vector, rectangle, shifted, sow, star
@@ -133,7 +133,7 @@ contains
       within = .false.
       if (blocks%owner(v) == blocks%owner(e) .or. .not. is_convex(blocks, v)) return
       a = blocks%vertex(:, e)
-      b = blocks%vertex(:, next_vertex(blocks, e))
+      b = blocks%vertex(:, blocks%next(e))
       p = blocks%vertex(:, v)
       part = max(0.0_wp, min(1.0_wp, dot_product(p - a, b - a)/sum((b - a)**2)))
       within = norm2(p - a - part*(b - a)) <= reach
@@ -188,14 +188,14 @@ contains
       call check(near%n_pairs == 0 .and. near%n_probes == 0, 'has no neighbours')
    end subroutine one_block
 
-   !> One stray block a million sizes away costs neither memory nor pairs.
+   !> One distant block a million sizes away costs neither memory nor pairs.
    subroutine far_apart()
       type(outlines_type) :: outlines
       type(blocks_type) :: blocks
       type(neighbours_type) :: near
       integer :: i
 
-      call case('a stray block')
+      call case('a distant block')
       do i = 1, 100
          call add_outline(outlines, rectangle(real(i, wp), 0.0_wp, real(i + 1, wp), 1.0_wp), 1, 1, &
             1, '')
