@@ -6,7 +6,7 @@ module dda_block_matrix
    use dda_kinds, only: wp
    implicit none
    private
-   public :: block_matrix_type, set_pattern, clear, entry_of, multiply, multiply_block
+   public :: block_matrix_type, set_pattern, entry_of, multiply, multiply_block
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type
@@ -138,14 +138,6 @@ contains
       end do
    end subroutine insertion_sort
 
-   !> Set all values to zero, keep the pattern.
-   pure subroutine clear(matrix)
-      type(block_matrix_type), intent(inout) :: matrix
-
-      matrix%diagonal = 0.0_wp
-      matrix%lower = 0.0_wp
-   end subroutine clear
-
    !> Position of the lower entry that couples block rows i and j; 0 if the pattern lacks it.
    pure integer function entry_of(matrix, i, j)
       type(block_matrix_type), intent(in) :: matrix
@@ -169,24 +161,35 @@ contains
       end do
    end function entry_of
 
-   !> y = K x, gathered row by row: no two threads write the same row, whatever their number.
+   !> y = K x
    subroutine multiply(matrix, x, y)
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: x(6, matrix%n)
       real(wp), intent(out) :: y(6, matrix%n)
-      integer :: i
 
       if (matrix%n < parallel_from) then
-         do i = 1, matrix%n
-            call multiply_row(matrix, i, x, y(:, i))
-         end do
-         return
+         call multiply_rows(matrix, x, y)
+      else
+         !$omp parallel
+         call multiply_rows(matrix, x, y)
+         !$omp end parallel
       end if
-      !$omp parallel do schedule(static)
+   end subroutine multiply
+
+   !> y = K x, gathered row by row and shared between the threads of a team: no two threads write the
+   !> same row, whatever their number.
+   subroutine multiply_rows(matrix, x, y)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp), intent(in) :: x(6, matrix%n)
+      real(wp), intent(inout) :: y(6, matrix%n)
+      integer :: i
+
+      !$omp do schedule(static)
       do i = 1, matrix%n
          call multiply_row(matrix, i, x, y(:, i))
       end do
-   end subroutine multiply
+      !$omp end do nowait
+   end subroutine multiply_rows
 
    !> Block row i of K x.
    pure subroutine multiply_row(matrix, i, x, y)

@@ -9,7 +9,7 @@
 !> with all modes of a small model, and the Ritz vectors of the load (`dda_ritz`) of a large one.
 module dda_transfer
    use dda_kinds, only: wp, pi
-   use dda_block_cholesky, only: solve
+   use dda_cholesky_double, only: solve
    use dda_eigen, only: eigenpairs_type, all_eigenvalues, shifted_inverse_type, prepare_inverse
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_model, only: linear_model_type, point_row

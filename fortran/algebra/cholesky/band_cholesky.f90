@@ -15,7 +15,7 @@ module dda_band_cholesky
    type :: band_cholesky_type
       integer :: n = 0                       !< block rows
       integer :: half_width = 0              !< scalar sub-diagonals
-      integer, allocatable :: place(:)       !< [n] position of each block row in the order
+      integer, allocatable :: permuted(:)       !< [n] position of each block row in the order
       real(wp), allocatable :: band(:,:)
       real(wp), allocatable :: work(:,:)     !< [6,n]
    end type band_cholesky_type
@@ -33,15 +33,15 @@ contains
       call graph_of(matrix%n, matrix%row_start, matrix%column, graph)
       call bandwidth_order(graph, order)
       factor%n = matrix%n
-      if (allocated(factor%place)) deallocate (factor%place, factor%band, factor%work)
-      allocate (factor%place(matrix%n), factor%work(6, matrix%n))
+      if (allocated(factor%permuted)) deallocate (factor%permuted, factor%band, factor%work)
+      allocate (factor%permuted(matrix%n), factor%work(6, matrix%n))
       do i = 1, matrix%n
-         factor%place(order(i)) = i
+         factor%permuted(order(i)) = i
       end do
       apart = 0
       do i = 1, matrix%n
          do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            apart = max(apart, abs(factor%place(i) - factor%place(matrix%column(e))))
+            apart = max(apart, abs(factor%permuted(i) - factor%permuted(matrix%column(e))))
          end do
       end do
       factor%half_width = 6*apart + 5
@@ -57,10 +57,10 @@ contains
 
       factor%band = 0.0_wp
       do i = 1, matrix%n
-         call put_block(factor, matrix%diagonal(:, :, i), factor%place(i), factor%place(i))
+         call put_block(factor, matrix%diagonal(:, :, i), factor%permuted(i), factor%permuted(i))
          do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            call put_block(factor, matrix%lower(:, :, e), factor%place(i), &
-               factor%place(matrix%column(e)))
+            call put_block(factor, matrix%lower(:, :, e), factor%permuted(i), &
+               factor%permuted(matrix%column(e)))
          end do
       end do
       call dpbtrf('L', 6*factor%n, factor%half_width, factor%band, factor%half_width + 1, info)
@@ -98,12 +98,12 @@ contains
       integer :: i, info
 
       do i = 1, factor%n
-         factor%work(:, factor%place(i)) = b(:, i)
+         factor%work(:, factor%permuted(i)) = b(:, i)
       end do
       call dpbtrs('L', 6*factor%n, factor%half_width, 1, factor%band, factor%half_width + 1, &
          factor%work, 6*factor%n, info)
       do i = 1, factor%n
-         x(:, i) = factor%work(:, factor%place(i))
+         x(:, i) = factor%work(:, factor%permuted(i))
       end do
    end subroutine solve_band
 

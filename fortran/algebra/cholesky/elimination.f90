@@ -17,8 +17,8 @@ module dda_elimination
    type :: front_tree_type
       integer :: n = 0                   !< block rows
       integer :: fronts = 0              !< fronts
-      integer, allocatable :: order(:)   !< [n] block row eliminated at each place
-      integer, allocatable :: first(:)   !< [fronts+1] first place of each front
+      integer, allocatable :: order(:)   !< [n] block row eliminated at each permuted
+      integer, allocatable :: first(:)   !< [fronts+1] first permuted of each front
       integer, allocatable :: parent(:)  !< [fronts] front that takes its update; 0 for a root
    end type front_tree_type
 
@@ -41,22 +41,22 @@ contains
       integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
       type(front_tree_type), intent(out) :: tree
       type(clusters_type) :: clusters
-      integer, allocatable :: place(:)
+      integer, allocatable :: permuted(:)
       integer :: k
 
-      allocate (place(graph%n))
-      place(order) = [(k, k=1, graph%n)]
+      allocate (permuted(graph%n))
+      permuted(order) = [(k, k=1, graph%n)]
       allocate (clusters%parent(graph%n), clusters%rows(graph%n))
-      call elimination_parents(graph, order, place, clusters%parent)
-      call count_rows(graph, order, place, clusters%parent, clusters%rows)
+      call elimination_parents(graph, order, permuted, clusters%parent)
+      call count_rows(graph, order, permuted, clusters%parent, clusters%rows)
       call gather_columns(graph%n, clusters)
       call number_fronts(graph%n, order, clusters, tree)
    end subroutine tree_of_fronts
 
    !> Liu's algorithm with path compression.
-   pure subroutine elimination_parents(graph, order, place, parent)
+   pure subroutine elimination_parents(graph, order, permuted, parent)
       type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: order(graph%n), place(graph%n)
+      integer, intent(in) :: order(graph%n), permuted(graph%n)
       integer, intent(out) :: parent(graph%n)
       integer :: ancestor(graph%n), i, j, e, above
 
@@ -64,7 +64,7 @@ contains
       parent = 0
       do i = 1, graph%n
          do e = graph%start(order(i)), graph%start(order(i) + 1) - 1
-            j = place(graph%neighbour(e))
+            j = permuted(graph%neighbour(e))
             if (j > i) cycle
             do while (j /= i)
                above = ancestor(j)
@@ -81,9 +81,9 @@ contains
 
    !> Blocks in each column of the factor, the diagonal included: row i of the factor is the part
    !> of the elimination tree between i and its neighbours.
-   pure subroutine count_rows(graph, order, place, parent, rows)
+   pure subroutine count_rows(graph, order, permuted, parent, rows)
       type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: order(graph%n), place(graph%n), parent(graph%n)
+      integer, intent(in) :: order(graph%n), permuted(graph%n), parent(graph%n)
       integer, intent(out) :: rows(graph%n)
       integer :: mark(graph%n), i, j, e
 
@@ -92,7 +92,7 @@ contains
       do i = 1, graph%n
          mark(i) = i
          do e = graph%start(order(i)), graph%start(order(i) + 1) - 1
-            j = place(graph%neighbour(e))
+            j = permuted(graph%neighbour(e))
             if (j > i) cycle
             do while (mark(j) /= i)
                mark(j) = i
@@ -189,20 +189,20 @@ contains
       type(clusters_type), intent(in) :: clusters
       type(front_tree_type), intent(out) :: tree
       integer, allocatable :: cluster(:)
-      integer :: front, k, places
+      integer :: front, k, filled
 
       tree%n = n
       tree%fronts = count(clusters%columns > 0)
       allocate (tree%order(n), tree%first(tree%fronts + 1), tree%parent(tree%fronts), &
          cluster(tree%fronts))
       call postorder(n, clusters, cluster, tree%parent)
-      places = 0
+      filled = 0
       do front = 1, tree%fronts
-         tree%first(front) = places + 1
+         tree%first(front) = filled + 1
          k = clusters%head(cluster(front))
          do while (k > 0)
-            places = places + 1
-            tree%order(places) = order(k)
+            filled = filled + 1
+            tree%order(filled) = order(k)
             k = clusters%next(k)
          end do
       end do

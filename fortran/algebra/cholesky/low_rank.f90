@@ -1,4 +1,4 @@
-!> A Cholesky factor that follows changes of few springs without being made anew.
+!> A Cholesky factor that follows changes of few terms without being made anew.
 !>
 !> With A = L Lᵀ and the changes U S Uᵀ (Sherman, Morrison, Woodbury; W. W. Hager, SIAM Review 31
 !> (1989) 221)
@@ -13,19 +13,19 @@ module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_cholesky_single, only: factor_type
    use dda_front_plan, only: front_plan_type
-   use dda_path_columns, only: columns_type, plan_columns, make_columns, multiply_columns, &
-      project_all, subtract_all, lanes, chunks
+   use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, multiply_columns, &
+      project, subtract_columns, vector_width, column_panels
    use dda_rank_one, only: rank_one_type, most_changes
    implicit none
    private
-   public :: low_rank_type, plan_low_rank, forget_low_rank, follow_changes, follow_again, correct
+   public :: low_rank_type, plan_low_rank, clear_low_rank, update_low_rank, rebuild_low_rank, correct
 
    !> The changes since the factor was made, and what follows from them.
    type :: low_rank_type
-      type(rank_one_type) :: springs
-      type(columns_type) :: columns               !< W
-      integer :: order(most_changes) = 0          !< springs put in, then those taken out
-      !> [most_changes, most_changes] WᵀW, its lower triangle of chunks
+      type(rank_one_type) :: terms
+      type(low_rank_columns_type) :: columns               !< W
+      integer :: order(most_changes) = 0          !< terms put in, then those taken out
+      !> [most_changes, most_changes] WᵀW, its lower triangle of column_panels
       real(wp), allocatable :: gram(:,:)
       !> [most_changes, most_changes] C = T D Tᵀ in the order above
       real(wp), allocatable :: t(:,:)
@@ -39,7 +39,7 @@ contains
       type(low_rank_type), intent(inout) :: low
       type(front_plan_type), intent(in) :: plan
 
-      call forget_low_rank(low)
+      call clear_low_rank(low)
       call plan_columns(low%columns, plan)
       if (allocated(low%t)) return
       allocate (low%gram(most_changes, most_changes), low%t(most_changes, most_changes), &
@@ -47,70 +47,70 @@ contains
    end subroutine plan_low_rank
 
    !> The factor is new: nothing has changed since.
-   pure subroutine forget_low_rank(low)
+   pure subroutine clear_low_rank(low)
       type(low_rank_type), intent(inout) :: low
 
-      low%springs%n = 0
-   end subroutine forget_low_rank
+      low%terms%n = 0
+   end subroutine clear_low_rank
 
    !> Take over more changes; .false. if they are too many, or cannot be followed in this precision.
-   subroutine follow_changes(low, factor, changes, done)
+   subroutine update_low_rank(low, factor, changes, done)
       type(low_rank_type), intent(inout) :: low
       type(factor_type), intent(in) :: factor
       type(rank_one_type), intent(in) :: changes
       logical, intent(out) :: done
       integer :: first
 
-      first = low%springs%n/lanes + 1
-      done = low%springs%n + changes%n <= most_changes
+      first = low%terms%n/vector_width + 1
+      done = low%terms%n + changes%n <= most_changes
       if (.not. done) return
-      associate (old => low%springs%n, n => low%springs%n + changes%n)
-         low%springs%block(:, old + 1:n) = changes%block(:, :changes%n)
-         low%springs%u(:, :, old + 1:n) = changes%u(:, :, :changes%n)
-         low%springs%k(old + 1:n) = changes%k(:changes%n)
+      associate (old => low%terms%n, n => low%terms%n + changes%n)
+         low%terms%block(:, old + 1:n) = changes%block(:, :changes%n)
+         low%terms%u(:, :, old + 1:n) = changes%u(:, :, :changes%n)
+         low%terms%k(old + 1:n) = changes%k(:changes%n)
       end associate
-      low%springs%n = low%springs%n + changes%n
-      call follow_from(low, factor, first, done)
-   end subroutine follow_changes
+      low%terms%n = low%terms%n + changes%n
+      call rebuild_from(low, factor, first, done)
+   end subroutine update_low_rank
 
-   !> Make all that follows from the noted springs anew, to the same bits.
-   subroutine follow_again(low, factor, done)
+   !> Make all that follows from the noted terms anew, to the same bits.
+   subroutine rebuild_low_rank(low, factor, done)
       type(low_rank_type), intent(inout) :: low
       type(factor_type), intent(in) :: factor
       logical, intent(out) :: done
 
-      call follow_from(low, factor, 1, done)
-   end subroutine follow_again
+      call rebuild_from(low, factor, 1, done)
+   end subroutine rebuild_low_rank
 
-   !> W, WᵀW and C from the first chunk on that holds new springs.
-   subroutine follow_from(low, factor, first, done)
+   !> W, WᵀW and C from the first panel on that holds new terms.
+   subroutine rebuild_from(low, factor, first, done)
       type(low_rank_type), intent(inout) :: low
       type(factor_type), intent(in) :: factor
       integer, intent(in) :: first
       logical, intent(out) :: done
       integer :: last
 
-      last = (low%springs%n + lanes - 1)/lanes
-      call make_columns(low%columns, factor, low%springs, first, last)
+      last = (low%terms%n + vector_width - 1)/vector_width
+      call make_columns(low%columns, factor, low%terms, first, last)
       call multiply_columns(low%columns, factor%plan, first, last, low%gram)
-      call order_springs(low)
+      call order_terms(low)
       call factorise_capacity(low, done)
-   end subroutine follow_from
+   end subroutine rebuild_from
 
    !> Springs put in come first: their part of C is positive definite by itself.
-   pure subroutine order_springs(low)
+   pure subroutine order_terms(low)
       type(low_rank_type), intent(inout) :: low
       integer :: i, filled, pass
 
       filled = 0
       do pass = 1, 2
-         do i = 1, low%springs%n
-            if ((low%springs%k(i) > 0.0_wp) .neqv. (pass == 1)) cycle
+         do i = 1, low%terms%n
+            if ((low%terms%k(i) > 0.0_wp) .neqv. (pass == 1)) cycle
             filled = filled + 1
             low%order(filled) = i
          end do
       end do
-   end subroutine order_springs
+   end subroutine order_terms
 
    !> C = T D Tᵀ; .false. if a pivot has not the sign of its spring.
    pure subroutine factorise_capacity(low, done)
@@ -118,16 +118,16 @@ contains
       logical, intent(out) :: done
       integer :: i, j, n
 
-      n = low%springs%n
+      n = low%terms%n
       do j = 1, n
          do i = j, n
             low%t(i, j) = low%gram(max(low%order(i), low%order(j)), min(low%order(i), low%order(j)))
          end do
-         low%t(j, j) = low%t(j, j) + 1.0_wp/low%springs%k(low%order(j))
+         low%t(j, j) = low%t(j, j) + 1.0_wp/low%terms%k(low%order(j))
       end do
       do j = 1, n
          low%pivot(j) = low%t(j, j)
-         done = low%pivot(j)*low%springs%k(low%order(j)) > 0.0_wp
+         done = low%pivot(j)*low%terms%k(low%order(j)) > 0.0_wp
          if (.not. done) return
          low%t(j + 1:n, j) = low%t(j + 1:n, j)/low%pivot(j)
          do i = j + 1, n
@@ -142,23 +142,23 @@ contains
       type(low_rank_type), intent(in) :: low
       type(front_plan_type), intent(in) :: plan
       real(sp), intent(inout) :: y(6, plan%n)
-      real(wp) :: share(lanes, chunks)
+      real(wp) :: share(vector_width, column_panels)
       integer :: used
 
-      used = (low%springs%n + lanes - 1)/lanes
-      call project_all(low%columns, plan, used, y, share)
+      used = (low%terms%n + vector_width - 1)/vector_width
+      call project(low%columns, plan, used, y, share)
       call solve_capacity(low, share)
-      call subtract_all(low%columns, plan, used, share, y)
+      call subtract_columns(low%columns, plan, used, share, y)
    end subroutine correct
 
-   !> x = C⁻¹ x, for all springs; zeros in the lanes that hold none.
+   !> x = C⁻¹ x, for all terms; zeros in the vector_width that hold none.
    pure subroutine solve_capacity(low, x)
       type(low_rank_type), intent(in) :: low
       real(wp), intent(inout) :: x(most_changes)
       real(wp) :: z(most_changes)
       integer :: i, n
 
-      n = low%springs%n
+      n = low%terms%n
       do i = 1, n
          z(i) = x(low%order(i))
       end do

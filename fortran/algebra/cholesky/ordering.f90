@@ -30,13 +30,13 @@ module dda_ordering
       end function amd_order
 
       !> METIS 5: nested dissection; 0-based, 1 when well.
-      integer(c_int) function metis_node_nd(n, start, index, weight, options, order, place) &
+      integer(c_int) function metis_node_nd(n, start, index, weight, options, order, permuted) &
          bind(c, name='METIS_NodeND')
          import :: c_int, c_int32_t, c_ptr
          integer(c_int32_t), intent(in) :: n
          integer(c_int32_t), intent(in) :: start(*), index(*)
          type(c_ptr), value :: weight, options
-         integer(c_int32_t), intent(out) :: order(*), place(*)
+         integer(c_int32_t), intent(out) :: order(*), permuted(*)
       end function metis_node_nd
    end interface
 
@@ -74,11 +74,11 @@ contains
       type(block_graph_type), intent(in) :: graph
       integer, allocatable, intent(out) :: order(:)
       logical, intent(out) :: done !< false if the library gave up, for want of memory
-      integer(c_int32_t), allocatable :: place(:)
+      integer(c_int32_t), allocatable :: permuted(:)
 
-      allocate (order(graph%n), place(graph%n))
+      allocate (order(graph%n), permuted(graph%n))
       done = metis_node_nd(int(graph%n, c_int32_t), graph%start - 1, graph%neighbour - 1, &
-         c_null_ptr, c_null_ptr, order, place) == 1
+         c_null_ptr, c_null_ptr, order, permuted) == 1
       order = order + 1
    end subroutine dissection_order
 

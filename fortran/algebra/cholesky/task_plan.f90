@@ -1,7 +1,7 @@
 !> Sharing the fronts of a tree between threads, by the pattern only.
 !>
 !> Whole subtrees are bound into tasks that need nothing from one another; the fronts above them
-!> form the top, where all threads work on one front together.  The division must not know the
+!> form the root_fronts, where all threads work on one front together.  The division must not know the
 !> number of threads: sums then run in the same order, and results agree to the last bit.
 module dda_task_plan
    use dda_kinds, only: wp
@@ -14,8 +14,8 @@ module dda_task_plan
       integer :: tasks = 0               !< independent stretches of fronts
       integer, allocatable :: first(:)   !< [tasks] first front of each, the costliest task first
       integer, allocatable :: last(:)    !< [tasks] last front of each
-      integer, allocatable :: top(:)     !< [any] fronts above the tasks, in postorder
-      logical, allocatable :: in_top(:)  !< [fronts]
+      integer, allocatable :: root_fronts(:)     !< [any] fronts above the tasks, in postorder
+      logical, allocatable :: is_root_front(:)  !< [fronts]
       logical :: is_shared = .false.     !< is there work for more than one thread?
    end type task_plan_type
 
@@ -41,12 +41,12 @@ contains
       limit = huge(limit)
       plan%is_shared = sum(cost) >= worth_sharing
       if (plan%is_shared) limit = largest_share*sum(cost)
-      plan%in_top = subtree > limit
-      plan%top = pack([(front, front=1, size(cost))], plan%in_top)
+      plan%is_root_front = subtree > limit
+      plan%root_fronts = pack([(front, front=1, size(cost))], plan%is_root_front)
       call bind_tasks(parent, subtree, limit, plan)
    end subroutine plan_tasks
 
-   !> Bind neighbouring subtrees below the top into tasks, up to the limit.
+   !> Bind neighbouring subtrees below the root_fronts into tasks, up to the limit.
    pure subroutine bind_tasks(parent, subtree, limit, plan)
       integer, intent(in) :: parent(:)
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
@@ -59,7 +59,7 @@ contains
       begin = 1
       open = .false.
       do front = 1, size(parent)
-         if (plan%in_top(front)) then
+         if (plan%is_root_front(front)) then
             begin = front + 1
             open = .false.
          else if (is_task_root(front)) then
@@ -85,7 +85,7 @@ contains
          integer, intent(in) :: front
 
          is_task_root = parent(front) == 0
-         if (.not. is_task_root) is_task_root = plan%in_top(parent(front))
+         if (.not. is_task_root) is_task_root = plan%is_root_front(parent(front))
       end function is_task_root
 
    end subroutine bind_tasks

@@ -5,7 +5,7 @@ module dda_dense_eigen
    use dda_text, only: to_text
    implicit none
    private
-   public :: symmetric_eigen, generalised_eigen, block_eigen, is_above, cholesky_block
+   public :: symmetric_eigen, block_eigen, is_above, cholesky_block
 
    interface
       !> LAPACK: eigenvalues, ascending, and vectors of a symmetric matrix.
@@ -48,23 +48,6 @@ contains
       if (info /= 0) call fail(error, error_solver, 'LAPACK dsyev failed with info = '// &
          to_text(info))
    end subroutine symmetric_eigen
-
-   !> A x = λ B x: `a` becomes the vectors, xᵀBx = 1; `b` is destroyed.
-   subroutine generalised_eigen(a, b, values, error)
-      real(wp), intent(inout) :: a(:,:)                 !< [n,n] lower triangle read
-      real(wp), intent(inout) :: b(:,:)                 !< [n,n] positive definite
-      real(wp), allocatable, intent(out) :: values(:)   !< [n] ascending
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: work(work_columns*max(1, size(a, 1)))
-      integer :: n, info
-
-      n = size(a, 1)
-      allocate (values(n))
-      if (n == 0) return
-      call dsygv(1, 'V', 'L', n, a, n, b, n, values, work, size(work), info)
-      if (info /= 0) call fail(error, error_solver, 'LAPACK dsygv failed with info = '// &
-         to_text(info))
-   end subroutine generalised_eigen
 
    !> K x = λ M x of one block; no more than a few µs.
    subroutine block_eigen(k, m, values, vectors, error)

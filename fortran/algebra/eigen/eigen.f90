@@ -6,7 +6,7 @@
 module dda_eigen
    use dda_kinds, only: wp, long
    use dda_arnoldi, only: operator_type, largest_pairs, irregular_vector
-   use dda_block_cholesky, only: cholesky_type, analyse, factorise, solve
+   use dda_cholesky_double, only: factor_type, analyse, factorise, solve
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_deflation, only: deflation_type, null_space_type, prepare_deflation, project_out, &
       keep_vector
@@ -44,7 +44,7 @@ module dda_eigen
 
    !> Gᵀ(K − σM)⁻¹G, without the vectors of the deflation.
    type, extends(operator_type) :: shifted_inverse_type
-      type(cholesky_type) :: factor
+      type(factor_type) :: factor
       type(mass_factor_type) :: mass
       type(deflation_type) :: deflation
       real(wp) :: shift = 0.0_wp              !< σ ≤ 0, 1/s²

@@ -34,23 +34,23 @@ contains
       logical, intent(out) :: certain       !< .false. if too expensive or a pivot is doubtful
       type(block_matrix_type) :: scaled
       type(band_type) :: band
-      integer, allocatable :: place(:)
+      integer, allocatable :: permuted(:)
 
       count = 0
       certain = .false.
-      call order_rows(stiffness, place, band%width)
+      call order_rows(stiffness, permuted, band%width)
       band%n = 6*stiffness%n
       if (0.5_wp*real(band%n, wp)*real(band%width, wp)**2 > affordable) return
       scaled = stiffness
       call scale_matrix(mass, scaled)
-      call fill_band(band, scaled, place, value)
+      call fill_band(band, scaled, permuted, value)
       call count_pivots(band, count, certain)
    end subroutine count_above
 
    !> A bandwidth-reducing order and the scalar half-width that it gives.
-   subroutine order_rows(matrix, place, width)
+   subroutine order_rows(matrix, permuted, width)
       type(block_matrix_type), intent(in) :: matrix
-      integer, allocatable, intent(out) :: place(:)  !< [n] of each block row in the order
+      integer, allocatable, intent(out) :: permuted(:)  !< [n] of each block row in the order
       integer, intent(out) :: width
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
@@ -58,35 +58,35 @@ contains
 
       call graph_of(matrix%n, matrix%row_start, matrix%column, graph)
       call bandwidth_order(graph, order)
-      allocate (place(matrix%n))
+      allocate (permuted(matrix%n))
       do i = 1, matrix%n
-         place(order(i)) = i
+         permuted(order(i)) = i
       end do
       width = 5
       do i = 1, matrix%n
          do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            width = max(width, 6*abs(place(i) - place(matrix%column(e))) + 5)
+            width = max(width, 6*abs(permuted(i) - permuted(matrix%column(e))) + 5)
          end do
       end do
    end subroutine order_rows
 
-   pure subroutine fill_band(band, matrix, place, value)
+   pure subroutine fill_band(band, matrix, permuted, value)
       type(band_type), intent(inout) :: band
       type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: place(:)
+      integer, intent(in) :: permuted(:)
       real(wp), intent(in) :: value
       integer :: i, e
 
       allocate (band%value(band%width + 1, band%n), source=0.0_wp)
       do i = 1, matrix%n
-         call put_block(band, matrix%diagonal(:, :, i), 6*place(i) - 6, 6*place(i) - 6)
+         call put_block(band, matrix%diagonal(:, :, i), 6*permuted(i) - 6, 6*permuted(i) - 6)
          do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            if (place(i) > place(matrix%column(e))) then
-               call put_block(band, matrix%lower(:, :, e), 6*place(i) - 6, &
-                  6*place(matrix%column(e)) - 6)
+            if (permuted(i) > permuted(matrix%column(e))) then
+               call put_block(band, matrix%lower(:, :, e), 6*permuted(i) - 6, &
+                  6*permuted(matrix%column(e)) - 6)
             else
-               call put_block(band, transpose(matrix%lower(:, :, e)), 6*place(matrix%column(e)) &
-                  - 6, 6*place(i) - 6)
+               call put_block(band, transpose(matrix%lower(:, :, e)), 6*permuted(matrix%column(e)) &
+                  - 6, 6*permuted(i) - 6)
             end if
          end do
       end do

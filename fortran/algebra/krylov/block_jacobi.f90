@@ -23,53 +23,79 @@ contains
    subroutine invert_diagonal(jacobi, matrix)
       type(block_jacobi_type), intent(inout) :: jacobi
       type(block_matrix_type), intent(in) :: matrix
-      integer :: i
 
       if (allocated(jacobi%inverse)) then
          if (size(jacobi%inverse, 3) /= matrix%n) deallocate (jacobi%inverse)
       end if
       if (.not. allocated(jacobi%inverse)) allocate (jacobi%inverse(6, 6, matrix%n))
       if (matrix%n < parallel_from) then
-         do i = 1, matrix%n
-            call invert(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
-         end do
-         return
+         call invert_rows(matrix%n, matrix%diagonal, jacobi%inverse)
+      else
+         !$omp parallel
+         call invert_rows(matrix%n, matrix%diagonal, jacobi%inverse)
+         !$omp end parallel
       end if
-      !$omp parallel do schedule(static)
-      do i = 1, matrix%n
-         call invert(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
-      end do
    end subroutine invert_diagonal
+
+   !> The inverses, shared between the threads of a team.
+   subroutine invert_rows(n, diagonal, inverse)
+      integer, intent(in) :: n                     !< block rows
+      real(wp), intent(in) :: diagonal(6, 6, n)
+      real(wp), intent(inout) :: inverse(6, 6, n)
+      integer :: i
+
+      !$omp do schedule(static)
+      do i = 1, n
+         call invert(diagonal(:, :, i), inverse(:, :, i))
+      end do
+      !$omp end do nowait
+   end subroutine invert_rows
 
    !> z = D⁻¹ r
    subroutine apply(self, n, r, z)
       class(block_jacobi_type), intent(inout) :: self
-      integer, intent(in) :: n
+      integer, intent(in) :: n         !< block rows
       real(wp), intent(in) :: r(6, n)
       real(wp), intent(out) :: z(6, n)
-      integer :: i
 
       if (n < parallel_from) then
-         do i = 1, n
-            call multiply_block(self%inverse(:, :, i), r(:, i), z(:, i))
-         end do
-         return
+         call apply_rows(n, self%inverse, r, z)
+      else
+         !$omp parallel
+         call apply_rows(n, self%inverse, r, z)
+         !$omp end parallel
       end if
-      !$omp parallel do schedule(static)
-      do i = 1, n
-         call multiply_block(self%inverse(:, :, i), r(:, i), z(:, i))
-      end do
    end subroutine apply
+
+   !> z = D⁻¹ r, shared between the threads of a team.
+   subroutine apply_rows(n, inverse, r, z)
+      integer, intent(in) :: n                    !< block rows
+      real(wp), intent(in) :: inverse(6, 6, n), r(6, n)
+      real(wp), intent(inout) :: z(6, n)
+      integer :: i
+
+      !$omp do schedule(static)
+      do i = 1, n
+         call multiply_block(inverse(:, :, i), r(:, i), z(:, i))
+      end do
+      !$omp end do nowait
+   end subroutine apply_rows
 
    !> A bound on the iterations that conjugate gradients can need for a relative accuracy.
    !>
-   !> D⁻¹K̂ has no eigenvalue above 2 (each spring enters two diagonal blocks) and none below
-   !> μ = min λ(D⁻¹A) over the blocks, A their part without contacts; 1/trace(A⁻¹D) bounds μ from
-   !> below. Chebyshev: ½ √(2/μ) ln(2/ε).
+   !> Let A be the block-diagonal part of K̂ whose terms act on one block each (inertia, own strains,
+   !> supports) and let every other term be positive semi-definite and act on two blocks: contacts,
+   !> and any element that couples blocks.  Then K̂ − A ⪰ 0, so that D⁻¹K̂ has no eigenvalue below
+   !> μ = min λ(D⁻¹A) over the blocks, and 2D − K̂ ⪰ 0 because uᵀEu ≤ 2 Σ u_iᵀE_ii u_i for such a term,
+   !> so that it has none above 2.  1/trace(A⁻¹D) bounds μ from below; Chebyshev: ½ √(2/μ) ln(2/ε).
+   !>
+   !> The diagonal shares of coupling terms must therefore not be in A.  With them, or with a term on
+   !> m > 2 blocks (whose factor is m), the bound may be too small; nothing but the first choice of
+   !> `auto` rests on it, which the iterations of the first solve then correct.
    real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
       type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: alone(6, 6, matrix%n)  !< A of each block
-      real(wp), intent(in) :: accuracy
+      real(wp), intent(in) :: alone(6, 6, matrix%n)  !< A, the terms of each block alone
+      real(wp), intent(in) :: accuracy               !< ε, of the error in the energy norm
       real(wp) :: inverse(6, 6), worst
       integer :: i
 

@@ -37,10 +37,15 @@ module dda_conjugate_gradients
 
 contains
 
+   !> Vectors for n block rows, unless they are there.
    subroutine make_workspace(work, n)
-      type(workspace_type), intent(out) :: work
-      integer, intent(in) :: n
+      type(workspace_type), intent(inout) :: work
+      integer, intent(in) :: n  !< block rows
 
+      if (allocated(work%r)) then
+         if (size(work%r, 2) == n) return
+         deallocate (work%r, work%z, work%p, work%q)
+      end if
       allocate (work%r(6, n), work%z(6, n), work%p(6, n), work%q(6, n), source=0.0_wp)
    end subroutine make_workspace
 

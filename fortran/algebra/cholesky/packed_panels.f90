@@ -1,0 +1,36 @@
+!> How the factor is kept: in slices of a few rows and six columns, one after the other, as a solve
+!> reads them.
+!>
+!> For each pivots column of blocks of a front, the inverse of its pivot block and the pivots rows below
+!> that; then, column by column, the rows below the front.  Zeros pad each to whole slices.  A solve
+!> so reads one stream, at the rate of the memory, in place of six columns at a time that end after
+!> a few hundred bytes.
+module dda_packed_panels
+   implicit none
+   private
+   public :: packed_rows, packed_size, panels_of, pivot_panels
+
+   integer, parameter :: packed_rows = 8               !< a vector register of single precision
+   integer, parameter :: packed_size = 6*packed_rows    !< numbers in a slice
+
+contains
+
+   !> Slices that hold so many rows of blocks.
+   pure integer function panels_of(rows)
+      integer, intent(in) :: rows
+
+      panels_of = (6*rows + packed_rows - 1)/packed_rows
+   end function panels_of
+
+   !> Slices of the pivots and pivots rows of a front.
+   pure integer function pivot_panels(pivots)
+      integer, intent(in) :: pivots
+      integer :: j
+
+      pivot_panels = 0
+      do j = 1, pivots
+         pivot_panels = pivot_panels + 1 + panels_of(pivots - j)
+      end do
+   end function pivot_panels
+
+end module dda_packed_panels
