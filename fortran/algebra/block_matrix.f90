@@ -27,7 +27,7 @@ contains
 
    !> Lay out the pattern that holds every pair (i, j), i ≠ j; pairs may repeat, in any order.
    pure subroutine set_pattern(matrix, n, pairs)
-      type(block_matrix_type), intent(inout) :: matrix
+      type(block_matrix_type), intent(inout) :: matrix  !< gets the pattern, and zeros as values
       integer, intent(in) :: n           !< block rows
       integer, intent(in) :: pairs(:,:)  !< [2, any] coupled block rows
       integer, allocatable :: row_start(:), column(:)
@@ -57,7 +57,7 @@ contains
 
    !> The same entries seen by columns.
    pure subroutine list_columns(matrix)
-      type(block_matrix_type), intent(inout) :: matrix
+      type(block_matrix_type), intent(inout) :: matrix  !< with its rows listed
       integer, allocatable :: start(:), row_of(:), entry(:), next(:)
       integer :: row, k, column
 
@@ -86,8 +86,9 @@ contains
 
    !> Put each pair's column into its row's stretch.
    pure subroutine scatter_pairs(row_start, pairs, column)
+      !> [n+1] starts of the rows, [2, any] coupled rows
       integer, intent(in) :: row_start(:), pairs(:,:)
-      integer, intent(out) :: column(:)
+      integer, intent(out) :: column(:)  !< [pairs] unsorted, with repeats
       integer :: next(size(row_start)), p, row
 
       next = row_start
@@ -100,8 +101,8 @@ contains
 
    !> Sort each row, drop repeats, close the gaps.
    pure subroutine sort_rows(row_start, column, entries)
-      integer, intent(inout) :: row_start(:), column(:)
-      integer, intent(out) :: entries
+      integer, intent(inout) :: row_start(:), column(:)  !< [n+1], [pairs]
+      integer, intent(out) :: entries  !< left after repeats are dropped
       integer :: row, first, last, e
 
       entries = 0
@@ -123,7 +124,7 @@ contains
 
    !> Rows are short: a block has a handful of neighbours.
    pure subroutine insertion_sort(list)
-      integer, intent(inout) :: list(:)
+      integer, intent(inout) :: list(:)  !< any integers
       integer :: i, j, moving
 
       do i = 2, size(list)
@@ -140,8 +141,8 @@ contains
 
    !> Position of the lower entry that couples block rows i and j; 0 if the pattern lacks it.
    pure integer function entry_of(matrix, i, j)
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i, j
+      type(block_matrix_type), intent(in) :: matrix  !< any with a pattern
+      integer, intent(in) :: i, j  !< block rows, i ≠ j
       integer :: low, high, middle, wanted
 
       wanted = min(i, j)
@@ -163,9 +164,9 @@ contains
 
    !> y = K x
    subroutine multiply(matrix, x, y)
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: x(6, matrix%n)
-      real(wp), intent(out) :: y(6, matrix%n)
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      real(wp), intent(in) :: x(6, matrix%n)  !< any vector
+      real(wp), intent(out) :: y(6, matrix%n)  !< K x
 
       if (matrix%n < parallel_from) then
          call multiply_rows(matrix, x, y)
@@ -179,9 +180,9 @@ contains
    !> y = K x, gathered row by row and shared between the threads of a team: no two threads write the
    !> same row, whatever their number.
    subroutine multiply_rows(matrix, x, y)
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: x(6, matrix%n)
-      real(wp), intent(inout) :: y(6, matrix%n)
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      real(wp), intent(in) :: x(6, matrix%n)  !< any vector
+      real(wp), intent(inout) :: y(6, matrix%n)  !< K x
       integer :: i
 
       !$omp do schedule(static)
@@ -193,10 +194,10 @@ contains
 
    !> Block row i of K x.
    pure subroutine multiply_row(matrix, i, x, y)
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: i
-      real(wp), intent(in) :: x(6, matrix%n)
-      real(wp), intent(out) :: y(6)
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      integer, intent(in) :: i  !< block row
+      real(wp), intent(in) :: x(6, matrix%n)  !< any vector
+      real(wp), intent(out) :: y(6)  !< its six products
       real(wp) :: row(6)
       integer :: k
 
@@ -213,16 +214,16 @@ contains
 
    !> row = B x
    pure subroutine multiply_block(b, x, row)
-      real(wp), intent(in) :: b(6, 6), x(6)
-      real(wp), intent(out) :: row(6)
+      real(wp), intent(in) :: b(6, 6), x(6)  !< factors
+      real(wp), intent(out) :: row(6)  !< product
 
       row = b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) + b(:, 6)*x(6)
    end subroutine multiply_block
 
    !> row += B x
    pure subroutine add_product(b, x, row)
-      real(wp), intent(in) :: b(6, 6), x(6)
-      real(wp), intent(inout) :: row(6)
+      real(wp), intent(in) :: b(6, 6), x(6)  !< factors
+      real(wp), intent(inout) :: row(6)  !< sum
 
       row = row + (b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) &
          + b(:, 6)*x(6))
@@ -230,8 +231,8 @@ contains
 
    !> row += Bᵀ x
    pure subroutine add_transposed_product(b, x, row)
-      real(wp), intent(in) :: b(6, 6), x(6)
-      real(wp), intent(inout) :: row(6)
+      real(wp), intent(in) :: b(6, 6), x(6)  !< factors
+      real(wp), intent(inout) :: row(6)  !< sum
       integer :: j
 
       do j = 1, 6

@@ -17,29 +17,29 @@ contains
 
    !> Number of pieces of n terms.
    pure integer function pieces(n)
-      integer, intent(in) :: n
+      integer, intent(in) :: n  !< terms
 
       pieces = min(most_pieces, (n + piece - 1)/piece)
    end function pieces
 
    !> First term of piece p of n terms.
    pure integer function first_of(p, n)
-      integer, intent(in) :: p, n
+      integer, intent(in) :: p, n  !< piece, terms
 
       first_of = 1 + int((p - 1)*int(n, long)/pieces(n))
    end function first_of
 
    !> Last term of piece p of n terms.
    pure integer function last_of(p, n)
-      integer, intent(in) :: p, n
+      integer, intent(in) :: p, n  !< piece, terms
 
       last_of = int(p*int(n, long)/pieces(n))
    end function last_of
 
    !> Σ x·y over [6,n]: pieces of fixed size, then the pieces one after the other.
    real(wp) function inner_product(n, x, y) result(total)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: x(6, n), y(6, n)
+      integer, intent(in) :: n  !< block rows
+      real(wp), intent(in) :: x(6, n), y(6, n)  !< any vectors
       real(wp) :: partial(most_pieces)
       integer :: p
 
@@ -57,7 +57,7 @@ contains
 
    !> Six running sums, which vector registers hold.
    pure real(wp) function sum_of_piece(x, y)
-      real(wp), intent(in) :: x(:,:), y(:,:)
+      real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] a piece of them
       real(wp) :: partial(6)
       integer :: i
 

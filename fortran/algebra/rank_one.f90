@@ -19,15 +19,16 @@ module dda_rank_one
 contains
 
    pure subroutine forget_changes(changes)
-      type(rank_one_type), intent(inout) :: changes
+      type(rank_one_type), intent(inout) :: changes  !< left empty
 
       changes%n = 0
    end subroutine forget_changes
 
    !> Note k u uᵀ, u = (a, −b) in two rows of blocks.
    pure subroutine add_change(changes, block_a, a, block_b, b, k)
-      type(rank_one_type), intent(inout) :: changes
-      integer, intent(in) :: block_a, block_b
+      type(rank_one_type), intent(inout) :: changes  !< gets one more
+      integer, intent(in) :: block_a, block_b  !< block rows
+      !> parts of u, and stiffness, N/m; negative for a term that leaves
       real(wp), intent(in) :: a(6), b(6), k
 
       changes%n = changes%n + 1
@@ -40,7 +41,7 @@ contains
 
    !> More has changed than is worth following.
    pure subroutine note_many(changes)
-      type(rank_one_type), intent(inout) :: changes
+      type(rank_one_type), intent(inout) :: changes  !< more than can be kept
 
       changes%n = most_changes + 1
    end subroutine note_many

@@ -24,8 +24,8 @@ contains
 
    !> Order the pattern and make room.
    subroutine analyse_band(factor, matrix)
-      type(band_cholesky_type), intent(inout) :: factor
-      type(block_matrix_type), intent(in) :: matrix
+      type(band_cholesky_type), intent(inout) :: factor  !< gets order and room
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
       integer :: i, e, apart
@@ -50,9 +50,9 @@ contains
 
    !> Copy the values into the band and factorise it.
    subroutine factorise_band(factor, matrix, error)
-      type(band_cholesky_type), intent(inout) :: factor
-      type(block_matrix_type), intent(in) :: matrix
-      type(error_type), allocatable, intent(out) :: error
+      type(band_cholesky_type), intent(inout) :: factor  !< of the same pattern
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      type(error_type), allocatable, intent(out) :: error  !< K is not positive definite
       integer :: i, e, info
 
       factor%band = 0.0_wp
@@ -70,9 +70,9 @@ contains
 
    !> Put a 6×6 block, or its transpose if it falls above the diagonal, into the band.
    pure subroutine put_block(factor, block, row, column)
-      type(band_cholesky_type), intent(inout) :: factor
-      real(wp), intent(in) :: block(6, 6)
-      integer, intent(in) :: row, column
+      type(band_cholesky_type), intent(inout) :: factor  !< its band is filled
+      real(wp), intent(in) :: block(6, 6)  !< values
+      integer, intent(in) :: row, column  !< permuted indices of its block row and column
       integer :: i, j, first
 
       do j = 1, 6
@@ -92,7 +92,7 @@ contains
 
    !> x = K⁻¹ b
    subroutine solve_band(factor, b, x)
-      type(band_cholesky_type), intent(inout) :: factor
+      type(band_cholesky_type), intent(inout) :: factor  !< its workspace changes
       real(wp), intent(in) :: b(:,:)   !< [6,n]
       real(wp), intent(out) :: x(:,:)  !< [6,n]
       integer :: i, info

@@ -19,7 +19,7 @@ contains
       integer, intent(in) :: n               !< block rows
       integer, intent(in) :: row_start(n + 1) !< first lower entry of each row
       integer, intent(in) :: column(:)       !< [entries] column < row
-      type(block_graph_type), intent(out) :: graph
+      type(block_graph_type), intent(out) :: graph  !< with every coupling seen from both ends
       integer :: next(n), row, e
 
       graph%n = n
@@ -35,9 +35,9 @@ contains
    end subroutine graph_of
 
    pure subroutine add_neighbour(graph, next, vertex, other, entry)
-      type(block_graph_type), intent(inout) :: graph
+      type(block_graph_type), intent(inout) :: graph  !< being filled
       integer, intent(inout) :: next(:)  !< [n] where each vertex's next neighbour goes
-      integer, intent(in) :: vertex, other, entry
+      integer, intent(in) :: vertex, other, entry  !< two coupled block rows and their lower block
 
       graph%neighbour(next(vertex)) = other
       graph%entry(next(vertex)) = entry
@@ -46,9 +46,9 @@ contains
 
    !> Where each vertex's neighbours begin.
    pure subroutine count_neighbours(n, row_start, column, start)
-      integer, intent(in) :: n
-      integer, intent(in) :: row_start(n + 1), column(:)
-      integer, allocatable, intent(out) :: start(:)
+      integer, intent(in) :: n  !< block rows
+      integer, intent(in) :: row_start(n + 1), column(:)  !< lower pattern, as in `graph_of`
+      integer, allocatable, intent(out) :: start(:)  !< [n+1] first neighbour of each vertex
       integer :: v, e
 
       allocate (start(n + 1), source=0)

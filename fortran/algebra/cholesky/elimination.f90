@@ -37,9 +37,9 @@ contains
 
    !> The tree of fronts of a graph eliminated in the given order, and its refined order.
    pure subroutine tree_of_fronts(graph, order, tree)
-      type(block_graph_type), intent(in) :: graph
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
-      type(front_tree_type), intent(out) :: tree
+      type(front_tree_type), intent(out) :: tree  !< fronts in postorder
       type(clusters_type) :: clusters
       integer, allocatable :: permuted(:)
       integer :: k
@@ -55,9 +55,9 @@ contains
 
    !> Liu's algorithm with path compression.
    pure subroutine elimination_parents(graph, order, permuted, parent)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: order(graph%n), permuted(graph%n)
-      integer, intent(out) :: parent(graph%n)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, intent(in) :: order(graph%n), permuted(graph%n)  !< permutation and its inverse
+      integer, intent(out) :: parent(graph%n)  !< of each column, 0 for a root
       integer :: ancestor(graph%n), i, j, e, above
 
       ancestor = 0
@@ -82,9 +82,10 @@ contains
    !> Blocks in each column of the factor, the diagonal included: row i of the factor is the part
    !> of the elimination tree between i and its neighbours.
    pure subroutine count_rows(graph, order, permuted, parent, rows)
-      type(block_graph_type), intent(in) :: graph
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      !> permutation, its inverse, tree
       integer, intent(in) :: order(graph%n), permuted(graph%n), parent(graph%n)
-      integer, intent(out) :: rows(graph%n)
+      integer, intent(out) :: rows(graph%n)  !< of each column
       integer :: mark(graph%n), i, j, e
 
       rows = 1
@@ -105,8 +106,8 @@ contains
 
    !> Let each column absorb those child clusters that make it cheaper.
    pure subroutine gather_columns(n, clusters)
-      integer, intent(in) :: n
-      type(clusters_type), intent(inout) :: clusters
+      integer, intent(in) :: n  !< block rows
+      type(clusters_type), intent(inout) :: clusters  !< being gathered
       integer :: k, child, later
 
       allocate (clusters%columns(n), clusters%head(n), clusters%next(n), source=1)
@@ -130,8 +131,8 @@ contains
    end subroutine gather_columns
 
    pure logical function cheaper_together(clusters, child, k)
-      type(clusters_type), intent(in) :: clusters
-      integer, intent(in) :: child, k
+      type(clusters_type), intent(in) :: clusters  !< all of the tree
+      integer, intent(in) :: child, k  !< clusters by their last columns
 
       associate (columns => clusters%columns, rows => clusters%rows)
          cheaper_together = front_cost(columns(child) + columns(k), columns(child) + rows(k)) &
@@ -156,8 +157,8 @@ contains
 
    !> A child's columns become the first columns of cluster k, its children those of k.
    pure subroutine absorb(clusters, child, k)
-      type(clusters_type), intent(inout) :: clusters
-      integer, intent(in) :: child, k
+      type(clusters_type), intent(inout) :: clusters  !< being gathered
+      integer, intent(in) :: child, k  !< clusters by their last columns
       integer :: grandchild, later
 
       clusters%next(child) = clusters%head(k)
@@ -175,8 +176,8 @@ contains
 
    !> Make `child` the first child of cluster k.
    pure subroutine hang_below(clusters, child, k)
-      type(clusters_type), intent(inout) :: clusters
-      integer, intent(in) :: child, k
+      type(clusters_type), intent(inout) :: clusters  !< being gathered
+      integer, intent(in) :: child, k  !< clusters by their last columns
 
       clusters%sibling(child) = clusters%child(k)
       clusters%child(k) = child
@@ -184,10 +185,10 @@ contains
 
    !> Number the fronts and lay out their columns one after the other.
    pure subroutine number_fronts(n, order, clusters, tree)
-      integer, intent(in) :: n
-      integer, intent(in) :: order(n)
-      type(clusters_type), intent(in) :: clusters
-      type(front_tree_type), intent(out) :: tree
+      integer, intent(in) :: n  !< block rows
+      integer, intent(in) :: order(n)  !< block row eliminated k-th
+      type(clusters_type), intent(in) :: clusters  !< all of the tree
+      type(front_tree_type), intent(out) :: tree  !< fronts in postorder
       integer, allocatable :: cluster(:)
       integer :: front, k, filled
 
@@ -211,8 +212,8 @@ contains
 
    !> Postorder of the clusters: the reverse of the order in which a stack visits parents first.
    pure subroutine postorder(n, clusters, cluster, parent)
-      integer, intent(in) :: n
-      type(clusters_type), intent(in) :: clusters
+      integer, intent(in) :: n  !< block rows
+      type(clusters_type), intent(in) :: clusters  !< all of the tree
       integer, intent(out) :: cluster(:)  !< [fronts] the cluster that is each front
       integer, intent(out) :: parent(:)   !< [fronts]
       integer :: stack(n), above(n), height, front, k, child

@@ -57,9 +57,9 @@ contains
 
    !> Plan the factor of a matrix with this graph, eliminated in this order.
    pure subroutine make_plan(graph, order, plan)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: order(graph%n)
-      type(front_plan_type), intent(out) :: plan
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
+      type(front_plan_type), intent(out) :: plan  !< symbolic factor
       type(front_tree_type) :: tree
       integer :: permuted(graph%n), front_at(graph%n), front, k
 
@@ -86,7 +86,7 @@ contains
 
    !> Children of each front, in postorder.
    pure subroutine list_children(plan)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: next(plan%fronts), front
 
       allocate (plan%child_start(plan%fronts + 1), source=0)
@@ -107,9 +107,10 @@ contains
    !> Rows below each front: permuted i belongs to every front between it and its neighbours in the
    !> tree.
    pure subroutine list_rows(graph, permuted, front_at, plan)
-      type(block_graph_type), intent(in) :: graph
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      !> index in the order; front of each index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: next(plan%fronts), pass
 
       allocate (plan%row_start(plan%fronts + 1), source=0)
@@ -125,11 +126,12 @@ contains
 
    !> Count or note the rows of all fronts, row by row, so that each list ascends.
    pure subroutine walk_rows(graph, permuted, front_at, plan, next, counting)
-      type(block_graph_type), intent(in) :: graph
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      !> index in the order; front of each index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan
-      integer, intent(inout) :: next(:)
-      logical, intent(in) :: counting
+      type(front_plan_type), intent(inout) :: plan  !< being made
+      integer, intent(inout) :: next(:)  !< [fronts] where the next row of each front goes
+      logical, intent(in) :: counting  !< count the rows, or note them
       integer :: mark(plan%fronts), i, e, front
 
       mark = 0
@@ -154,7 +156,7 @@ contains
 
    !> Find each front's rows in its parent, and where they follow one another without a gap.
    pure subroutine relate_to_parents(plan)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: front, start, last, i
 
       allocate (plan%position(size(plan%row)), plan%run_end(size(plan%row)), &
@@ -178,8 +180,8 @@ contains
 
    !> Walk along the rows of a front and of its parent together: both ascend.
    pure subroutine find_positions(plan, front, parent)
-      type(front_plan_type), intent(inout) :: plan
-      integer, intent(in) :: front, parent
+      type(front_plan_type), intent(inout) :: plan  !< being made
+      integer, intent(in) :: front, parent  !< a front and its parent
       integer :: pivots, i, p
 
       pivots = plan%first(parent + 1) - plan%first(parent)
@@ -199,9 +201,10 @@ contains
 
    !> Where each lower block of the matrix goes: to the column of the permuted eliminated first.
    pure subroutine list_entries(graph, permuted, front_at, plan)
-      type(block_graph_type), intent(in) :: graph
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      !> index in the order; front of each index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: local(graph%n), front, pivots, i, j, e, filled
 
       allocate (plan%entry_start(plan%n + 1), plan%entry(plan%entries), &
@@ -233,7 +236,7 @@ contains
 
    !> Divide the fronts between threads.
    pure subroutine share_fronts(plan)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       real(wp) :: cost(plan%fronts)
       integer :: front
 
@@ -247,7 +250,7 @@ contains
    !> Parts of the factor lie one after the other, in the order in which a solve reads them; each
    !> task, and the root_fronts, eliminates its fronts in a panel of its pivots.
    pure subroutine plan_panels(plan)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: front, t
 
       allocate (plan%factor_start(plan%fronts + 1), plan%panel_start(plan%fronts))
@@ -267,8 +270,8 @@ contains
 
    !> One panel for some fronts, as large as the largest of them needs.
    pure subroutine share_panel(fronts, plan)
-      integer, intent(in) :: fronts(:)
-      type(front_plan_type), intent(inout) :: plan
+      integer, intent(in) :: fronts(:)  !< those that one thread or team eliminates
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer(long) :: largest
       integer :: i
 
@@ -286,14 +289,14 @@ contains
    !> Numbers that a front's part of a vector takes at most: pivots rows and rows below, each with room
    !> for what its last slice holds beyond them.
    pure integer function longest_front_vector(plan)
-      type(front_plan_type), intent(in) :: plan
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
       longest_front_vector = 6*plan%widest + 2*packed_rows
    end function longest_front_vector
 
    !> Give each task, and the root_fronts, a workspace of its pivots for updates.
    pure subroutine plan_updates(plan)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: region(plan%fronts), level(plan%fronts), t, front
 
       allocate (plan%update_start(plan%fronts))
@@ -314,7 +317,7 @@ contains
       integer, intent(in) :: fronts(:)  !< a region's fronts, in postorder
       integer, intent(in) :: region(:)  !< [fronts] region of each front of the tree
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer(long) :: height(0:1), peak(0:1)
       integer :: i, c, child
 
@@ -344,7 +347,7 @@ contains
    !> Tasks may not add to the same part of the vector.  What a task adds above itself goes to
    !> places shared to it beyond the end of the vector, one for each row of the update of its root.
    pure subroutine set_solve_rows(plan)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: shared(plan%n), front, i, filled, last_column
 
       plan%solve_row = plan%row
@@ -371,7 +374,7 @@ contains
 
    !> Rows of all updates that pass from a task to the root_fronts.
    pure integer function shared_rows(plan)
-      type(front_plan_type), intent(in) :: plan
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer :: front
 
       shared_rows = 0
@@ -382,8 +385,8 @@ contains
 
    !> Is this front the root of a subtree that hangs from the root_fronts?
    pure logical function is_subtree_root(plan, front)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
 
       is_subtree_root = .false.
       if (plan%sharing%is_root_front(front) .or. plan%parent(front) == 0) return
@@ -392,8 +395,8 @@ contains
 
    !> Distance of each front from its root.
    pure subroutine find_levels(plan, level)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(out) :: level(plan%fronts)
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(out) :: level(plan%fronts)  !< 0 for a root
       integer :: front
 
       do front = plan%fronts, 1, -1
@@ -404,31 +407,31 @@ contains
 
    !> Block columns that a front eliminates.
    pure integer function pivot_columns(plan, front)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
 
       pivot_columns = plan%first(front + 1) - plan%first(front)
    end function pivot_columns
 
    !> Block rows of a front's update.
    pure integer function rows_below(plan, front)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
 
       rows_below = plan%row_start(front + 1) - plan%row_start(front)
    end function rows_below
 
    !> Numbers in a front's update, kept as a full square.
    pure integer(long) function update_length(plan, front)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
 
       update_length = 36*int(rows_below(plan, front), long)**2
    end function update_length
 
    !> Turn counts kept one permuted late into starts.
    pure subroutine accumulate(start)
-      integer, intent(inout) :: start(:)
+      integer, intent(inout) :: start(:)  !< [any+1] start(i+1) holds the count of i
       integer :: i
 
       start(1) = 1

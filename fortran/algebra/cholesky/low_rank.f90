@@ -36,8 +36,8 @@ contains
 
    !> Make room for a new pattern.
    subroutine plan_low_rank(low, plan)
-      type(low_rank_type), intent(inout) :: low
-      type(front_plan_type), intent(in) :: plan
+      type(low_rank_type), intent(inout) :: low  !< gets memory, and no changes
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
       call clear_low_rank(low)
       call plan_columns(low%columns, plan)
@@ -48,17 +48,17 @@ contains
 
    !> The factor is new: nothing has changed since.
    pure subroutine clear_low_rank(low)
-      type(low_rank_type), intent(inout) :: low
+      type(low_rank_type), intent(inout) :: low  !< left without changes
 
       low%terms%n = 0
    end subroutine clear_low_rank
 
    !> Take over more changes; .false. if they are too many, or cannot be followed in this precision.
    subroutine update_low_rank(low, factor, changes, done)
-      type(low_rank_type), intent(inout) :: low
-      type(factor_type), intent(in) :: factor
-      type(rank_one_type), intent(in) :: changes
-      logical, intent(out) :: done
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
+      type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
+      type(rank_one_type), intent(in) :: changes  !< from the matrix that `low` stands for
+      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
       integer :: first
 
       first = low%terms%n/vector_width + 1
@@ -75,19 +75,19 @@ contains
 
    !> Make all that follows from the noted terms anew, to the same bits.
    subroutine rebuild_low_rank(low, factor, done)
-      type(low_rank_type), intent(inout) :: low
-      type(factor_type), intent(in) :: factor
-      logical, intent(out) :: done
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
+      type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
+      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
 
       call rebuild_from(low, factor, 1, done)
    end subroutine rebuild_low_rank
 
    !> W, WᵀW and C from the first panel on that holds new terms.
    subroutine rebuild_from(low, factor, first, done)
-      type(low_rank_type), intent(inout) :: low
-      type(factor_type), intent(in) :: factor
-      integer, intent(in) :: first
-      logical, intent(out) :: done
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
+      type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
+      integer, intent(in) :: first  !< panel of columns
+      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
       integer :: last
 
       last = (low%terms%n + vector_width - 1)/vector_width
@@ -99,7 +99,7 @@ contains
 
    !> Springs put in come first: their part of C is positive definite by itself.
    pure subroutine order_terms(low)
-      type(low_rank_type), intent(inout) :: low
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
       integer :: i, filled, pass
 
       filled = 0
@@ -114,8 +114,8 @@ contains
 
    !> C = T D Tᵀ; .false. if a pivot has not the sign of its spring.
    pure subroutine factorise_capacity(low, done)
-      type(low_rank_type), intent(inout) :: low
-      logical, intent(out) :: done
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
+      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
       integer :: i, j, n
 
       n = low%terms%n
@@ -139,9 +139,9 @@ contains
 
    !> y = (I − W C⁻¹ Wᵀ) y, between the two halves of a solve.
    subroutine correct(low, plan, y)
-      type(low_rank_type), intent(in) :: low
-      type(front_plan_type), intent(in) :: plan
-      real(sp), intent(inout) :: y(6, plan%n)
+      type(low_rank_type), intent(in) :: low  !< update of the factor
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
       real(wp) :: share(vector_width, column_panels)
       integer :: used
 
@@ -153,8 +153,8 @@ contains
 
    !> x = C⁻¹ x, for all terms; zeros in the vector_width that hold none.
    pure subroutine solve_capacity(low, x)
-      type(low_rank_type), intent(in) :: low
-      real(wp), intent(inout) :: x(most_changes)
+      type(low_rank_type), intent(in) :: low  !< update of the factor
+      real(wp), intent(inout) :: x(most_changes)  !< a number for each term
       real(wp) :: z(most_changes)
       integer :: i, n
 

@@ -36,8 +36,8 @@ contains
 
    !> Allocate for a new pattern; the memory of W is not touched before it is used.
    subroutine plan_columns(columns, plan)
-      type(low_rank_columns_type), intent(inout) :: columns
-      type(front_plan_type), intent(in) :: plan
+      type(low_rank_columns_type), intent(inout) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer :: front, i
 
       if (allocated(columns%w)) deallocate (columns%permuted, columns%front_of, columns%touched, &
@@ -57,10 +57,10 @@ contains
 
    !> Make the columns of some panels.
    subroutine make_columns(columns, factor, terms, first, last)
-      type(low_rank_columns_type), intent(inout) :: columns
-      type(factor_type), intent(in) :: factor
-      type(rank_one_type), intent(in) :: terms
-      integer, intent(in) :: first, last
+      type(low_rank_columns_type), intent(inout) :: columns  !< W
+      type(factor_type), intent(in) :: factor  !< L
+      type(rank_one_type), intent(in) :: terms  !< U
+      integer, intent(in) :: first, last  !< panels
       integer :: panel
 
       !$omp parallel do schedule(dynamic, 1) if (factor%plan%sharing%is_shared)
@@ -74,10 +74,10 @@ contains
 
    !> The elimination paths of a panel's terms, as one list of fronts.
    pure subroutine find_elimination_path(columns, plan, terms, panel)
-      type(low_rank_columns_type), intent(inout) :: columns
-      type(front_plan_type), intent(in) :: plan
-      type(rank_one_type), intent(in) :: terms
-      integer, intent(in) :: panel
+      type(low_rank_columns_type), intent(inout) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      type(rank_one_type), intent(in) :: terms  !< U
+      integer, intent(in) :: panel  !< number of the panel
       integer :: i, side, front
 
       columns%touched(:, panel) = .false.
@@ -101,10 +101,10 @@ contains
 
    !> Scatter the columns u into the pivot rows of their elimination paths.
    pure subroutine scatter_terms(columns, plan, terms, panel)
-      type(low_rank_columns_type), intent(inout) :: columns
-      type(front_plan_type), intent(in) :: plan
-      type(rank_one_type), intent(in) :: terms
-      integer, intent(in) :: panel
+      type(low_rank_columns_type), intent(inout) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      type(rank_one_type), intent(in) :: terms  !< U
+      integer, intent(in) :: panel  !< number of the panel
       integer :: i, side, c, pivot
 
       do i = 1, columns%path_length(panel)
@@ -124,12 +124,12 @@ contains
 
    !> Forward solve L w = u through the fronts of the elimination paths.
    pure subroutine forward_path(plan, packed, length, path, front_vector, w)
-      type(front_plan_type), intent(in) :: plan
-      real(sp), intent(in) :: packed(*)
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      real(sp), intent(in) :: packed(*)  !< L
       integer, intent(in) :: length, path(length)  !< fronts, in postorder
       !> workspace
       real(sp), intent(inout) :: front_vector(vector_width, longest_front_vector(plan))
-      real(sp), intent(inout) :: w(vector_width, 6, plan%n)
+      real(sp), intent(inout) :: w(vector_width, 6, plan%n)  !< u, becomes w
       integer :: i, pivots, below
 
       do i = 1, length
@@ -145,10 +145,12 @@ contains
 
    !> Solve with the pivots of a front, subtract from the rows below.
    pure subroutine forward_front(pivots, below, packed, row, first, front_vector, w)
+      !> size of the front, its rows and first pivot
       integer, intent(in) :: pivots, below, row(below), first
-      real(sp), intent(in) :: packed(packed_rows, 6, *)
+      real(sp), intent(in) :: packed(packed_rows, 6, *)  !< L of the front
+      !> rows of W that the front sees
       real(sp), intent(inout) :: front_vector(vector_width, 6*(pivots + below) + 2*packed_rows)
-      real(sp), intent(inout) :: w(vector_width, 6, *)
+      real(sp), intent(inout) :: w(vector_width, 6, *)  !< one panel of W
       integer :: j, s, r, at, under
 
       under = 6*pivots + packed_rows
@@ -180,8 +182,10 @@ contains
    !> Gather the rows of W that a front sees; zeros behind its pivot rows and behind the last, as far
    !> as the last packed panel reaches.
    pure subroutine gather_front(pivots, below, row, first, w, front_vector)
+      !> size of the front, its rows and first pivot
       integer, intent(in) :: pivots, below, row(below), first
-      real(sp), intent(in) :: w(vector_width, 6, *)
+      real(sp), intent(in) :: w(vector_width, 6, *)  !< one panel of W
+      !> rows of W that the front sees
       real(sp), intent(inout) :: front_vector(vector_width, 6*(pivots + below) + 2*packed_rows)
       integer :: r, under
 
@@ -198,8 +202,8 @@ contains
 
    !> x = T x for a panel of columns, T lower triangular with zeros above.
    pure subroutine multiply_triangle(t, x)
-      real(sp), intent(in) :: t(packed_rows, 6)
-      real(sp), intent(inout) :: x(vector_width, 6)
+      real(sp), intent(in) :: t(packed_rows, 6)  !< one packed panel
+      real(sp), intent(inout) :: x(vector_width, 6)  !< six rows of W
       real(sp) :: z(vector_width, 6)
       integer :: i
 
@@ -212,8 +216,8 @@ contains
 
    !> y = y − A x for a panel of columns, A one packed panel of L.
    pure subroutine subtract_panel(a, x, y)
-      real(sp), intent(in) :: a(packed_rows, 6), x(vector_width, 6)
-      real(sp), intent(inout) :: y(vector_width, packed_rows)
+      real(sp), intent(in) :: a(packed_rows, 6), x(vector_width, 6)  !< factors
+      real(sp), intent(inout) :: y(vector_width, packed_rows)  !< difference
       integer :: i
 
       do i = 1, packed_rows
@@ -224,9 +228,9 @@ contains
 
    !> WᵀW of some panels with all up to them.
    subroutine multiply_columns(columns, plan, first, last, gram)
-      type(low_rank_columns_type), intent(in) :: columns
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: first, last
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: first, last  !< panels
       !> its lower triangle of panels
       real(wp), intent(inout) :: gram(most_changes, most_changes)
       integer :: row, column
@@ -244,10 +248,10 @@ contains
    !> WᵀW of two panels: sums over the fronts that both touch, in double precision from front to
    !> front.
    subroutine multiply_panels(columns, plan, row, column, total)
-      type(low_rank_columns_type), intent(in) :: columns
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: row, column
-      real(wp), intent(inout) :: total(:,:)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: row, column  !< panels
+      real(wp), intent(inout) :: total(:,:)  !< [width, width] their block of WᵀW
       real(sp) :: product(vector_width, vector_width)
       integer :: i, pivot, count
 
@@ -268,11 +272,11 @@ contains
 
    !> Wᵀ y of some panels.
    subroutine project(columns, plan, used, y, share)
-      type(low_rank_columns_type), intent(in) :: columns
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: used
-      real(sp), intent(in) :: y(6, plan%n)
-      real(wp), intent(out) :: share(vector_width, column_panels)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: used  !< panels that hold columns
+      real(sp), intent(in) :: y(6, plan%n)  !< in permuted order
+      real(wp), intent(out) :: share(vector_width, column_panels)  !< Wᵀ y
       integer :: panel
 
       !$omp parallel do schedule(dynamic, 1) if (plan%sharing%is_shared)
@@ -283,11 +287,11 @@ contains
 
    !> Wᵀ y of one panel.
    pure subroutine project_panel(columns, plan, panel, y, share)
-      type(low_rank_columns_type), intent(in) :: columns
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: panel
-      real(sp), intent(in) :: y(6, plan%n)
-      real(wp), intent(out) :: share(vector_width)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: panel  !< number of the panel
+      real(sp), intent(in) :: y(6, plan%n)  !< in permuted order
+      real(wp), intent(out) :: share(vector_width)  !< Wᵀ y
       real(sp) :: partial(vector_width)
       integer :: i, pivot, k
 
@@ -307,11 +311,11 @@ contains
 
    !> y = y − W x of some panels.
    subroutine subtract_columns(columns, plan, used, x, y)
-      type(low_rank_columns_type), intent(in) :: columns
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: used
-      real(wp), intent(in) :: x(vector_width, column_panels)
-      real(sp), intent(inout) :: y(6, plan%n)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: used  !< panels that hold columns
+      real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
+      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
       integer :: front
 
       !$omp parallel do schedule(static) if (plan%sharing%is_shared)
@@ -322,11 +326,11 @@ contains
 
    !> y = y − W x in the pivot rows of one front.
    pure subroutine subtract_front(columns, plan, front, used, x, y)
-      type(low_rank_columns_type), intent(in) :: columns
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front, used
-      real(wp), intent(in) :: x(vector_width, column_panels)
-      real(sp), intent(inout) :: y(6, plan%n)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front, used  !< front, panels that hold columns
+      real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
+      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
       real(sp) :: partial(vector_width, 6)
       integer :: panel, pivot, k
 

@@ -17,14 +17,14 @@ contains
 
    !> Slices that hold so many rows of blocks.
    pure integer function panels_of(rows)
-      integer, intent(in) :: rows
+      integer, intent(in) :: rows  !< block rows
 
       panels_of = (6*rows + packed_rows - 1)/packed_rows
    end function panels_of
 
    !> Slices of the pivots and pivots rows of a front.
    pure integer function pivot_panels(pivots)
-      integer, intent(in) :: pivots
+      integer, intent(in) :: pivots  !< block columns that the front eliminates
       integer :: j
 
       pivot_panels = 0

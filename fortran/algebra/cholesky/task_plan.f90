@@ -30,7 +30,7 @@ contains
    pure subroutine plan_tasks(parent, cost, plan)
       integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
       real(wp), intent(in) :: cost(:)   !< [fronts]
-      type(task_plan_type), intent(out) :: plan
+      type(task_plan_type), intent(out) :: plan  !< tasks and root fronts
       real(wp) :: subtree(size(cost)), limit
       integer :: front
 
@@ -48,10 +48,10 @@ contains
 
    !> Bind neighbouring subtrees below the root_fronts into tasks, up to the limit.
    pure subroutine bind_tasks(parent, subtree, limit, plan)
-      integer, intent(in) :: parent(:)
+      integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
       real(wp), intent(in) :: limit       !< most that a task may cost
-      type(task_plan_type), intent(inout) :: plan
+      type(task_plan_type), intent(inout) :: plan  !< gets its tasks
       integer :: first(size(parent)), last(size(parent)), front, begin
       real(wp) :: load(size(parent))
       logical :: open  ! the last task reaches up to the front before `begin`
@@ -82,7 +82,7 @@ contains
    contains
 
       pure logical function is_task_root(front)
-         integer, intent(in) :: front
+         integer, intent(in) :: front  !< number in the tree
 
          is_task_root = parent(front) == 0
          if (.not. is_task_root) is_task_root = plan%is_root_front(parent(front))
@@ -92,8 +92,8 @@ contains
 
    !> Threads that take the costliest tasks first end together.  Insertion sort: tasks are few.
    pure subroutine costliest_first(load, plan)
-      real(wp), intent(in) :: load(:)
-      type(task_plan_type), intent(inout) :: plan
+      real(wp), intent(in) :: load(:)  !< [tasks] cost of each
+      type(task_plan_type), intent(inout) :: plan  !< its tasks are sorted
       integer :: order(size(load)), i, j
 
       do i = 1, size(load)

@@ -26,11 +26,11 @@ contains
 
    !> Count the eigenvalues above `value`.
    subroutine count_above(stiffness, mass, value, affordable, count, certain)
-      type(block_matrix_type), intent(in) :: stiffness
-      type(mass_factor_type), intent(in) :: mass
+      type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
+      type(mass_factor_type), intent(in) :: mass  !< G
       real(wp), intent(in) :: value         !< 1/s²
       real(wp), intent(in) :: affordable    !< most multiplications to spend
-      integer, intent(out) :: count
+      integer, intent(out) :: count  !< eigenvalues above
       logical, intent(out) :: certain       !< .false. if too expensive or a pivot is doubtful
       type(block_matrix_type) :: scaled
       type(band_type) :: band
@@ -49,9 +49,9 @@ contains
 
    !> A bandwidth-reducing order and the scalar half-width that it gives.
    subroutine order_rows(matrix, permuted, width)
-      type(block_matrix_type), intent(in) :: matrix
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
       integer, allocatable, intent(out) :: permuted(:)  !< [n] of each block row in the order
-      integer, intent(out) :: width
+      integer, intent(out) :: width  !< scalar sub-diagonals
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
       integer :: i, e
@@ -71,10 +71,10 @@ contains
    end subroutine order_rows
 
    pure subroutine fill_band(band, matrix, permuted, value)
-      type(band_type), intent(inout) :: band
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: permuted(:)
-      real(wp), intent(in) :: value
+      type(band_type), intent(inout) :: band  !< gets S − sI
+      type(block_matrix_type), intent(in) :: matrix  !< S
+      integer, intent(in) :: permuted(:)  !< [n] index of each block row in the order
+      real(wp), intent(in) :: value  !< s, 1/s²
       integer :: i, e
 
       allocate (band%value(band%width + 1, band%n), source=0.0_wp)
@@ -94,8 +94,8 @@ contains
    end subroutine fill_band
 
    pure subroutine put_block(band, block, row, column)
-      type(band_type), intent(inout) :: band
-      real(wp), intent(in) :: block(6, 6)
+      type(band_type), intent(inout) :: band  !< being filled
+      real(wp), intent(in) :: block(6, 6)  !< values
       integer, intent(in) :: row, column  !< scalar rows and columns before it
       integer :: i, j
 
@@ -109,9 +109,9 @@ contains
 
    !> Eliminate column by column and count positive pivots.
    pure subroutine count_pivots(band, count, certain)
-      type(band_type), intent(inout) :: band
-      integer, intent(out) :: count
-      logical, intent(out) :: certain
+      type(band_type), intent(inout) :: band  !< destroyed
+      integer, intent(out) :: count  !< positive pivots
+      logical, intent(out) :: certain  !< no pivot is doubtful
       real(wp) :: least, pivot, factor
       integer :: j, k, reach
 

@@ -30,8 +30,8 @@ contains
 
    !> Begin with a load (in coordinates of the standard problem) and room for some vectors.
    subroutine start_ritz(ritz, load, room)
-      type(ritz_type), intent(out) :: ritz
-      real(wp), intent(in) :: load(:)
+      type(ritz_type), intent(out) :: ritz  !< with its first vector
+      real(wp), intent(in) :: load(:)  !< [6n]
       integer, intent(in) :: room  !< at least 1
 
       allocate (ritz%q(size(load), room + 1), ritz%alpha(room), ritz%beta(room))
@@ -43,9 +43,9 @@ contains
 
    !> Add vectors until there are `wanted` or the space is invariant.
    subroutine extend_ritz(ritz, operator, wanted)
-      type(ritz_type), intent(inout) :: ritz
-      class(operator_type), intent(inout) :: operator
-      integer, intent(in) :: wanted
+      type(ritz_type), intent(inout) :: ritz  !< its basis grows
+      class(operator_type), intent(inout) :: operator  !< its products are counted
+      integer, intent(in) :: wanted  !< vectors, at most the room
       real(wp), parameter :: nothing = 1.0e-13_wp  !< of the first diagonal element
       real(wp) :: w(size(ritz%q, 1))
       integer :: pass, i
@@ -72,8 +72,8 @@ contains
 
    !> Eigenvalues and vectors of T.
    subroutine solve_ritz(ritz, error)
-      type(ritz_type), intent(inout) :: ritz
-      type(error_type), allocatable, intent(out) :: error
+      type(ritz_type), intent(inout) :: ritz  !< gets values and vectors
+      type(error_type), allocatable, intent(out) :: error  !< LAPACK has failed
       integer :: i
 
       if (allocated(ritz%vector)) deallocate (ritz%vector)

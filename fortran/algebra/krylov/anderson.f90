@@ -23,16 +23,16 @@ contains
 
    !> Begin anew.
    pure subroutine forget(memory)
-      type(anderson_type), intent(inout) :: memory
+      type(anderson_type), intent(inout) :: memory  !< forgets its iterations
 
       memory%count = 0
    end subroutine forget
 
    !> The next x, from the present x and g(x).
    subroutine accelerate(memory, x, image)
-      type(anderson_type), intent(inout) :: memory
-      real(wp), intent(inout) :: x(:)
-      real(wp), intent(in) :: image(:)
+      type(anderson_type), intent(inout) :: memory  !< gets this iteration
+      real(wp), intent(inout) :: x(:)  !< [n] in the units of the unknowns
+      real(wp), intent(in) :: image(:)  !< [n] g(x)
       real(wp) :: share(depth)
       integer :: n, used, slot, j
 
@@ -55,8 +55,8 @@ contains
    end subroutine accelerate
 
    subroutine make_room(memory, n)
-      type(anderson_type), intent(inout) :: memory
-      integer, intent(in) :: n
+      type(anderson_type), intent(inout) :: memory  !< gets room
+      integer, intent(in) :: n  !< unknowns
 
       if (allocated(memory%image)) then
          if (size(memory%image) >= n) return
@@ -69,8 +69,8 @@ contains
 
    !> min ‖b − A y‖ by the normal equations, Gauss elimination without pivoting (they are definite).
    pure subroutine least_squares(a, b, y)
-      real(wp), intent(in) :: a(:,:), b(:)
-      real(wp), intent(out) :: y(:)
+      real(wp), intent(in) :: a(:,:), b(:)  !< [n,m], [n]
+      real(wp), intent(out) :: y(:)  !< [m]
       real(wp) :: normal(depth, depth), factor
       integer :: i, j, m
 

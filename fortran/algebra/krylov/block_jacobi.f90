@@ -21,8 +21,8 @@ contains
 
    !> Invert the diagonal blocks of a matrix.
    subroutine invert_diagonal(jacobi, matrix)
-      type(block_jacobi_type), intent(inout) :: jacobi
-      type(block_matrix_type), intent(in) :: matrix
+      type(block_jacobi_type), intent(inout) :: jacobi  !< gets the inverses
+      type(block_matrix_type), intent(in) :: matrix  !< positive definite
 
       if (allocated(jacobi%inverse)) then
          if (size(jacobi%inverse, 3) /= matrix%n) deallocate (jacobi%inverse)
@@ -40,8 +40,8 @@ contains
    !> The inverses, shared between the threads of a team.
    subroutine invert_rows(n, diagonal, inverse)
       integer, intent(in) :: n                     !< block rows
-      real(wp), intent(in) :: diagonal(6, 6, n)
-      real(wp), intent(inout) :: inverse(6, 6, n)
+      real(wp), intent(in) :: diagonal(6, 6, n)  !< D
+      real(wp), intent(inout) :: inverse(6, 6, n)  !< D⁻¹
       integer :: i
 
       !$omp do schedule(static)
@@ -53,10 +53,10 @@ contains
 
    !> z = D⁻¹ r
    subroutine apply(self, n, r, z)
-      class(block_jacobi_type), intent(inout) :: self
+      class(block_jacobi_type), intent(inout) :: self  !< D⁻¹
       integer, intent(in) :: n         !< block rows
-      real(wp), intent(in) :: r(6, n)
-      real(wp), intent(out) :: z(6, n)
+      real(wp), intent(in) :: r(6, n)  !< residual
+      real(wp), intent(out) :: z(6, n)  !< preconditioned residual
 
       if (n < parallel_from) then
          call apply_rows(n, self%inverse, r, z)
@@ -70,8 +70,8 @@ contains
    !> z = D⁻¹ r, shared between the threads of a team.
    subroutine apply_rows(n, inverse, r, z)
       integer, intent(in) :: n                    !< block rows
-      real(wp), intent(in) :: inverse(6, 6, n), r(6, n)
-      real(wp), intent(inout) :: z(6, n)
+      real(wp), intent(in) :: inverse(6, 6, n), r(6, n)  !< D⁻¹, residual
+      real(wp), intent(inout) :: z(6, n)  !< preconditioned residual
       integer :: i
 
       !$omp do schedule(static)
@@ -93,7 +93,7 @@ contains
    !> m > 2 blocks (whose factor is m), the bound may be too small; nothing but the first choice of
    !> `auto` rests on it, which the iterations of the first solve then correct.
    real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
-      type(block_matrix_type), intent(in) :: matrix
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: alone(6, 6, matrix%n)  !< A, the terms of each block alone
       real(wp), intent(in) :: accuracy               !< ε, of the error in the energy norm
       real(wp) :: inverse(6, 6), worst

@@ -40,27 +40,27 @@ module dda_abstract_solver
       !> Prepare for a new pattern.
       subroutine analyse_pattern(self, matrix)
          import :: linear_solver_type, block_matrix_type
-         class(linear_solver_type), intent(inout) :: self
+         class(linear_solver_type), intent(inout) :: self  !< the solver
          type(block_matrix_type), intent(in) :: matrix  !< its values are not read
       end subroutine analyse_pattern
 
       !> Take new values of a matrix with the analysed pattern.
       subroutine renew_values(self, matrix, changes, error)
          import :: linear_solver_type, block_matrix_type, rank_one_type, error_type
-         class(linear_solver_type), intent(inout) :: self
-         type(block_matrix_type), intent(in) :: matrix
+         class(linear_solver_type), intent(inout) :: self  !< the solver
+         type(block_matrix_type), intent(in) :: matrix  !< K̂
          type(rank_one_type), intent(in) :: changes  !< from the values of the last call
-         type(error_type), allocatable, intent(out) :: error
+         type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       end subroutine renew_values
 
       !> x = K⁻¹ b; iterations start from the x given.
       subroutine solve_system(self, matrix, b, x, convergence)
          import :: linear_solver_type, block_matrix_type, convergence_type, wp
-         class(linear_solver_type), intent(inout) :: self
+         class(linear_solver_type), intent(inout) :: self  !< the solver
          type(block_matrix_type), intent(in) :: matrix  !< as it was renewed
-         real(wp), intent(in) :: b(6, matrix%n)
-         real(wp), intent(inout) :: x(6, matrix%n)
-         type(convergence_type), intent(inout) :: convergence
+         real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+         real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+         type(convergence_type), intent(inout) :: convergence  !< asked and reached
       end subroutine solve_system
    end interface
 
@@ -68,8 +68,8 @@ contains
 
    !> Most solvers are made again from the matrix: they have nothing to write or read.
    subroutine serialise_nothing(self, archive)
-      class(linear_solver_type), intent(inout) :: self
-      type(archive_type), intent(inout) :: archive
+      class(linear_solver_type), intent(inout) :: self  !< the solver
+      type(archive_type), intent(inout) :: archive  !< written or read
    end subroutine serialise_nothing
 
 end module dda_abstract_solver

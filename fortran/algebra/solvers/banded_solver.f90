@@ -23,8 +23,8 @@ contains
 
    !> Order the rows and lay out the band.
    subroutine analyse(self, matrix)
-      class(banded_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
+      class(banded_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
       call make_workspace(self%work, matrix%n)
       call analyse_band(self%factor, matrix)
@@ -32,16 +32,16 @@ contains
 
    !> Make the factor of a matrix.
    subroutine factorise(self, matrix, error)
-      class(banded_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      type(error_type), allocatable, intent(out) :: error
+      class(banded_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
       call factorise_band(self%factor, matrix, error)
    end subroutine factorise
 
    !> x = K⁻¹ b
    subroutine apply(self, b, x)
-      class(banded_solver_type), intent(inout) :: self
+      class(banded_solver_type), intent(inout) :: self  !< the solver
       real(wp), intent(in) :: b(:,:)   !< [6,n]
       real(wp), intent(out) :: x(:,:)  !< [6,n]
 

@@ -22,16 +22,16 @@ contains
 
    !> Only the vectors of the iteration depend on the pattern.
    subroutine analyse(self, matrix)
-      class(diagonal_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
+      class(diagonal_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
       call make_workspace(self%work, matrix%n)
    end subroutine analyse
 
    !> Invert the diagonal blocks of the new values.
    subroutine renew(self, matrix, changes, error)
-      class(diagonal_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
+      class(diagonal_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(rank_one_type), intent(in) :: changes           !< not used
       type(error_type), allocatable, intent(out) :: error  !< never
 

@@ -24,8 +24,8 @@ contains
 
    !> Order and plan the factor.
    subroutine analyse(self, matrix)
-      class(direct_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
+      class(direct_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
       call make_workspace(self%work, matrix%n)
       call analyse_factor(self%factor, matrix)
@@ -33,16 +33,16 @@ contains
 
    !> Make the factor of a matrix.
    subroutine factorise(self, matrix, error)
-      class(direct_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      type(error_type), allocatable, intent(out) :: error
+      class(direct_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
       call factorise_matrix(self%factor, matrix, error)
    end subroutine factorise
 
    !> x = K⁻¹ b
    subroutine apply(self, b, x)
-      class(direct_solver_type), intent(inout) :: self
+      class(direct_solver_type), intent(inout) :: self  !< the solver
       real(wp), intent(in) :: b(:,:)   !< [6,n]
       real(wp), intent(out) :: x(:,:)  !< [6,n]
 

@@ -24,15 +24,15 @@ module dda_factor_solver
       !> Make the factor of a matrix with the analysed pattern.
       subroutine factorise_values(self, matrix, error)
          import :: factor_solver_type, block_matrix_type, error_type
-         class(factor_solver_type), intent(inout) :: self
-         type(block_matrix_type), intent(in) :: matrix
+         class(factor_solver_type), intent(inout) :: self  !< the solver
+         type(block_matrix_type), intent(in) :: matrix  !< K̂
          type(error_type), allocatable, intent(out) :: error  !< it is not positive definite
       end subroutine factorise_values
 
       !> x = K⁻¹ b with the factor at hand.
       subroutine apply_factor(self, b, x)
          import :: factor_solver_type, wp
-         class(factor_solver_type), intent(inout) :: self
+         class(factor_solver_type), intent(inout) :: self  !< the solver
          real(wp), intent(in) :: b(:,:)   !< [6,n]
          real(wp), intent(out) :: x(:,:)  !< [6,n]
       end subroutine apply_factor
@@ -42,10 +42,10 @@ contains
 
    !> Factorise the new values.
    subroutine renew_factor(self, matrix, changes, error)
-      class(factor_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
+      class(factor_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(rank_one_type), intent(in) :: changes  !< not used
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
       call self%factorise(matrix, error)
       self%factors = 1
@@ -53,11 +53,11 @@ contains
 
    !> x = K⁻¹ b; the x given is not used.
    subroutine solve_and_refine(self, matrix, b, x, convergence)
-      class(factor_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: b(6, matrix%n)
-      real(wp), intent(inout) :: x(6, matrix%n)
-      type(convergence_type), intent(inout) :: convergence
+      class(factor_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< solution, m
+      type(convergence_type), intent(inout) :: convergence  !< asked and reached
       integer :: round
 
       x = 0.0_wp

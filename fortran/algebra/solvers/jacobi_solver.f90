@@ -21,11 +21,11 @@ contains
 
    !> Iterate from the x given.
    subroutine solve(self, matrix, b, x, convergence)
-      class(jacobi_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: b(6, matrix%n)
-      real(wp), intent(inout) :: x(6, matrix%n)
-      type(convergence_type), intent(inout) :: convergence
+      class(jacobi_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+      type(convergence_type), intent(inout) :: convergence  !< asked and reached
 
       call iterate_to_solution(matrix, self%diagonal, b, convergence%scale, x, accuracy, &
          convergence%reduction, most_iterations, self%work, self%iterations, &

@@ -27,8 +27,8 @@ contains
 
    !> Plan the factor of a new pattern.
    subroutine analyse_lagged(lagged, matrix)
-      type(lagged_factor_type), intent(inout) :: lagged
-      type(block_matrix_type), intent(in) :: matrix
+      type(lagged_factor_type), intent(inout) :: lagged  !< gets plan and memory
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
       call analyse(lagged%factor, matrix)
       call plan_low_rank(lagged%low, lagged%factor%plan)
@@ -37,8 +37,8 @@ contains
 
    !> Factorise the present matrix.
    subroutine refactorise(lagged, matrix, error)
-      type(lagged_factor_type), intent(inout) :: lagged
-      type(block_matrix_type), intent(in) :: matrix
+      type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(error_type), allocatable, intent(out) :: error  !< a pivot is lost to single precision
 
       call factorise(lagged%factor, matrix, error)
@@ -49,10 +49,10 @@ contains
 
    !> z = P⁻¹ r
    subroutine apply(self, n, r, z)
-      class(lagged_factor_type), intent(inout) :: self
+      class(lagged_factor_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n           !< block rows
-      real(wp), intent(in) :: r(6, n)
-      real(wp), intent(out) :: z(6, n)
+      real(wp), intent(in) :: r(6, n)  !< residual
+      real(wp), intent(out) :: z(6, n)  !< preconditioned residual
 
       if (self%low%terms%n == 0) then
          call solve(self%factor, r, z)

@@ -35,8 +35,8 @@ contains
 
    !> Plan the factor.
    subroutine analyse(self, matrix)
-      class(lagged_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
       call make_workspace(self%work, matrix%n)
       call analyse_lagged(self%lagged, matrix)
@@ -44,10 +44,10 @@ contains
 
    !> Update the factor, or make a new one.
    subroutine renew(self, matrix, changes, error)
-      class(lagged_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(rank_one_type), intent(in) :: changes  !< from the values of the last call
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       logical :: good
 
       good = self%lagged%factorised .and. self%lagged%extra_iterations <= worth_a_factor
@@ -60,11 +60,11 @@ contains
 
    !> Iterate; if the factor turns out to lag too far behind the matrix, make a new one.
    subroutine solve(self, matrix, b, x, convergence)
-      class(lagged_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: b(6, matrix%n)
-      real(wp), intent(inout) :: x(6, matrix%n)
-      type(convergence_type), intent(inout) :: convergence
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+      type(convergence_type), intent(inout) :: convergence  !< asked and reached
       type(error_type), allocatable :: error
       integer :: attempt
 
@@ -84,8 +84,8 @@ contains
 
    !> The numbers of the factor: the matrix that they were made from is gone.
    subroutine serialise_factor(self, archive)
-      class(lagged_solver_type), intent(inout) :: self
-      type(archive_type), intent(inout) :: archive
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(archive_type), intent(inout) :: archive  !< written or read
 
       call serialise_label(archive, 'factor')
       call serialise(archive, self%lagged%factorised)
@@ -97,7 +97,8 @@ contains
 
    !> The terms that have changed since the factor was made; the update is made again from them.
    subroutine serialise_changes(archive, lagged)
-      type(archive_type), intent(inout) :: archive
+      type(archive_type), intent(inout) :: archive  !< written or read
+      !> gets its terms, and the update that follows
       type(lagged_factor_type), intent(inout) :: lagged
       logical :: done
       integer :: i

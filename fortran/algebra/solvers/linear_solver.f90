@@ -46,9 +46,9 @@ contains
 
    !> Choose by name.
    subroutine choose_solver(solver, name, error)
-      type(solver_type), intent(out) :: solver
+      type(solver_type), intent(out) :: solver  !< new, without a pattern
       character(len=*), intent(in) :: name  !< in `solver_names`, or a former name
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       integer :: i
       character(len=:), allocatable :: known
 
@@ -63,7 +63,7 @@ contains
 
    !> Prepare for a pattern; needed again only when the pattern changes.
    subroutine analyse(solver, matrix)
-      type(solver_type), intent(inout) :: solver
+      type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< its values are not read
 
       if (solver%name == 'auto' .and. matrix%n > small) then
@@ -75,8 +75,8 @@ contains
 
    !> Put a method to work, analysed for the pattern of a matrix.
    subroutine set_method(solver, matrix, method)
-      type(solver_type), intent(inout) :: solver
-      type(block_matrix_type), intent(in) :: matrix
+      type(solver_type), intent(inout) :: solver  !< solver and counts
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
       character(len=*), intent(in) :: method  !< in `solver_names`, except 'auto'
 
       solver%method = method
@@ -89,12 +89,12 @@ contains
 
    !> Take new values of a matrix with the analysed pattern.
    subroutine renew(solver, matrix, alone, changes, error)
-      type(solver_type), intent(inout) :: solver
-      type(block_matrix_type), intent(in) :: matrix
+      type(solver_type), intent(inout) :: solver  !< solver and counts
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> terms of each diagonal block that couple it to no other, for the bound of `most_iterations`
       real(wp), intent(in) :: alone(6, 6, matrix%n)
       type(rank_one_type), intent(in) :: changes  !< from the values of the last call
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
       if (solver%name == 'auto') call decide(solver, matrix, alone)
       call solver%active%renew(matrix, changes, error)
@@ -104,8 +104,8 @@ contains
 
    !> Jacobi or lagged: by the guaranteed bound at first, then by what the last solve needed.
    subroutine decide(solver, matrix, alone)
-      type(solver_type), intent(inout) :: solver
-      type(block_matrix_type), intent(in) :: matrix
+      type(solver_type), intent(inout) :: solver  !< solver and counts
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: alone(6, 6, matrix%n)  !< as in `renew`
       character(len=6) :: method
 
@@ -121,9 +121,9 @@ contains
 
    !> Solve with the direct solver from here to the next pattern.
    subroutine hand_over(solver, matrix, error)
-      type(solver_type), intent(inout) :: solver
-      type(block_matrix_type), intent(in) :: matrix
-      type(error_type), allocatable, intent(out) :: error
+      type(solver_type), intent(inout) :: solver  !< solver and counts
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
       solver%handed_over = solver%handed_over + 1
       call set_method(solver, matrix, 'direct')
@@ -133,7 +133,7 @@ contains
 
    !> Add the factors that the last call has made.
    subroutine count_factors(solver)
-      type(solver_type), intent(inout) :: solver
+      type(solver_type), intent(inout) :: solver  !< solver and counts
 
       solver%factors = solver%factors + solver%active%factors
       solver%active%factors = 0
@@ -142,7 +142,7 @@ contains
    !> Tell what loads the right sides to come are the balance of: residuals need not be smaller than
    !> rounding of these.
    subroutine weigh_loads(solver, load)
-      type(solver_type), intent(inout) :: solver
+      type(solver_type), intent(inout) :: solver  !< solver and counts
       real(wp), intent(in) :: load(:,:)  !< [6,n]
 
       solver%loads = sqrt(inner_product(size(load, 2), load, load))
@@ -150,11 +150,11 @@ contains
 
    !> x = K⁻¹ b; iterations start from the x given, and may stop at a share of its residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
-      type(solver_type), intent(inout) :: solver
+      type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< as it was renewed
-      real(wp), intent(in) :: b(6, matrix%n)
-      real(wp), intent(inout) :: x(6, matrix%n)
-      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       !> share of the first residual that is enough; else full accuracy
       real(wp), intent(in), optional :: reduction
       type(convergence_type) :: convergence
@@ -181,7 +181,7 @@ contains
    !> The norm that residuals are measured by: of b, or of the loads that it is the balance of, which
    !> may all but cancel.
    real(wp) function residual_scale(solver, b) result(scale)
-      type(solver_type), intent(in) :: solver
+      type(solver_type), intent(in) :: solver  !< solver and counts
       real(wp), intent(in) :: b(:,:)  !< [6,n]
 
       scale = sqrt(inner_product(size(b, 2), b, b))
@@ -190,7 +190,7 @@ contains
 
    !> Work so far, in words.
    pure function work_done(solver) result(text)
-      type(solver_type), intent(in) :: solver
+      type(solver_type), intent(in) :: solver  !< solver and counts
       character(len=:), allocatable :: text
 
       text = trim(solver%method)//', '//to_text(solver%solves)//' systems solved, '// &

@@ -27,7 +27,7 @@ contains
 
    !> Is there a solver of this name?
    pure logical function is_solver_name(name)
-      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: name  !< any text
 
       is_solver_name = any(solver_names == current_name(name))
    end function is_solver_name
@@ -35,7 +35,7 @@ contains
    !> A solver that has not yet seen a matrix.
    subroutine make_solver(name, solver)
       character(len=*), intent(in) :: name  !< in `solver_names`, except 'auto'
-      class(linear_solver_type), allocatable, intent(out) :: solver
+      class(linear_solver_type), allocatable, intent(out) :: solver  !< of that method
 
       select case (name)
       case ('lagged')

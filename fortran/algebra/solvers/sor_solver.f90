@@ -26,10 +26,10 @@ contains
    !> Sweep until ‖r‖ ≤ accuracy·‖b‖, too many sweeps, or sweeps that diverge (as of a matrix that is
    !> not definite).
    subroutine solve(self, matrix, b, x, convergence)
-      class(sor_solver_type), intent(inout) :: self
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: b(6, matrix%n)
-      real(wp), intent(inout) :: x(6, matrix%n)
+      class(sor_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< its scale is not used, but ‖b‖
       real(wp) :: size_of_b
 
@@ -55,10 +55,10 @@ contains
 
    !> One pass over all block rows.
    pure subroutine sweep(matrix, diagonal, b, x)
-      type(block_matrix_type), intent(in) :: matrix
-      type(block_jacobi_type), intent(in) :: diagonal
-      real(wp), intent(in) :: b(6, matrix%n)
-      real(wp), intent(inout) :: x(6, matrix%n)
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(block_jacobi_type), intent(in) :: diagonal  !< inverse diagonal blocks
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       real(wp) :: row(6)
       integer :: i, k
 
