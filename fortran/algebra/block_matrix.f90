@@ -4,6 +4,7 @@
 !> column-major arrays; the pattern is compressed by rows.
 module dda_block_matrix
    use dda_kinds, only: wp
+   use dda_counting_sort, only: counting_sort
    implicit none
    private
    public :: block_matrix_type, set_pattern, entry_of, multiply, multiply_block
@@ -16,7 +17,7 @@ module dda_block_matrix
       !> [n+1] first of the entries below the diagonal in each column
       integer, allocatable :: below_start(:)
       integer, allocatable :: below_row(:)     !< [entries] their rows
-      integer, allocatable :: below_entry(:)   !< [entries] their place in `lower`
+      integer, allocatable :: below_entry(:)   !< [entries] their index in `lower`
       real(wp), allocatable :: diagonal(:,:,:) !< [6,6,n]
       real(wp), allocatable :: lower(:,:,:)    !< [6,6,entries] block (row, column)
    end type block_matrix_type
@@ -30,87 +31,36 @@ contains
       type(block_matrix_type), intent(inout) :: matrix  !< gets the pattern, and zeros as values
       integer, intent(in) :: n           !< block rows
       integer, intent(in) :: pairs(:,:)  !< [2, any] coupled block rows
-      integer, allocatable :: row_start(:), column(:)
-      integer :: p, row, entries
+      integer, allocatable :: start(:), by_column(:), by_row(:), row_of(:)
+      integer :: row
 
-      allocate (row_start(n + 1), source=0)
-      do p = 1, size(pairs, 2)
-         row = maxval(pairs(:, p))
-         row_start(row + 1) = row_start(row + 1) + 1
-      end do
-      row_start(1) = 1
-      do row = 1, n
-         row_start(row + 1) = row_start(row) + row_start(row + 1)
-      end do
-      allocate (column(size(pairs, 2)))
-      call scatter_pairs(row_start, pairs, column)
-      call sort_rows(row_start, column, entries)
-
+      call counting_sort(n, minval(pairs, 1), start, by_column)
+      call counting_sort(n, maxval(pairs(:, by_column), 1), matrix%row_start, by_row)
       matrix%n = n
-      call move_alloc(row_start, matrix%row_start)
-      matrix%column = column(:entries)
+      matrix%column = minval(pairs(:, by_column(by_row)), 1)
+      call drop_repeats(matrix%row_start, matrix%column)
+      call counting_sort(n, matrix%column, matrix%below_start, matrix%below_entry)
+      allocate (row_of(size(matrix%column)))
+      do row = 1, n
+         row_of(matrix%row_start(row):matrix%row_start(row + 1) - 1) = row
+      end do
+      matrix%below_row = row_of(matrix%below_entry)
       if (allocated(matrix%diagonal)) deallocate (matrix%diagonal)
       if (allocated(matrix%lower)) deallocate (matrix%lower)
-      allocate (matrix%diagonal(6, 6, n), matrix%lower(6, 6, entries), source=0.0_wp)
-      call list_columns(matrix)
+      allocate (matrix%diagonal(6, 6, n), matrix%lower(6, 6, size(row_of)), source=0.0_wp)
    end subroutine set_pattern
 
-   !> The same entries seen by columns.
-   pure subroutine list_columns(matrix)
-      type(block_matrix_type), intent(inout) :: matrix  !< with its rows listed
-      integer, allocatable :: start(:), row_of(:), entry(:), next(:)
-      integer :: row, k, column
-
-      allocate (start(matrix%n + 1), source=0)
-      allocate (row_of(size(matrix%column)), entry(size(matrix%column)))
-      do k = 1, size(matrix%column)
-         start(matrix%column(k) + 1) = start(matrix%column(k) + 1) + 1
-      end do
-      start(1) = 1
-      do column = 1, matrix%n
-         start(column + 1) = start(column) + start(column + 1)
-      end do
-      next = start
-      do row = 1, matrix%n
-         do k = matrix%row_start(row), matrix%row_start(row + 1) - 1
-            column = matrix%column(k)
-            row_of(next(column)) = row
-            entry(next(column)) = k
-            next(column) = next(column) + 1
-         end do
-      end do
-      call move_alloc(start, matrix%below_start)
-      call move_alloc(row_of, matrix%below_row)
-      call move_alloc(entry, matrix%below_entry)
-   end subroutine list_columns
-
-   !> Put each pair's column into its row's stretch.
-   pure subroutine scatter_pairs(row_start, pairs, column)
-      !> [n+1] starts of the rows, [2, any] coupled rows
-      integer, intent(in) :: row_start(:), pairs(:,:)
-      integer, intent(out) :: column(:)  !< [pairs] unsorted, with repeats
-      integer :: next(size(row_start)), p, row
-
-      next = row_start
-      do p = 1, size(pairs, 2)
-         row = maxval(pairs(:, p))
-         column(next(row)) = minval(pairs(:, p))
-         next(row) = next(row) + 1
-      end do
-   end subroutine scatter_pairs
-
-   !> Sort each row, drop repeats, close the gaps.
-   pure subroutine sort_rows(row_start, column, entries)
-      integer, intent(inout) :: row_start(:), column(:)  !< [n+1], [pairs]
-      integer, intent(out) :: entries  !< left after repeats are dropped
-      integer :: row, first, last, e
+   !> Keep one of equal columns in each row.
+   pure subroutine drop_repeats(row_start, column)
+      integer, intent(inout) :: row_start(:)             !< [n+1]
+      integer, allocatable, intent(inout) :: column(:)   !< [entries] ascending in each row
+      integer :: row, first, last, e, entries
 
       entries = 0
       do row = 1, size(row_start) - 1
          first = row_start(row)
          last = row_start(row + 1) - 1
          row_start(row) = entries + 1
-         call insertion_sort(column(first:last))
          do e = first, last
             if (e > first) then
                if (column(e) == column(entries)) cycle
@@ -120,24 +70,8 @@ contains
          end do
       end do
       row_start(size(row_start)) = entries + 1
-   end subroutine sort_rows
-
-   !> Rows are short: a block has a handful of neighbours.
-   pure subroutine insertion_sort(list)
-      integer, intent(inout) :: list(:)  !< any integers
-      integer :: i, j, moving
-
-      do i = 2, size(list)
-         moving = list(i)
-         j = i - 1
-         do while (j >= 1)
-            if (list(j) <= moving) exit
-            list(j + 1) = list(j)
-            j = j - 1
-         end do
-         list(j + 1) = moving
-      end do
-   end subroutine insertion_sort
+      column = column(:entries)
+   end subroutine drop_repeats
 
    !> Position of the lower entry that couples block rows i and j; 0 if the pattern lacks it.
    pure integer function entry_of(matrix, i, j)
@@ -177,8 +111,8 @@ contains
       end if
    end subroutine multiply
 
-   !> y = K x, gathered row by row and shared between the threads of a team: no two threads write the
-   !> same row, whatever their number.
+   !> y = K x, gathered row by row and shared between the threads of a team: no two threads write
+   !> the same row, whatever their number.
    subroutine multiply_rows(matrix, x, y)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector

@@ -43,6 +43,7 @@ contains
 
    !> Each order is a permutation; Cuthill–McKee narrows the band of a grid.
    subroutine test_orders()
+      type(block_matrix_type) :: matrix
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
       logical :: done
@@ -60,7 +61,8 @@ contains
       call bandwidth_order(graph, order)
       call check_permutation(order, 'bandwidth')
       call check(bandwidth(graph, order) <= 25, 'the band of a 30 × 20 grid is about 20 wide')
-      call graph_of(5, [1, 1, 1, 1, 1, 1], [integer ::], graph)
+      call set_pattern(matrix, 5, reshape([integer ::], [2, 0]))
+      call graph_of(matrix, graph)
       call bandwidth_order(graph, order)
       call check_permutation(order, 'bandwidth without couplings')
    end subroutine test_orders
@@ -403,7 +405,7 @@ contains
       type(block_matrix_type) :: matrix
 
       call set_pattern(matrix, width*height, grid_pairs(width, height))
-      call graph_of(matrix%n, matrix%row_start, matrix%column, graph)
+      call graph_of(matrix, graph)
    end subroutine grid_graph
 
    subroutine check_permutation(order, name)

@@ -261,7 +261,7 @@ contains
       call lagged%apply(matrix%n, b, one)
       do threads = 1, 4
          !$ call omp_set_num_threads(threads)
-         call rebuild_low_rank(lagged%low, lagged%factor, done)
+         call rebuild_low_rank(lagged%low, lagged%factor, 1, done)
          call check(done, 'followed again')
          call lagged%apply(matrix%n, b, more)
          call check(all(abs(one - more) <= 0.0_wp), 'the same bits')

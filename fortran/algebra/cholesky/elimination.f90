@@ -13,7 +13,7 @@ module dda_elimination
    private
    public :: front_tree_type, tree_of_fronts, front_cost
 
-   !> Fronts in postorder: children before parents, each subtree one stretch of fronts.
+   !> Fronts in postorder: children before parents, each subtree a contiguous range.
    type :: front_tree_type
       integer :: n = 0                   !< block rows
       integer :: fronts = 0              !< fronts
@@ -22,11 +22,12 @@ module dda_elimination
       integer, allocatable :: parent(:)  !< [fronts] front that takes its update; 0 for a root
    end type front_tree_type
 
-   !> Columns gathered while walking up the elimination tree; a cluster is named by its last column.
+   !> Relaxed supernodes, formed from the leaves of the elimination tree upwards; a cluster is named
+   !> by its last column.
    type :: clusters_type
       integer, allocatable :: parent(:)   !< [n] parent in the elimination tree, 0 for a root
       integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 once it has been absorbed
-      integer, allocatable :: rows(:)     !< [n] rows of its front, own columns included
+      integer, allocatable :: rows(:)     !< [n] rows of its front, pivot columns included
       integer, allocatable :: head(:)     !< [n] its first column
       integer, allocatable :: next(:)     !< [n] the column after a column in its cluster, else 0
       integer, allocatable :: child(:)    !< [n] its first child cluster, else 0
@@ -122,11 +123,11 @@ contains
             if (cheaper_together(clusters, child, k)) then
                call absorb(clusters, child, k)
             else
-               call hang_below(clusters, child, k)
+               call add_child(clusters, child, k)
             end if
             child = later
          end do
-         if (clusters%parent(k) > 0) call hang_below(clusters, k, clusters%parent(k))
+         if (clusters%parent(k) > 0) call add_child(clusters, k, clusters%parent(k))
       end do
    end subroutine gather_columns
 
@@ -140,10 +141,10 @@ contains
       end associate
    end function cheaper_together
 
-   !> Time to assemble, eliminate and pass on a front, in units of one 6×6 product.
+   !> Time to assemble and eliminate a front and to form its update, in units of one 6×6 product.
    pure real(wp) function front_cost(columns, rows)
       integer, intent(in) :: columns  !< block columns to eliminate
-      integer, intent(in) :: rows     !< block rows, own columns included
+      integer, intent(in) :: rows     !< block rows, pivot columns included
       real(wp), parameter :: per_front = 8.0_wp      ! calls, loops
       real(wp), parameter :: per_panel_block = 1.0_wp ! clear, fill, scale
       real(wp), parameter :: per_update_block = 1.5_wp ! write, then add to the parent
@@ -169,21 +170,21 @@ contains
       grandchild = clusters%child(child)
       do while (grandchild > 0)
          later = clusters%sibling(grandchild)
-         call hang_below(clusters, grandchild, k)
+         call add_child(clusters, grandchild, k)
          grandchild = later
       end do
    end subroutine absorb
 
    !> Make `child` the first child of cluster k.
-   pure subroutine hang_below(clusters, child, k)
+   pure subroutine add_child(clusters, child, k)
       type(clusters_type), intent(inout) :: clusters  !< being gathered
       integer, intent(in) :: child, k  !< clusters by their last columns
 
       clusters%sibling(child) = clusters%child(k)
       clusters%child(k) = child
-   end subroutine hang_below
+   end subroutine add_child
 
-   !> Number the fronts and lay out their columns one after the other.
+   !> Number the fronts and list their columns one after the other.
    pure subroutine number_fronts(n, order, clusters, tree)
       integer, intent(in) :: n  !< block rows
       integer, intent(in) :: order(n)  !< block row eliminated k-th

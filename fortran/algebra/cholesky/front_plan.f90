@@ -1,17 +1,18 @@
-!> All that a multifrontal Cholesky factor knows before it sees a number.
+!> The symbolic multifrontal Cholesky factor.
 !>
-!> A front is a dense matrix of 6×6 blocks: its pivots columns, then the rows below them that they
-!> touch.  Its pivots columns are eliminated in a panel and become a part of the factor; what they take
-!> from the rest is an update that its parent adds.  The plan says where every panel, part, update
-!> and matrix block lies, so that the numeric work allocates nothing and no front looks for another.
+!> A front is a dense matrix of 6×6 blocks: its fully summed (pivot) columns, then the rows below in
+!> which these have nonzeros.  The pivot columns are eliminated in a dense panel and become columns of
+!> the factor; the Schur complement is an update that the parent adds.  The plan says where every
+!> panel, update and matrix block is stored, so that the numeric work allocates nothing.
 !>
-!> A front's part of the factor is kept as a solve reads it (`dda_packed_panels`).
+!> The columns of the factor are stored as a solve reads them (`dda_packed_panels`).
 !>
 !> References: I. S. Duff, J. K. Reid, ACM TOMS 9 (1983) 302 (multifrontal);
 !> J. W. H. Liu, SIAM Review 34 (1992) 82.
 module dda_front_plan
    use dda_kinds, only: long, wp
    use dda_block_graph, only: block_graph_type
+   use dda_counting_sort, only: counting_sort
    use dda_elimination, only: front_cost, front_tree_type, tree_of_fronts
    use dda_packed_panels, only: packed_rows, packed_size, panels_of, pivot_panels
    use dda_task_plan, only: plan_tasks, task_plan_type
@@ -19,27 +20,28 @@ module dda_front_plan
    private
    public :: front_plan_type, make_plan, longest_front_vector
 
-   !> Symbolic Cholesky factor.  "Place" means permuted in the order of elimination.
+   !> Symbolic Cholesky factor.  Rows and columns are named by permuted index: by their position in
+   !> the order of elimination.
    type :: front_plan_type
       integer :: n = 0                     !< block rows
       integer :: entries = 0               !< lower blocks of the matrix
       integer :: fronts = 0                !< fronts, in postorder
-      integer, allocatable :: order(:)     !< [n] block row at each permuted
-      integer, allocatable :: first(:)     !< [fronts+1] first permuted of each front
+      integer, allocatable :: order(:)     !< [n] block row of each permuted index
+      integer, allocatable :: first(:)     !< [fronts+1] first pivot of each front
       integer, allocatable :: parent(:)    !< [fronts] front that adds its update; 0 for a root
       integer, allocatable :: child_start(:) !< [fronts+1] where the children of each front begin
       integer, allocatable :: child(:)     !< [fronts] children, front by front
       integer, allocatable :: row_start(:) !< [fronts+1] where the rows below each front begin
-      integer, allocatable :: row(:)       !< [rows] places below each front's pivots, ascending
+      integer, allocatable :: row(:)       !< [rows] rows below each front's pivots, ascending
       integer, allocatable :: position(:)  !< [rows] the same rows counted in the parent's front
       !> [rows] last row, counted in its front, that follows without a gap
       integer, allocatable :: run_end(:)
-      !> [fronts] leading rows that are pivots columns of the parent
+      !> [fronts] leading rows that are pivots of the parent
       integer, allocatable :: inside(:)
-      integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each permuted begin
+      integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each column begin
       integer, allocatable :: entry(:)     !< [entries] which one; negative if it enters transposed
       integer, allocatable :: entry_row(:) !< [entries] its row, counted in the front
-      !> [fronts+1] first number of each front's part of the factor
+      !> [fronts+1] first number of each front's columns of the factor
       integer(long), allocatable :: factor_start(:)
       !> [fronts] first number of the panel it is eliminated in
       integer(long), allocatable :: panel_start(:)
@@ -49,7 +51,7 @@ module dda_front_plan
       type(task_plan_type) :: sharing      !< division between threads
       !> [rows] where a solve keeps each row; see `set_solve_rows`
       integer, allocatable :: solve_row(:)
-      integer, allocatable :: shared_row(:)  !< [any] rows that tasks share: permuted in the whole vector
+      integer, allocatable :: shared_row(:) !< [any] rows of root fronts that tasks add to
       integer :: widest = 0                !< most block rows in a front
    end type front_plan_type
 
@@ -87,25 +89,15 @@ contains
    !> Children of each front, in postorder.
    pure subroutine list_children(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
-      integer :: next(plan%fronts), front
+      integer, allocatable :: order(:)
+      integer :: front
 
-      allocate (plan%child_start(plan%fronts + 1), source=0)
-      allocate (plan%child(count(plan%parent > 0)))
-      do front = 1, plan%fronts
-         if (plan%parent(front) == 0) cycle
-         plan%child_start(plan%parent(front) + 1) = plan%child_start(plan%parent(front) + 1) + 1
-      end do
-      call accumulate(plan%child_start)
-      next = plan%child_start(:plan%fronts)
-      do front = 1, plan%fronts
-         if (plan%parent(front) == 0) cycle
-         plan%child(next(plan%parent(front))) = front
-         next(plan%parent(front)) = next(plan%parent(front)) + 1
-      end do
+      plan%child = pack([(front, front=1, plan%fronts)], plan%parent > 0)
+      call counting_sort(plan%fronts, plan%parent(plan%child), plan%child_start, order)
+      plan%child = plan%child(order)
    end subroutine list_children
 
-   !> Rows below each front: permuted i belongs to every front between it and its neighbours in the
-   !> tree.
+   !> Rows below each front: row i belongs to every front between it and its neighbours in the tree.
    pure subroutine list_rows(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       !> index in the order; front of each index
@@ -178,7 +170,7 @@ contains
       end do
    end subroutine relate_to_parents
 
-   !> Walk along the rows of a front and of its parent together: both ascend.
+   !> Merge the rows of a front and of its parent: both ascend.
    pure subroutine find_positions(plan, front, parent)
       type(front_plan_type), intent(inout) :: plan  !< being made
       integer, intent(in) :: front, parent  !< a front and its parent
@@ -199,7 +191,7 @@ contains
       end do
    end subroutine find_positions
 
-   !> Where each lower block of the matrix goes: to the column of the permuted eliminated first.
+   !> Where each lower block of the matrix is added: in the column that is eliminated first.
    pure subroutine list_entries(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       !> index in the order; front of each index
@@ -247,8 +239,8 @@ contains
       call plan_tasks(plan%parent, cost, plan%sharing)
    end subroutine share_fronts
 
-   !> Parts of the factor lie one after the other, in the order in which a solve reads them; each
-   !> task, and the root_fronts, eliminates its fronts in a panel of its pivots.
+   !> Columns of the factor are stored front by front, in the order in which a solve reads them; each
+   !> task, and the root fronts, eliminate in a panel of their own.
    pure subroutine plan_panels(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: front, t
@@ -258,7 +250,8 @@ contains
       do front = 1, plan%fronts
          associate (pivots => pivot_columns(plan, front))
             plan%factor_start(front + 1) = plan%factor_start(front) &
-               + packed_size*(pivot_panels(pivots) + int(pivots, long)*panels_of(rows_below(plan, front)))
+               + packed_size*(pivot_panels(pivots) &
+               + int(pivots, long)*panels_of(rows_below(plan, front)))
          end associate
       end do
       plan%panel_size = 0
@@ -286,22 +279,24 @@ contains
       plan%panel_size = plan%panel_size + largest
    end subroutine share_panel
 
-   !> Numbers that a front's part of a vector takes at most: pivots rows and rows below, each with room
-   !> for what its last slice holds beyond them.
+   !> Most numbers in a front vector: pivot rows and rows below, each padded to whole packed panels.
    pure integer function longest_front_vector(plan)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
       longest_front_vector = 6*plan%widest + 2*packed_rows
    end function longest_front_vector
 
-   !> Give each task, and the root_fronts, a workspace of its pivots for updates.
+   !> Give each task, and the root fronts, a workspace of their own for updates.
    pure subroutine plan_updates(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: region(plan%fronts), level(plan%fronts), t, front
 
       allocate (plan%update_start(plan%fronts))
       plan%update_size = 0
-      call find_levels(plan, level)
+      do front = plan%fronts, 1, -1
+         level(front) = 0
+         if (plan%parent(front) > 0) level(front) = level(plan%parent(front)) + 1
+      end do
       region = 0
       do t = 1, plan%sharing%tasks
          region(plan%sharing%first(t):plan%sharing%last(t)) = t
@@ -344,46 +339,33 @@ contains
 
    !> Where a solve keeps the rows below each front.
    !>
-   !> Tasks may not add to the same part of the vector.  What a task adds above itself goes to
-   !> places shared to it beyond the end of the vector, one for each row of the update of its root.
+   !> Tasks may not add to the same rows of the vector.  The contributions of a task to root fronts go
+   !> to rows of its own beyond the end of the vector, one for each row of its root's update.
    pure subroutine set_solve_rows(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
-      integer :: shared(plan%n), front, i, filled, last_column
+      integer :: shared(plan%n), front, i, last_column
 
       plan%solve_row = plan%row
-      filled = 0
       last_column = plan%n
-      allocate (plan%shared_row(shared_rows(plan)))
+      allocate (plan%shared_row(0))
       do front = plan%fronts, 1, -1
          if (plan%sharing%is_root_front(front)) cycle
-         if (is_subtree_root(plan, front)) then
-            last_column = plan%first(front + 1) - 1
-            do i = plan%row_start(front), plan%row_start(front + 1) - 1
-               filled = filled + 1
-               plan%shared_row(filled) = plan%row(i)
-               shared(plan%row(i)) = plan%n + filled
-            end do
-         else if (plan%parent(front) == 0) then
-            last_column = plan%n
-         end if
+         associate (rows => plan%row(plan%row_start(front):plan%row_start(front + 1) - 1))
+            if (is_subtree_root(plan, front)) then
+               last_column = plan%first(front + 1) - 1
+               shared(rows) = plan%n + size(plan%shared_row) + [(i, i=1, size(rows))]
+               plan%shared_row = [plan%shared_row, rows]
+            else if (plan%parent(front) == 0) then
+               last_column = plan%n
+            end if
+         end associate
          do i = plan%row_start(front), plan%row_start(front + 1) - 1
             if (plan%row(i) > last_column) plan%solve_row(i) = shared(plan%row(i))
          end do
       end do
    end subroutine set_solve_rows
 
-   !> Rows of all updates that pass from a task to the root_fronts.
-   pure integer function shared_rows(plan)
-      type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer :: front
-
-      shared_rows = 0
-      do front = 1, plan%fronts
-         if (is_subtree_root(plan, front)) shared_rows = shared_rows + rows_below(plan, front)
-      end do
-   end function shared_rows
-
-   !> Is this front the root of a subtree that hangs from the root_fronts?
+   !> Is this front the root of a subtree, and its parent a root front?
    pure logical function is_subtree_root(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number in the plan
@@ -392,18 +374,6 @@ contains
       if (plan%sharing%is_root_front(front) .or. plan%parent(front) == 0) return
       is_subtree_root = plan%sharing%is_root_front(plan%parent(front))
    end function is_subtree_root
-
-   !> Distance of each front from its root.
-   pure subroutine find_levels(plan, level)
-      type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(out) :: level(plan%fronts)  !< 0 for a root
-      integer :: front
-
-      do front = plan%fronts, 1, -1
-         level(front) = 0
-         if (plan%parent(front) > 0) level(front) = level(plan%parent(front)) + 1
-      end do
-   end subroutine find_levels
 
    !> Block columns that a front eliminates.
    pure integer function pivot_columns(plan, front)

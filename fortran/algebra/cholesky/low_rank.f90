@@ -1,31 +1,31 @@
-!> A Cholesky factor that follows changes of few terms without being made anew.
+!> Low-rank update of a Cholesky factor, for a few rank-one terms that have entered or left.
 !>
 !> With A = L Lᵀ and the changes U S Uᵀ (Sherman, Morrison, Woodbury; W. W. Hager, SIAM Review 31
 !> (1989) 221)
 !>
 !>     (A + U S Uᵀ)⁻¹ = L⁻ᵀ (I − W C⁻¹ Wᵀ) L⁻¹,   W = L⁻¹ U,   C = S⁻¹ + Wᵀ W
 !>
-!> so the correction stands between the two halves of a solve.  As A and A + U S Uᵀ are both
-!> positive definite, C has a positive pivot for each spring put in and a negative one for each
-!> taken out (inertia of the two Schur complements); where rounding says otherwise the changes are
+!> so the correction stands between forward and backward solve.  As A and A + U S Uᵀ are both
+!> positive definite, C has a positive pivot for each term that enters and a negative one for each
+!> that leaves (inertia of the two Schur complements); where rounding says otherwise the update is
 !> refused.
 module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_cholesky_single, only: factor_type
    use dda_front_plan, only: front_plan_type
-   use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, multiply_columns, &
-      project, subtract_columns, vector_width, column_panels
-   use dda_rank_one, only: rank_one_type, most_changes
+   use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, &
+      multiply_columns, project, subtract_columns, vector_width, column_panels
+   use dda_rank_one, only: rank_one_type, most_changes, forget_changes
    implicit none
    private
-   public :: low_rank_type, plan_low_rank, clear_low_rank, update_low_rank, rebuild_low_rank, correct
+   public :: low_rank_type, plan_low_rank, update_low_rank, rebuild_low_rank, correct
 
-   !> The changes since the factor was made, and what follows from them.
+   !> The changes since the factor was made, with W and C.
    type :: low_rank_type
       type(rank_one_type) :: terms
       type(low_rank_columns_type) :: columns               !< W
-      integer :: order(most_changes) = 0          !< terms put in, then those taken out
-      !> [most_changes, most_changes] WᵀW, its lower triangle of column_panels
+      integer :: order(most_changes) = 0          !< terms that enter, then those that leave
+      !> [most_changes, most_changes] WᵀW, its lower triangle of panels
       real(wp), allocatable :: gram(:,:)
       !> [most_changes, most_changes] C = T D Tᵀ in the order above
       real(wp), allocatable :: t(:,:)
@@ -34,26 +34,19 @@ module dda_low_rank
 
 contains
 
-   !> Make room for a new pattern.
+   !> Allocate for a new pattern.
    subroutine plan_low_rank(low, plan)
       type(low_rank_type), intent(inout) :: low  !< gets memory, and no changes
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
-      call clear_low_rank(low)
+      call forget_changes(low%terms)
       call plan_columns(low%columns, plan)
       if (allocated(low%t)) return
       allocate (low%gram(most_changes, most_changes), low%t(most_changes, most_changes), &
          source=0.0_wp)
    end subroutine plan_low_rank
 
-   !> The factor is new: nothing has changed since.
-   pure subroutine clear_low_rank(low)
-      type(low_rank_type), intent(inout) :: low  !< left without changes
-
-      low%terms%n = 0
-   end subroutine clear_low_rank
-
-   !> Take over more changes; .false. if they are too many, or cannot be followed in this precision.
+   !> Add changes to the update; .false. if they are too many, or beyond this precision.
    subroutine update_low_rank(low, factor, changes, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
@@ -70,20 +63,11 @@ contains
          low%terms%k(old + 1:n) = changes%k(:changes%n)
       end associate
       low%terms%n = low%terms%n + changes%n
-      call rebuild_from(low, factor, first, done)
+      call rebuild_low_rank(low, factor, first, done)
    end subroutine update_low_rank
 
-   !> Make all that follows from the noted terms anew, to the same bits.
-   subroutine rebuild_low_rank(low, factor, done)
-      type(low_rank_type), intent(inout) :: low  !< update of the factor
-      type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
-      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
-
-      call rebuild_from(low, factor, 1, done)
-   end subroutine rebuild_low_rank
-
    !> W, WᵀW and C from the first panel on that holds new terms.
-   subroutine rebuild_from(low, factor, first, done)
+   subroutine rebuild_low_rank(low, factor, first, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
       integer, intent(in) :: first  !< panel of columns
@@ -95,9 +79,9 @@ contains
       call multiply_columns(low%columns, factor%plan, first, last, low%gram)
       call order_terms(low)
       call factorise_capacity(low, done)
-   end subroutine rebuild_from
+   end subroutine rebuild_low_rank
 
-   !> Springs put in come first: their part of C is positive definite by itself.
+   !> Terms that enter come first: their block of C is positive definite by itself.
    pure subroutine order_terms(low)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       integer :: i, filled, pass
@@ -112,7 +96,7 @@ contains
       end do
    end subroutine order_terms
 
-   !> C = T D Tᵀ; .false. if a pivot has not the sign of its spring.
+   !> C = T D Tᵀ; .false. if a pivot has not the sign of its term.
    pure subroutine factorise_capacity(low, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       logical, intent(out) :: done  !< .false.: the matrix has to be factorised
@@ -137,7 +121,7 @@ contains
       done = .true.
    end subroutine factorise_capacity
 
-   !> y = (I − W C⁻¹ Wᵀ) y, between the two halves of a solve.
+   !> y = (I − W C⁻¹ Wᵀ) y, between forward and backward solve.
    subroutine correct(low, plan, y)
       type(low_rank_type), intent(in) :: low  !< update of the factor
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -151,7 +135,7 @@ contains
       call subtract_columns(low%columns, plan, used, share, y)
    end subroutine correct
 
-   !> x = C⁻¹ x, for all terms; zeros in the vector_width that hold none.
+   !> x = C⁻¹ x; zeros in the columns of the last panel that hold no term.
    pure subroutine solve_capacity(low, x)
       type(low_rank_type), intent(in) :: low  !< update of the factor
       real(wp), intent(inout) :: x(most_changes)  !< a number for each term

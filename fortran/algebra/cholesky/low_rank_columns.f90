@@ -179,8 +179,8 @@ contains
       end do
    end subroutine forward_front
 
-   !> Gather the rows of W that a front sees; zeros behind its pivot rows and behind the last, as far
-   !> as the last packed panel reaches.
+   !> Gather the rows of W that a front sees; zeros behind its pivot rows and behind the last,
+   !> as far as packed panels reach.
    pure subroutine gather_front(pivots, below, row, first, w, front_vector)
       !> size of the front, its rows and first pivot
       integer, intent(in) :: pivots, below, row(below), first

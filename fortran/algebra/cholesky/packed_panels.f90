@@ -1,28 +1,28 @@
-!> How the factor is kept: in slices of a few rows and six columns, one after the other, as a solve
-!> reads them.
+!> Packed panels, the storage of the factor: a few rows by six columns each, in the order in which a
+!> solve reads them.
 !>
-!> For each pivots column of blocks of a front, the inverse of its pivot block and the pivots rows below
-!> that; then, column by column, the rows below the front.  Zeros pad each to whole slices.  A solve
-!> so reads one stream, at the rate of the memory, in place of six columns at a time that end after
-!> a few hundred bytes.
+!> For each pivot column of blocks of a front, the inverse of its pivot block and the pivot rows below
+!> it; then, column by column, the rows below the front.  Zeros pad each to whole packed panels.  A
+!> solve thus reads one stream at the rate of the memory, instead of six columns at a time that end
+!> after a few hundred bytes.
 module dda_packed_panels
    implicit none
    private
    public :: packed_rows, packed_size, panels_of, pivot_panels
 
    integer, parameter :: packed_rows = 8               !< a vector register of single precision
-   integer, parameter :: packed_size = 6*packed_rows    !< numbers in a slice
+   integer, parameter :: packed_size = 6*packed_rows    !< numbers in a packed panel
 
 contains
 
-   !> Slices that hold so many rows of blocks.
+   !> Packed panels that hold so many block rows.
    pure integer function panels_of(rows)
       integer, intent(in) :: rows  !< block rows
 
       panels_of = (6*rows + packed_rows - 1)/packed_rows
    end function panels_of
 
-   !> Slices of the pivots and pivots rows of a front.
+   !> Packed panels of the pivot rows of a front.
    pure integer function pivot_panels(pivots)
       integer, intent(in) :: pivots  !< block columns that the front eliminates
       integer :: j

@@ -1,7 +1,7 @@
-!> Sharing the fronts of a tree between threads, by the pattern only.
+!> Division of the fronts of a tree between threads, by the pattern only.
 !>
 !> Whole subtrees are bound into tasks that need nothing from one another; the fronts above them
-!> form the root_fronts, where all threads work on one front together.  The division must not know the
+!> are the root fronts, where all threads work on one front together.  The division must not know the
 !> number of threads: sums then run in the same order, and results agree to the last bit.
 module dda_task_plan
    use dda_kinds, only: wp
@@ -11,7 +11,7 @@ module dda_task_plan
 
    !> Which fronts a thread may take alone, and which need all.
    type :: task_plan_type
-      integer :: tasks = 0               !< independent stretches of fronts
+      integer :: tasks = 0               !< independent ranges of fronts
       integer, allocatable :: first(:)   !< [tasks] first front of each, the costliest task first
       integer, allocatable :: last(:)    !< [tasks] last front of each
       integer, allocatable :: root_fronts(:)     !< [any] fronts above the tasks, in postorder
@@ -46,7 +46,7 @@ contains
       call bind_tasks(parent, subtree, limit, plan)
    end subroutine plan_tasks
 
-   !> Bind neighbouring subtrees below the root_fronts into tasks, up to the limit.
+   !> Bind neighbouring subtrees below the root fronts into tasks, up to the limit.
    pure subroutine bind_tasks(parent, subtree, limit, plan)
       integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree

@@ -28,7 +28,7 @@ module dda_arnoldi
       end subroutine apply_operator
    end interface
 
-   !> What ARPACK keeps between calls.
+   !> State of ARPACK between calls.
    type :: iteration_type
       integer :: n, count, basis
       integer :: iparam(11) = 0, ipntr(11) = 0

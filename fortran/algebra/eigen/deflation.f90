@@ -20,7 +20,7 @@ module dda_deflation
       real(wp), allocatable :: basis(:,:,:)
    end type null_space_type
 
-   !> What is to be projected out.
+   !> Vectors to be projected out.
    type :: deflation_type
       type(null_space_type) :: known          !< `basis` in coordinates of the standard problem
       integer :: kept = 0                     !< full vectors

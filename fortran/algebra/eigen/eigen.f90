@@ -308,17 +308,8 @@ contains
       call project_out(self%deflation, clean)
       call apply_factor(self%mass, clean, self%force)
       call solve(self%factor, self%force, self%force)
-      call from_places_flat(self%mass, self%force, y)
+      call from_places(self%mass, self%force, y)
       call project_out(self%deflation, y)
    end subroutine apply_inverse
-
-   !> As from_places, into a plain vector.
-   pure subroutine from_places_flat(mass, x, y)
-      type(mass_factor_type), intent(in) :: mass  !< G
-      real(wp), intent(in) :: x(:,:)  !< [6,n]
-      real(wp), intent(out) :: y(6, *)  !< [6,n]
-
-      call from_places(mass, x, y(:, :size(x, 2)))
-   end subroutine from_places_flat
 
 end module dda_eigen

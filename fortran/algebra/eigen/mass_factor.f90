@@ -110,7 +110,7 @@ contains
    pure subroutine from_places(factor, x, y)
       type(mass_factor_type), intent(in) :: factor  !< G and its inverse
       real(wp), intent(in) :: x(:,:)   !< [6,n]
-      real(wp), intent(out) :: y(:,:)  !< [6,n]
+      real(wp), intent(out) :: y(6, *) !< [6,n]
       integer :: b, i
 
       do b = 1, size(x, 2)

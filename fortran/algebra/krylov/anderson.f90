@@ -21,7 +21,7 @@ module dda_anderson
 
 contains
 
-   !> Begin anew.
+   !> Restart without memory.
    pure subroutine forget(memory)
       type(anderson_type), intent(inout) :: memory  !< forgets its iterations
 
@@ -37,7 +37,7 @@ contains
       integer :: n, used, slot, j
 
       n = size(x)
-      call make_room(memory, n)
+      call reserve(memory, n)
       if (memory%count > 0) then
          slot = modulo(memory%count - 1, depth) + 1
          memory%d_image(:n, slot) = image - memory%image(:n)
@@ -54,7 +54,8 @@ contains
       end do
    end subroutine accelerate
 
-   subroutine make_room(memory, n)
+   !> Allocate for n unknowns, unless there is room.
+   subroutine reserve(memory, n)
       type(anderson_type), intent(inout) :: memory  !< gets room
       integer, intent(in) :: n  !< unknowns
 
@@ -65,7 +66,7 @@ contains
       allocate (memory%image(2*n), memory%residual(2*n), memory%d_image(2*n, depth), &
          memory%d_residual(2*n, depth))
       memory%count = 0
-   end subroutine make_room
+   end subroutine reserve
 
    !> min ‖b − A y‖ by the normal equations, Gauss elimination without pivoting (they are definite).
    pure subroutine least_squares(a, b, y)

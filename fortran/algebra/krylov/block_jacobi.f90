@@ -1,4 +1,4 @@
-!> The inverse diagonal blocks: the preconditioner for small p Δt²/m, and what SOR divides by.
+!> The inverse diagonal blocks: the preconditioner for small p Δt²/m, also used by SOR.
 module dda_block_jacobi
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply_block
@@ -22,34 +22,18 @@ contains
    !> Invert the diagonal blocks of a matrix.
    subroutine invert_diagonal(jacobi, matrix)
       type(block_jacobi_type), intent(inout) :: jacobi  !< gets the inverses
-      type(block_matrix_type), intent(in) :: matrix  !< positive definite
+      type(block_matrix_type), intent(in) :: matrix        !< positive definite
+      integer :: i
 
       if (allocated(jacobi%inverse)) then
          if (size(jacobi%inverse, 3) /= matrix%n) deallocate (jacobi%inverse)
       end if
       if (.not. allocated(jacobi%inverse)) allocate (jacobi%inverse(6, 6, matrix%n))
-      if (matrix%n < parallel_from) then
-         call invert_rows(matrix%n, matrix%diagonal, jacobi%inverse)
-      else
-         !$omp parallel
-         call invert_rows(matrix%n, matrix%diagonal, jacobi%inverse)
-         !$omp end parallel
-      end if
-   end subroutine invert_diagonal
-
-   !> The inverses, shared between the threads of a team.
-   subroutine invert_rows(n, diagonal, inverse)
-      integer, intent(in) :: n                     !< block rows
-      real(wp), intent(in) :: diagonal(6, 6, n)  !< D
-      real(wp), intent(inout) :: inverse(6, 6, n)  !< D⁻¹
-      integer :: i
-
-      !$omp do schedule(static)
-      do i = 1, n
-         call invert(diagonal(:, :, i), inverse(:, :, i))
+      !$omp parallel do schedule(static) if (matrix%n >= parallel_from)
+      do i = 1, matrix%n
+         call invert(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
       end do
-      !$omp end do nowait
-   end subroutine invert_rows
+   end subroutine invert_diagonal
 
    !> z = D⁻¹ r
    subroutine apply(self, n, r, z)
@@ -84,10 +68,10 @@ contains
    !> A bound on the iterations that conjugate gradients can need for a relative accuracy.
    !>
    !> Let A be the block-diagonal part of K̂ whose terms act on one block each (inertia, own strains,
-   !> supports) and let every other term be positive semi-definite and act on two blocks: contacts,
+   !> supports), and let every other term E be positive semi-definite and act on two blocks: contacts,
    !> and any element that couples blocks.  Then K̂ − A ⪰ 0, so that D⁻¹K̂ has no eigenvalue below
-   !> μ = min λ(D⁻¹A) over the blocks, and 2D − K̂ ⪰ 0 because uᵀEu ≤ 2 Σ u_iᵀE_ii u_i for such a term,
-   !> so that it has none above 2.  1/trace(A⁻¹D) bounds μ from below; Chebyshev: ½ √(2/μ) ln(2/ε).
+   !> μ = min λ(D⁻¹A) over the blocks; and uᵀEu ≤ 2 Σ u_iᵀE_ii u_i gives 2D − K̂ ⪰ 0, so that it has
+   !> none above 2.  1/trace(A⁻¹D) bounds μ from below.  Chebyshev: ½ √(2/μ) ln(2/ε).
    !>
    !> The diagonal shares of coupling terms must therefore not be in A.  With them, or with a term on
    !> m > 2 blocks (whose factor is m), the bound may be too small; nothing but the first choice of

@@ -11,7 +11,7 @@ module dda_conjugate_gradients
    public :: preconditioner_type, workspace_type, make_workspace, iterate_to_solution
 
    integer, parameter :: trusted = 10              !< iterations whose updated residual is accurate
-   real(wp), parameter :: drift = 10.0_wp          !< true residual over updated one that is accepted
+   real(wp), parameter :: drift = 10.0_wp          !< accepted ratio of true residual to updated one
 
    !> An approximate inverse of the matrix.
    type, abstract :: preconditioner_type

@@ -1,7 +1,8 @@
-!> What every linear solver of K̂ d = f̂ provides.
+!> The interface of every linear solver of K̂ d = f̂.
 !>
-!> A solver is analysed for a pattern, renewed for new values, and then solves for any number of right
-!> sides.  It reports what it did; `dda_linear_solver` counts, judges residuals and replaces it.
+!> A solver is analysed for a pattern, renewed for new values, and then solves for any number of
+!> right-hand sides.  It reports its work; `dda_linear_solver` counts, judges
+!> residuals and changes solvers.
 module dda_abstract_solver
    use dda_kinds, only: wp
    use dda_archive, only: archive_type
@@ -15,7 +16,7 @@ module dda_abstract_solver
 
    real(wp), parameter :: accuracy = 1.0e-11_wp  !< ‖r‖/scale that a solve aims at
 
-   !> What a solve is asked for, and what it reached.
+   !> Convergence asked of a solve, and reached.
    type :: convergence_type
       real(wp) :: scale = 0.0_wp                 !< norm that residuals are measured by
       real(wp) :: reduction = 0.0_wp             !< share of the first residual that is enough, or 0

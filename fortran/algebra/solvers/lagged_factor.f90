@@ -8,12 +8,13 @@ module dda_lagged_factor
    use dda_conjugate_gradients, only: preconditioner_type
    use dda_cholesky_single, only: factor_type, analyse, factorise, solve, solve_lower, solve_upper
    use dda_errors, only: error_type
-   use dda_low_rank, only: low_rank_type, plan_low_rank, clear_low_rank, correct
+   use dda_low_rank, only: low_rank_type, plan_low_rank, correct
+   use dda_rank_one, only: forget_changes
    implicit none
    private
    public :: lagged_factor_type, analyse_lagged, refactorise
 
-   !> The factor, and what has happened since it was made.
+   !> The factor and its age.
    type, extends(preconditioner_type) :: lagged_factor_type
       type(factor_type) :: factor
       type(low_rank_type) :: low                 !< update for the terms that have changed since
@@ -44,7 +45,7 @@ contains
       call factorise(lagged%factor, matrix, error)
       lagged%factorised = .not. allocated(error)
       lagged%extra_iterations = 0
-      call clear_low_rank(lagged%low)
+      call forget_changes(lagged%low%terms)
    end subroutine refactorise
 
    !> z = P⁻¹ r

@@ -5,9 +5,9 @@
 !>     call solve(solver, matrix, b, x, error)
 !>
 !> The methods are the types that extend `linear_solver_type`.  `auto` takes `direct` for small
-!> models, else `jacobi` or `lagged` by the bound on the iterations and then by their last count.  All
-!> rules count; none looks at a clock, so that runs are reproducible.  Every solve ends with a checked
-!> residual; a solver that does not reach it hands over to the direct one.
+!> models, else `jacobi` or `lagged` by the bound on the iterations and then by their last count.
+!> All rules count; none looks at a clock, so that runs are reproducible.  Every solve ends with a
+!> checked residual; a solver that does not reach it hands over to the direct one.
 module dda_linear_solver
    use dda_kinds, only: wp, long
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
@@ -31,7 +31,7 @@ module dda_linear_solver
    !> The solver at work and what has been done so far.
    type :: solver_type
       character(len=6) :: name = 'auto'           !< as chosen
-      character(len=6) :: method = ''             !< at work; 'auto' until the first values are known
+      character(len=6) :: method = ''             !< at work; 'auto' before the first values
       class(linear_solver_type), allocatable :: active
       real(wp) :: loads = 0.0_wp                  !< least scale that residuals are measured by
       integer :: last_iterations = 0              !< of the last solve
@@ -178,8 +178,8 @@ contains
          to_text(convergence%residual)//', allowed '//to_text(acceptable))
    end subroutine solve
 
-   !> The norm that residuals are measured by: of b, or of the loads that it is the balance of, which
-   !> may all but cancel.
+   !> The norm that residuals are measured by: of b, or of the loads that it is the balance of,
+   !> which may all but cancel.
    real(wp) function residual_scale(solver, b) result(scale)
       type(solver_type), intent(in) :: solver  !< solver and counts
       real(wp), intent(in) :: b(:,:)  !< [6,n]

@@ -4,7 +4,7 @@ module dda_sor_solver
    use dda_abstract_solver, only: convergence_type, accuracy
    use dda_block_jacobi, only: block_jacobi_type
    use dda_block_matrix, only: block_matrix_type, multiply
-   use dda_diagonal_solver, only: diagonal_solver_type
+   use dda_jacobi_solver, only: jacobi_solver_type
    use dda_ordered_sums, only: inner_product
    implicit none
    private
@@ -15,16 +15,16 @@ module dda_sor_solver
    real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original
    real(wp), parameter :: diverged = 1.0e30_wp  !< a residual from which no sweep comes back
 
-   !> Its state is that of the parent type.
-   type, extends(diagonal_solver_type) :: sor_solver_type
+   !> The same inverse diagonal blocks, another iteration.
+   type, extends(jacobi_solver_type) :: sor_solver_type
    contains
       procedure :: solve
    end type sor_solver_type
 
 contains
 
-   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, too many sweeps, or sweeps that diverge (as of a matrix that is
-   !> not definite).
+   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, too many sweeps, or sweeps that diverge (as of a matrix that
+   !> is not definite).
    subroutine solve(self, matrix, b, x, convergence)
       class(sor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
