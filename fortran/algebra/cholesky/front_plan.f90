@@ -1,8 +1,8 @@
 !> The symbolic multifrontal Cholesky factor.
 !>
 !> A front is a dense matrix of 6×6 blocks: its fully summed (pivot) columns, then the rows below in
-!> which these have nonzeros.  The pivot columns are eliminated in a dense panel and become columns of
-!> the factor; the Schur complement is an update that the parent adds.  The plan says where every
+!> which these have nonzeros.  The pivot columns are eliminated in a dense panel and become columns
+!> of the factor; the Schur complement is an update that the parent adds.  The plan says where every
 !> panel, update and matrix block is stored, so that the numeric work allocates nothing.
 !>
 !> The columns of the factor are stored as a solve reads them (`dda_packed_panels`).
@@ -239,8 +239,8 @@ contains
       call plan_tasks(plan%parent, cost, plan%sharing)
    end subroutine share_fronts
 
-   !> Columns of the factor are stored front by front, in the order in which a solve reads them; each
-   !> task, and the root fronts, eliminate in a panel of their own.
+   !> Columns of the factor are stored front by front, in the order in which a solve reads them;
+   !> each task, and the root fronts, eliminate in a panel of their own.
    pure subroutine plan_panels(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: front, t
@@ -339,8 +339,8 @@ contains
 
    !> Where a solve keeps the rows below each front.
    !>
-   !> Tasks may not add to the same rows of the vector.  The contributions of a task to root fronts go
-   !> to rows of its own beyond the end of the vector, one for each row of its root's update.
+   !> Tasks may not add to the same rows of the vector.  The contributions of a task to root fronts
+   !> go to rows of its own beyond the end of the vector, one for each row of its root's update.
    pure subroutine set_solve_rows(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: shared(plan%n), front, i, last_column

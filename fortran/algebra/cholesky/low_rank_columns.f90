@@ -67,8 +67,7 @@ contains
       do panel = first, last
          call find_elimination_path(columns, factor%plan, terms, panel)
          call scatter_terms(columns, factor%plan, terms, panel)
-         call forward_path(factor%plan, factor%packed, columns%path_length(panel), &
-            columns%path(:, panel), columns%front_vector(:, :, panel), columns%w(:, :, :, panel))
+         call forward_path(columns, factor, panel)
       end do
    end subroutine make_columns
 
@@ -123,24 +122,22 @@ contains
    end subroutine scatter_terms
 
    !> Forward solve L w = u through the fronts of the elimination paths.
-   pure subroutine forward_path(plan, packed, length, path, front_vector, w)
-      type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      real(sp), intent(in) :: packed(*)  !< L
-      integer, intent(in) :: length, path(length)  !< fronts, in postorder
-      !> workspace
-      real(sp), intent(inout) :: front_vector(vector_width, longest_front_vector(plan))
-      real(sp), intent(inout) :: w(vector_width, 6, plan%n)  !< u, becomes w
-      integer :: i, pivots, below
+   pure subroutine forward_path(columns, factor, panel)
+      type(low_rank_columns_type), intent(inout) :: columns  !< u, becomes w
+      type(factor_type), intent(in) :: factor  !< L
+      integer, intent(in) :: panel  !< number of the panel
+      integer :: i
 
-      do i = 1, length
-         associate (front => path(i))
-            pivots = plan%first(front + 1) - plan%first(front)
-            below = plan%row_start(front + 1) - plan%row_start(front)
-            call forward_front(pivots, below, packed(plan%factor_start(front)), &
-               plan%row(plan%row_start(front):plan%row_start(front + 1) - 1), plan%first(front), &
-               front_vector, w)
-         end associate
-      end do
+      associate (plan => factor%plan)
+         do i = 1, columns%path_length(panel)
+            associate (front => columns%path(i, panel))
+               call forward_front(plan%first(front + 1) - plan%first(front), &
+                  plan%row_start(front + 1) - plan%row_start(front), &
+                  factor%packed(plan%factor_start(front)), plan%row(plan%row_start(front)), &
+                  plan%first(front), columns%front_vector(1, 1, panel), columns%w(1, 1, 1, panel))
+            end associate
+         end do
+      end associate
    end subroutine forward_path
 
    !> Solve with the pivots of a front, subtract from the rows below.

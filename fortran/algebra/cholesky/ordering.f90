@@ -120,7 +120,9 @@ contains
          if (depth <= deepest) exit
          deepest = depth
          peripheral_vertex = candidate
-         candidate = least_degree(graph, list(last_level:filled))
+         associate (last => list(last_level:filled))
+            candidate = last(minloc(degree(graph, last), 1))
+         end associate
       end do
    end function peripheral_vertex
 
@@ -173,18 +175,8 @@ contains
       end do
    end subroutine sort_by_degree
 
-   pure integer function least_degree(graph, list)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
-      integer, intent(in) :: list(:)  !< vertices, at least one
-      integer :: i
-
-      least_degree = list(1)
-      do i = 2, size(list)
-         if (degree(graph, list(i)) < degree(graph, least_degree)) least_degree = list(i)
-      end do
-   end function least_degree
-
-   pure integer function degree(graph, v)
+   !> Couplings of a block row.
+   elemental integer function degree(graph, v)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: v  !< vertex
 

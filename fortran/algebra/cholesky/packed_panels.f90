@@ -1,10 +1,10 @@
 !> Packed panels, the storage of the factor: a few rows by six columns each, in the order in which a
 !> solve reads them.
 !>
-!> For each pivot column of blocks of a front, the inverse of its pivot block and the pivot rows below
-!> it; then, column by column, the rows below the front.  Zeros pad each to whole packed panels.  A
-!> solve thus reads one stream at the rate of the memory, instead of six columns at a time that end
-!> after a few hundred bytes.
+!> For each pivot column of blocks of a front, the inverse of its pivot block and the pivot rows
+!> below it; then, column by column, the rows below the front.  Zeros pad each to whole panels.
+!> A solve thus reads one stream at the rate of the memory, instead of six columns at a time that
+!> end after a few hundred bytes.
 module dda_packed_panels
    implicit none
    private

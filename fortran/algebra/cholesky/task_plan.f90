@@ -1,8 +1,8 @@
 !> Division of the fronts of a tree between threads, by the pattern only.
 !>
 !> Whole subtrees are bound into tasks that need nothing from one another; the fronts above them
-!> are the root fronts, where all threads work on one front together.  The division must not know the
-!> number of threads: sums then run in the same order, and results agree to the last bit.
+!> are the root fronts, where all threads work on one front together.  The division must not know
+!> the number of threads: sums then run in the same order, and results agree to the last bit.
 module dda_task_plan
    use dda_kinds, only: wp
    implicit none
@@ -90,20 +90,17 @@ contains
 
    end subroutine bind_tasks
 
-   !> Threads that take the costliest tasks first end together.  Insertion sort: tasks are few.
+   !> Threads that take the costliest tasks first finish together.
    pure subroutine costliest_first(load, plan)
       real(wp), intent(in) :: load(:)  !< [tasks] cost of each
       type(task_plan_type), intent(inout) :: plan  !< its tasks are sorted
-      integer :: order(size(load)), i, j
+      integer :: order(size(load)), i
+      logical :: listed(size(load))
 
+      listed = .false.
       do i = 1, size(load)
-         j = i
-         do while (j > 1)
-            if (load(order(j - 1)) >= load(i)) exit
-            order(j) = order(j - 1)
-            j = j - 1
-         end do
-         order(j) = i
+         order(i) = maxloc(load, 1, mask=.not. listed)
+         listed(order(i)) = .true.
       end do
       plan%first = plan%first(order)
       plan%last = plan%last(order)

@@ -23,7 +23,7 @@ contains
       real(wp), intent(in) :: value                     !< 1/s²
       real(wp), intent(in) :: affordable                !< most multiplications to spend
       integer, intent(out) :: count                     !< eigenvalues above
-      logical, intent(out) :: certain                   !< .false.: too expensive, or a doubtful pivot
+      logical, intent(out) :: certain                   !< .false.: too dear, or a doubtful pivot
       type(block_matrix_type) :: scaled
       type(band_cholesky_type) :: factor
 

@@ -67,15 +67,16 @@ contains
 
    !> A bound on the iterations that conjugate gradients can need for a relative accuracy.
    !>
-   !> Let A be the block-diagonal part of K̂ whose terms act on one block each (inertia, own strains,
-   !> supports), and let every other term E be positive semi-definite and act on two blocks: contacts,
-   !> and any element that couples blocks.  Then K̂ − A ⪰ 0, so that D⁻¹K̂ has no eigenvalue below
-   !> μ = min λ(D⁻¹A) over the blocks; and uᵀEu ≤ 2 Σ u_iᵀE_ii u_i gives 2D − K̂ ⪰ 0, so that it has
-   !> none above 2.  1/trace(A⁻¹D) bounds μ from below.  Chebyshev: ½ √(2/μ) ln(2/ε).
+   !> Let A be the block-diagonal part of K̂ whose terms act on one block each (inertia, strains,
+   !> supports), and let every other term E be positive semi-definite and act on two blocks:
+   !> contacts, and any element that couples blocks.  Then K̂ − A ⪰ 0, so that D⁻¹K̂ has no
+   !> eigenvalue below μ = min λ(D⁻¹A) over the blocks; and uᵀEu ≤ 2 Σ u_iᵀE_ii u_i gives
+   !> 2D − K̂ ⪰ 0, so that it has none above 2.  1/trace(A⁻¹D) bounds μ from below.
+   !> Chebyshev: ½ √(2/μ) ln(2/ε).
    !>
-   !> The diagonal shares of coupling terms must therefore not be in A.  With them, or with a term on
-   !> m > 2 blocks (whose factor is m), the bound may be too small; nothing but the first choice of
-   !> `auto` rests on it, which the iterations of the first solve then correct.
+   !> The diagonal shares of coupling terms must therefore not be in A.  With them, or with a term
+   !> on m > 2 blocks (whose factor is m), the bound may be too small.  Nothing but the first choice
+   !> of `auto` rests on it, which the iterations of the first solve then correct.
    real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: alone(6, 6, matrix%n)  !< A, the terms of each block alone
