@@ -9,20 +9,21 @@ module dda_lapack
       !> Cholesky factor of a symmetric positive definite band matrix.
       subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
          import :: wp
-         character(len=1), intent(in) :: uplo
-         integer, intent(in) :: n, kd, ldab
-         real(wp), intent(inout) :: ab(ldab, *)
-         integer, intent(out) :: info
+         character(len=1), intent(in) :: uplo  !< 'L': lower triangle
+         integer, intent(in) :: n, kd, ldab  !< size, sub-diagonals, leading dimension
+         real(wp), intent(inout) :: ab(ldab, *)  !< [kd+1,n] band, becomes the factor
+         integer, intent(out) :: info  !< row whose pivot is not positive, else 0
       end subroutine dpbtrf
 
       !> Solve with the factor of dpbtrf.
       subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
          import :: wp
-         character(len=1), intent(in) :: uplo
+         character(len=1), intent(in) :: uplo  !< 'L': lower triangle
+         !> sizes, right-hand sides, leading dimensions
          integer, intent(in) :: n, kd, nrhs, ldab, ldb
-         real(wp), intent(in) :: ab(ldab, *)
-         real(wp), intent(inout) :: b(ldb, *)
-         integer, intent(out) :: info
+         real(wp), intent(in) :: ab(ldab, *)  !< [kd+1,n] factor
+         real(wp), intent(inout) :: b(ldb, *)  !< [n,nrhs] right-hand sides, become the solutions
+         integer, intent(out) :: info  !< 0 when well
       end subroutine dpbtrs
 
       !> Solve a complex symmetric system (Bunch–Kaufman).

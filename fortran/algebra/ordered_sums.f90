@@ -17,30 +17,30 @@ contains
 
    !> Number of pieces of n terms.
    pure integer function pieces(n)
-      integer, intent(in) :: n
+      integer, intent(in) :: n  !< terms
 
       pieces = min(most_pieces, (n + piece - 1)/piece)
    end function pieces
 
    !> First term of piece p of n terms.
    pure integer function first_of(p, n)
-      integer, intent(in) :: p, n
+      integer, intent(in) :: p, n  !< piece, terms
 
       first_of = 1 + int((p - 1)*int(n, long)/pieces(n))
    end function first_of
 
    !> Last term of piece p of n terms.
    pure integer function last_of(p, n)
-      integer, intent(in) :: p, n
+      integer, intent(in) :: p, n  !< piece, terms
 
       last_of = int(p*int(n, long)/pieces(n))
    end function last_of
 
    !> Σ x·y over [6,n]: pieces of fixed size, then the pieces one after the other.
    real(wp) function inner_product(n, x, y) result(total)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: x(6, n), y(6, n)
-      real(wp) :: part(most_pieces)
+      integer, intent(in) :: n  !< block rows
+      real(wp), intent(in) :: x(6, n), y(6, n)  !< any vectors
+      real(wp) :: partial(most_pieces)
       integer :: p
 
       if (n < parallel_from) then
@@ -49,23 +49,23 @@ contains
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
-         part(p) = sum_of_piece(x(:, first_of(p, n):last_of(p, n)), &
+         partial(p) = sum_of_piece(x(:, first_of(p, n):last_of(p, n)), &
             y(:, first_of(p, n):last_of(p, n)))
       end do
-      total = sum(part(:pieces(n)))
+      total = sum(partial(:pieces(n)))
    end function inner_product
 
    !> Six running sums, which vector registers hold.
    pure real(wp) function sum_of_piece(x, y)
-      real(wp), intent(in) :: x(:,:), y(:,:)
-      real(wp) :: lane(6)
+      real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] a piece of them
+      real(wp) :: partial(6)
       integer :: i
 
-      lane = 0.0_wp
+      partial = 0.0_wp
       do i = 1, size(x, 2)
-         lane = lane + x(:, i)*y(:, i)
+         partial = partial + x(:, i)*y(:, i)
       end do
-      sum_of_piece = sum(lane)
+      sum_of_piece = sum(partial)
    end function sum_of_piece
 
 end module dda_ordered_sums

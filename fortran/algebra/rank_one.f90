@@ -1,5 +1,5 @@
-!> Changes of a symmetric matrix of 6×6 blocks, each k u uᵀ with a u that has two blocks: springs
-!> put in, taken out.
+!> Changes of a symmetric matrix of 6×6 blocks, each a term k u uᵀ that enters or leaves,
+!> with a u of two blocks.
 module dda_rank_one
    use dda_kinds, only: wp
    implicit none
@@ -13,21 +13,22 @@ module dda_rank_one
       integer :: n = 0                        !< may exceed `most_changes`
       integer :: block(2, most_changes) = 0    !< rows of blocks that u touches
       real(wp) :: u(6, 2, most_changes) = 0.0_wp
-      real(wp) :: k(most_changes) = 0.0_wp    !< negative for a spring taken out
+      real(wp) :: k(most_changes) = 0.0_wp    !< N/m, negative for a term that leaves
    end type rank_one_type
 
 contains
 
    pure subroutine forget_changes(changes)
-      type(rank_one_type), intent(inout) :: changes
+      type(rank_one_type), intent(inout) :: changes  !< left empty
 
       changes%n = 0
    end subroutine forget_changes
 
    !> Note k u uᵀ, u = (a, −b) in two rows of blocks.
    pure subroutine add_change(changes, block_a, a, block_b, b, k)
-      type(rank_one_type), intent(inout) :: changes
-      integer, intent(in) :: block_a, block_b
+      type(rank_one_type), intent(inout) :: changes  !< gets one more
+      integer, intent(in) :: block_a, block_b  !< block rows
+      !> parts of u, and stiffness, N/m; negative for a term that leaves
       real(wp), intent(in) :: a(6), b(6), k
 
       changes%n = changes%n + 1
@@ -38,9 +39,9 @@ contains
       changes%k(changes%n) = k
    end subroutine add_change
 
-   !> More has changed than is worth following.
+   !> More has changed than is worth an update.
    pure subroutine note_many(changes)
-      type(rank_one_type), intent(inout) :: changes
+      type(rank_one_type), intent(inout) :: changes  !< more than can be kept
 
       changes%n = most_changes + 1
    end subroutine note_many

@@ -9,8 +9,8 @@ contains
 
    !> Inverse by Gauss–Jordan elimination in place; definite, so no pivoting is needed.
    pure subroutine invert(matrix, inverse)
-      real(wp), intent(in) :: matrix(6, 6)
-      real(wp), intent(out) :: inverse(6, 6)
+      real(wp), intent(in) :: matrix(6, 6)  !< positive definite
+      real(wp), intent(out) :: inverse(6, 6)  !< of the matrix
       real(wp) :: pivot, factor(6)
       integer :: k, j
 

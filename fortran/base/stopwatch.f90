@@ -1,4 +1,4 @@
-!> Where the time of the steps goes, by phases; it runs only where somebody asks.
+!> Time spent in each phase of the steps; off unless it is asked for.
 module dda_stopwatch
    use, intrinsic :: iso_fortran_env, only: int64
    use dda_kinds, only: wp
@@ -28,17 +28,17 @@ module dda_stopwatch
 
 contains
 
-   !> What has passed since the last lap belongs to no phase.
+   !> Start timing: the time since the last lap belongs to no phase.
    subroutine begin_laps(watch)
-      type(stopwatch_type), intent(inout) :: watch
+      type(stopwatch_type), intent(inout) :: watch  !< does nothing unless it is running
 
       if (watch%running) call system_clock(watch%since)
    end subroutine begin_laps
 
-   !> What has passed since the last lap belongs to a phase.
+   !> Add the time since the last lap to a phase.
    subroutine lap(watch, phase)
-      type(stopwatch_type), intent(inout) :: watch
-      integer, intent(in) :: phase
+      type(stopwatch_type), intent(inout) :: watch  !< does nothing unless it is running
+      integer, intent(in) :: phase                  !< one of `phase_…`
       integer(int64) :: now
 
       if (.not. watch%running) return
@@ -49,7 +49,7 @@ contains
 
    !> Seconds spent in each phase.
    function seconds_of(watch) result(seconds)
-      type(stopwatch_type), intent(in) :: watch
+      type(stopwatch_type), intent(in) :: watch  !< stopped between laps
       real(wp) :: seconds(size(phase_names))
       integer(int64) :: rate
 

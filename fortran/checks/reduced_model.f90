@@ -12,7 +12,7 @@
 !> sample frequencies until that is small at all of them.
 module dda_reduced_model
    use dda_kinds, only: wp, pi
-   use dda_block_cholesky, only: solve
+   use dda_cholesky_double, only: solve
    use dda_block_matrix, only: multiply
    use dda_eigen, only: shifted_inverse_type, prepare_inverse
    use dda_errors, only: error_type

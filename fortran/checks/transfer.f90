@@ -5,7 +5,7 @@
 !> unit translation, and gives the motion relative to the base.
 module dda_transfer
    use dda_kinds, only: wp, pi
-   use dda_block_cholesky, only: solve
+   use dda_cholesky_double, only: solve
    use dda_dense_eigen, only: symmetric_eigen
    use dda_eigen, only: shifted_inverse_type, prepare_inverse
    use dda_errors, only: error_type, error_input, fail

@@ -6,7 +6,7 @@ module dda_input_settings
       require_within, require_finite, unset, is_set, name_length
    use dda_input_integration, only: check_integration
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
-   use dda_linear_solver, only: solver_names
+   use dda_linear_solver, only: is_solver_name, solver_names
    use dda_text, only: quoted, to_text
    implicit none
    private
@@ -77,7 +77,7 @@ contains
       call require_finite(error, place, 'gravity', gravity)
       if (.not. is_set(least_time_step)) least_time_step = 1.0e-6_wp*time_step
       call require_positive(error, place, 'least_time_step', least_time_step)
-      if (.not. any(solver == solver_names)) call input_error(error, place, 'solver = '// &
+      if (.not. is_solver_name(solver)) call input_error(error, place, 'solver = '// &
          quoted(solver)//' is not known; there are'//listed(solver_names))
       call count_steps(error, place, time_step, duration, steps)
       if (.not. any(time_step_control == [character(len=8) :: 'fixed', 'adaptive'])) &

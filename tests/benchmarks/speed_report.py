@@ -13,19 +13,17 @@ much of the largest move (– where no plain iteration converged):
 NOTES = """
 ## Choices behind these numbers
 
-- Springs that contacts put in or take out are followed by a correction of low rank to the stale
-  factor (`low_rank.f90`), up to 160 of them; beyond that, or when its age has cost eight
-  iterations, the factor is made anew.  A correction costs a small part of a factor and leaves
-  solves as short.
-- The factor is kept in slices of 8 rows and 6 columns (`slices.f90`), read upwards through memory
-  in the first half of a solve and downwards in the second: one stream for the processor to fetch
-  ahead.
+- Springs that contacts put in or take out are taken up by a low-rank update of the lagged
+  factor (`low_rank.f90`), up to 160 of them; beyond that, or when its age has cost eight iterations,
+  the factor is made anew.  A correction costs a small part of a factor and leaves solves as short.
+- The factor is kept in panels of 8 rows and 6 columns (`packed_panels.f90`), read upwards through memory in
+  the first half of a solve and downwards in the second: one stream for the processor to fetch ahead.
 - Solves before the last of a step stop at a hundredth of their first residual; the last one is
   finished to 1e-11 before convergence is accepted.
 - SSOR is not offered as preconditioner.  Prototypes (1,000 bricks, 100 E, 1e-5 s) took 8 iterations
   in place of 15, 0.69 ms in place of 0.77 ms on one thread, but 0.60 ms in place of 0.42 ms on two;
   at 10,000 bricks 11.6 ms in place of 13 ms, and 7.9 ms in place of 5.9 ms.  Where block Jacobi
-  needs many iterations, the stale factor is several times faster than both.
+  needs many iterations, the lagged factor is several times faster than both.
 - Residuals are measured by the loads whose balance a right side is: at rest they all but cancel.
 - The engine's own factor of 6×6 blocks was measured against CHOLMOD's supernodal one before it was
   kept: 2.7 to 5.8 times as fast on walls of 1,000 and 10,000 bricks, on one thread.

@@ -4,7 +4,9 @@ module test_block_cholesky
    use dda_errors, only: error_type
    use dda_block_graph, only: block_graph_type, graph_of
    use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
-   use dda_block_cholesky, only: analyse, cholesky_single_type, cholesky_type, factorise, solve
+   use dda_cholesky_double, only: factor_type, analyse, factorise, solve
+   use dda_cholesky_single, only: single_factor_type => factor_type, analyse_single => analyse, &
+      factorise_single => factorise, solve_single => solve
    use dda_ordering, only: bandwidth_order, dissection_order, fill_order, minimum_degree_order
    use dda_text, only: to_text
    use testing, only: case, check, check_close, check_fails, check_no_error
@@ -41,6 +43,7 @@ contains
 
    !> Each order is a permutation; Cuthill–McKee narrows the band of a grid.
    subroutine test_orders()
+      type(block_matrix_type) :: matrix
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
       logical :: done
@@ -58,7 +61,8 @@ contains
       call bandwidth_order(graph, order)
       call check_permutation(order, 'bandwidth')
       call check(bandwidth(graph, order) <= 25, 'the band of a 30 × 20 grid is about 20 wide')
-      call graph_of(5, [1, 1, 1, 1, 1, 1], [integer ::], graph)
+      call set_pattern(matrix, 5, reshape([integer ::], [2, 0]))
+      call graph_of(matrix, graph)
       call bandwidth_order(graph, order)
       call check_permutation(order, 'bandwidth without couplings')
    end subroutine test_orders
@@ -118,7 +122,7 @@ contains
    !> A factor serves again, with and without a new analysis.
    subroutine test_new_numbers_and_new_pattern()
       type(block_matrix_type) :: matrix
-      type(cholesky_type) :: factor
+      type(factor_type) :: factor
       type(error_type), allocatable :: error
       integer :: i
 
@@ -139,7 +143,7 @@ contains
    !> b and x may hold the same values.
    subroutine test_solution_in_place()
       type(block_matrix_type) :: matrix
-      type(cholesky_type) :: factor
+      type(factor_type) :: factor
       type(error_type), allocatable :: error
       real(wp) :: b(6, 30), x(6, 30)
 
@@ -157,8 +161,8 @@ contains
    !> A pivot that is not positive is an error that names the row of blocks.
    subroutine test_not_positive_definite()
       type(block_matrix_type) :: matrix
-      type(cholesky_type) :: factor
-      type(cholesky_single_type) :: single_factor
+      type(factor_type) :: factor
+      type(single_factor_type) :: single_factor
       type(error_type), allocatable :: error
       integer :: bad
 
@@ -170,8 +174,8 @@ contains
          call analyse(factor, matrix)
          call factorise(factor, matrix, error)
          call check_fails(error, 'positive pivot')
-         call analyse(single_factor, matrix)
-         call factorise(single_factor, matrix, error)
+         call analyse_single(single_factor, matrix)
+         call factorise_single(single_factor, matrix, error)
          call check_fails(error, 'positive pivot')
       end do
       call set_pattern(matrix, 3, reshape([integer ::], [2, 0]))
@@ -187,7 +191,7 @@ contains
 
    subroutine test_unknown_pattern()
       type(block_matrix_type) :: matrix
-      type(cholesky_type) :: factor
+      type(factor_type) :: factor
       type(error_type), allocatable :: error
 
       call case('pattern not analysed')
@@ -239,21 +243,21 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       real(wp), intent(in) :: b(:,:)
       real(wp), intent(out) :: x(:,:)
-      type(cholesky_type) :: factor
-      type(cholesky_single_type) :: single_factor
+      type(factor_type) :: factor
+      type(single_factor_type) :: single_factor
       type(error_type), allocatable :: error
       real(wp), allocatable :: y(:,:)
 
       allocate (y, mold=x)
       call analyse(factor, matrix)
-      call analyse(single_factor, matrix)
+      call analyse_single(single_factor, matrix)
       call check(factor%plan%sharing%is_shared, 'large enough for threads')
       call factorise(factor, matrix, error)
       call check_no_error(error, 'factor')
-      call factorise(single_factor, matrix, error)
+      call factorise_single(single_factor, matrix, error)
       call check_no_error(error, 'single factor')
       call solve(factor, b, x)
-      call solve(single_factor, b, y)
+      call solve_single(single_factor, b, y)
       x = x + y
    end subroutine solve_both
 
@@ -261,8 +265,8 @@ contains
    subroutine check_against_dense(n, pairs)
       integer, intent(in) :: n, pairs(:,:)
       type(block_matrix_type) :: matrix
-      type(cholesky_type) :: factor
-      type(cholesky_single_type) :: single_factor
+      type(factor_type) :: factor
+      type(single_factor_type) :: single_factor
       type(error_type), allocatable :: error
       real(wp) :: b(6, n), x(6, n), expected(6*n, 1)
       real(wp), allocatable :: dense(:,:)
@@ -280,10 +284,10 @@ contains
       call check_no_error(error, 'factor')
       call solve(factor, b, x)
       call check_close(reshape(x, [6*n]), expected(:, 1), 'solution', relative=1.0e-12_wp)
-      call analyse(single_factor, matrix)
-      call factorise(single_factor, matrix, error)
+      call analyse_single(single_factor, matrix)
+      call factorise_single(single_factor, matrix, error)
       call check_no_error(error, 'single factor')
-      call solve(single_factor, b, x)
+      call solve_single(single_factor, b, x)
       call check_close(reshape(x, [6*n]), expected(:, 1), 'single solution', relative=2.0e-5_wp)
    end subroutine check_against_dense
 
@@ -291,8 +295,8 @@ contains
    subroutine check_residuals(n, pairs)
       integer, intent(in) :: n, pairs(:,:)
       type(block_matrix_type) :: matrix
-      type(cholesky_type) :: factor
-      type(cholesky_single_type) :: single_factor
+      type(factor_type) :: factor
+      type(single_factor_type) :: single_factor
       type(error_type), allocatable :: error
       real(wp) :: b(6, n), x(6, n), kx(6, n)
 
@@ -303,11 +307,11 @@ contains
       call factorise(factor, matrix, error)
       call check_no_error(error, 'factor')
       call check(residual(matrix, factor) < 1.0e-13_wp, 'residual')
-      call analyse(single_factor, matrix)
-      call factorise(single_factor, matrix, error)
+      call analyse_single(single_factor, matrix)
+      call factorise_single(single_factor, matrix, error)
       call check_no_error(error, 'single factor')
       call random_number(b)
-      call solve(single_factor, b, x)
+      call solve_single(single_factor, b, x)
       call multiply(matrix, x, kx)
       call check(norm2(kx - b) < 5.0e-6_wp*norm2(b), 'single residual')
    end subroutine check_residuals
@@ -315,7 +319,7 @@ contains
    !> |K x − b|/|b| of a solution with the factor.
    real(wp) function residual(matrix, factor)
       type(block_matrix_type), intent(in) :: matrix
-      type(cholesky_type), intent(inout) :: factor
+      type(factor_type), intent(inout) :: factor
       real(wp) :: b(6, matrix%n), x(6, matrix%n), kx(6, matrix%n)
 
       call random_number(b)
@@ -401,7 +405,7 @@ contains
       type(block_matrix_type) :: matrix
 
       call set_pattern(matrix, width*height, grid_pairs(width, height))
-      call graph_of(matrix%n, matrix%row_start, matrix%column, graph)
+      call graph_of(matrix, graph)
    end subroutine grid_graph
 
    subroutine check_permutation(order, name)
@@ -417,17 +421,17 @@ contains
       call check(all(times == 1), name//' order is a permutation')
    end subroutine check_permutation
 
-   !> Largest distance between coupled places.
+   !> Largest distance between coupled rows in the order.
    integer function bandwidth(graph, order)
       type(block_graph_type), intent(in) :: graph
       integer, intent(in) :: order(:)
-      integer :: place(size(order)), v, e, k
+      integer :: permuted(size(order)), v, e, k
 
-      place(order) = [(k, k=1, size(order))]
+      permuted(order) = [(k, k=1, size(order))]
       bandwidth = 0
       do v = 1, graph%n
          do e = graph%start(v), graph%start(v + 1) - 1
-            bandwidth = max(bandwidth, abs(place(v) - place(graph%neighbour(e))))
+            bandwidth = max(bandwidth, abs(permuted(v) - permuted(graph%neighbour(e))))
          end do
       end do
    end function bandwidth

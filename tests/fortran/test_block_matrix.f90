@@ -1,7 +1,7 @@
 !> The block matrix against the dense matrix that it stands for.
 module test_block_matrix
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, clear, entry_of, multiply, set_pattern
+   use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
    use models, only: random, random_vector, sow
    use testing, only: case, check, check_close
    implicit none
@@ -106,10 +106,6 @@ contains
       call check(entry_of(matrix, 1, 2) == 0 .and. entry_of(matrix, 4, 1) == 1, 'its entries')
       call check_close(sum(abs(matrix%diagonal)) + sum(abs(matrix%lower)), 0.0_wp, &
          'its values are zero')
-      matrix%diagonal = 1.0_wp
-      matrix%lower = 1.0_wp
-      call clear(matrix)
-      call check_close(sum(abs(matrix%diagonal)) + sum(abs(matrix%lower)), 0.0_wp, 'cleared')
    end subroutine pattern_again
 
 end module test_block_matrix

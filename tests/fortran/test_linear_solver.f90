@@ -20,6 +20,7 @@ contains
       integer :: i
 
       call unknown_name()
+      call former_name()
       do i = 1, size(solver_names)
          call case('solver '//trim(solver_names(i)))
          call solves(trim(solver_names(i)), 80, 1.0_wp)
@@ -42,6 +43,17 @@ contains
       call choose_solver(solver, 'magic', error)
       call check_fails(error, "'magic'")
    end subroutine unknown_name
+
+   !> A name of an older version chooses the solver that it has become.
+   subroutine former_name()
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+
+      call case('a former name')
+      call choose_solver(solver, 'stale', error)
+      call check_no_error(error, 'stale')
+      call check(solver%name == 'lagged', 'the present name')
+   end subroutine former_name
 
    !> A chain of blocks joined by stiff springs; `least` is the stiffness that holds each alone.
    subroutine chain(n, least, matrix)
@@ -114,7 +126,7 @@ contains
       call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), name//': the residual')
    end subroutine solves
 
-   !> Numbers that single precision cannot hold: the stale factor hands over to the direct solver.
+   !> Numbers that single precision cannot hold: the lagged factor hands over to the direct solver.
    subroutine beyond_single_precision()
       integer, parameter :: n = 70
       type(block_matrix_type) :: matrix
@@ -131,10 +143,10 @@ contains
       matrix%lower = 1.0e60_wp*matrix%lower
       b = 1.0_wp
       x = 0.0_wp
-      call prepare(solver, 'stale', matrix, error)
-      call check_no_error(error, 'stale')
+      call prepare(solver, 'lagged', matrix, error)
+      call check_no_error(error, 'lagged')
       call solve(solver, matrix, b, x, error)
-      call check_no_error(error, 'stale')
+      call check_no_error(error, 'lagged')
       call multiply(matrix, x, image)
       call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), 'the residual')
       call check(solver%handed_over == 1 .and. solver%method == 'direct', 'handed over')
@@ -153,12 +165,12 @@ contains
       call chain(n, 1.0_wp, matrix)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
-      call prepare(solver, 'stale', matrix, error)
+      call prepare(solver, 'lagged', matrix, error)
       matrix%diagonal(:, :, ::2) = 1.0e7_wp*matrix%diagonal(:, :, ::2)
       call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
       call solve(solver, matrix, b, x, error)
-      call check_no_error(error, 'stale')
-      call check(solver%method == 'stale' .and. solver%factors == 2, 'a second factor')
+      call check_no_error(error, 'lagged')
+      call check(solver%method == 'lagged' .and. solver%factors == 2, 'a second factor')
    end subroutine old_factor
 
    !> Where the diagonal blocks come to need many iterations, `auto` takes a factor instead.
@@ -181,10 +193,10 @@ contains
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, 'jacobi')
       call renew(solver, matrix, matrix%diagonal, rank_one_type(), error)
-      call check(solver%method == 'stale', 'a matrix that was slow')
+      call check(solver%method == 'lagged', 'a matrix that was slow')
       x = 0.0_wp
       call solve(solver, matrix, b, x, error)
-      call check_no_error(error, 'stale')
+      call check_no_error(error, 'lagged')
       call multiply(matrix, x, image)
       call check(norm2(image - b) <= 1.0e-8_wp*norm2(b), 'the residual')
    end subroutine slow_jacobi

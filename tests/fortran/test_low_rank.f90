@@ -3,10 +3,10 @@ module test_low_rank
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
    use dda_errors, only: error_type
-   use dda_low_rank, only: follow_again
+   use dda_low_rank, only: rebuild_low_rank, update_low_rank
    use dda_rank_one, only: add_change, forget_changes, most_changes, note_many, rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_type
-   use dda_lagged_factor, only: analyse_lagged, follow, refresh, lagged_factor_type
+   use dda_lagged_factor, only: analyse_lagged, refactorise, lagged_factor_type
    use models, only: random, random_vector, sow
    use testing, only: case, check, check_no_error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
@@ -129,7 +129,7 @@ contains
       integer, intent(in) :: across, up, count
       integer, intent(in) :: parts  !< in which the changes come
       type(block_matrix_type) :: matrix
-      type(lagged_factor_type) :: stale
+      type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       logical :: done
@@ -137,22 +137,22 @@ contains
 
       call case('springs put in')
       call wall(across, up, matrix)
-      call analyse_lagged(stale, matrix)
-      call refresh(stale, matrix, error)
+      call analyse_lagged(lagged, matrix)
+      call refactorise(lagged, matrix, error)
       call check_no_error(error, 'the factor')
       do part = 1, parts
          call forget_changes(changes)
          call change(matrix, changes, part*count/parts - (part - 1)*count/parts)
-         call follow(stale, changes, done)
+         call update_low_rank(lagged%low, lagged%factor, changes, done)
          call check(done, 'followed')
-         call check_inverse(stale, matrix)
+         call check_inverse(lagged, matrix)
       end do
-      call check(stale%low%springs%n == count, 'all springs')
+      call check(lagged%low%terms%n == count, 'all springs')
    end subroutine follows
 
    !> P⁻¹ A x is x, as far as single precision can tell.
-   subroutine check_inverse(stale, matrix)
-      type(lagged_factor_type), intent(inout) :: stale
+   subroutine check_inverse(lagged, matrix)
+      type(lagged_factor_type), intent(inout) :: lagged
       type(block_matrix_type), intent(in) :: matrix
       ! rounding in single precision gives 5e-4 to 2e-3
       real(wp), parameter :: tolerance = 1.0e-2_wp
@@ -160,14 +160,14 @@ contains
 
       x = reshape(random_vector(6*matrix%n), [6, matrix%n])
       call multiply(matrix, x, image)
-      call stale%apply(matrix%n, image, back)
+      call lagged%apply(matrix%n, image, back)
       call check(norm2(back - x) <= tolerance*norm2(x), 'the inverse of the changed matrix')
    end subroutine check_inverse
 
    !> Springs taken out again leave the first matrix; so does a spring that the factor itself holds.
    subroutine to_and_fro()
       type(block_matrix_type) :: matrix, first
-      type(lagged_factor_type) :: stale
+      type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes, back
       type(error_type), allocatable :: error
       logical :: done
@@ -176,68 +176,68 @@ contains
       call wall(20, 15, matrix)
       first = matrix
       call change(matrix, changes, 60)
-      call analyse_lagged(stale, matrix)
-      call refresh(stale, matrix, error)
+      call analyse_lagged(lagged, matrix)
+      call refactorise(lagged, matrix, error)
       back = changes
       back%k = -back%k
-      call follow(stale, back, done)
+      call update_low_rank(lagged%low, lagged%factor, back, done)
       call check(done, 'taken out')
-      call check_inverse(stale, first)
-      call follow(stale, changes, done)
+      call check_inverse(lagged, first)
+      call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(done, 'put in again')
-      call check_inverse(stale, matrix)
+      call check_inverse(lagged, matrix)
    end subroutine to_and_fro
 
    !> What is too much to follow is refused.
    subroutine too_many()
       type(block_matrix_type) :: matrix
-      type(lagged_factor_type) :: stale
+      type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       logical :: done
 
       call case('more changes than can be followed')
       call wall(12, 9, matrix)
-      call analyse_lagged(stale, matrix)
-      call refresh(stale, matrix, error)
+      call analyse_lagged(lagged, matrix)
+      call refactorise(lagged, matrix, error)
       call change(matrix, changes, most_changes + 1)
       call check(changes%n == most_changes + 1, 'counted')
-      call follow(stale, changes, done)
+      call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'refused')
       call forget_changes(changes)
       call change(matrix, changes, most_changes - 3)
-      call follow(stale, changes, done)
+      call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(done, 'the most')
       call forget_changes(changes)
       call change(matrix, changes, 4)
-      call follow(stale, changes, done)
+      call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'one more')
       call note_many(changes)
-      call follow(stale, changes, done)
+      call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'many')
    end subroutine too_many
 
    !> A spring that was never there cannot be taken out.
    subroutine not_definite()
       type(block_matrix_type) :: matrix
-      type(lagged_factor_type) :: stale
+      type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       logical :: done
 
       call case('a spring that was never there')
       call wall(12, 9, matrix)
-      call analyse_lagged(stale, matrix)
-      call refresh(stale, matrix, error)
+      call analyse_lagged(lagged, matrix)
+      call refactorise(lagged, matrix, error)
       call add_change(changes, 5, random_vector(6), 6, random_vector(6), -100.0_wp*stiff)
-      call follow(stale, changes, done)
+      call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'refused')
    end subroutine not_definite
 
    !> Neither threads nor the parts in which the changes came alter a bit.
    subroutine same_bits()
       type(block_matrix_type) :: matrix
-      type(lagged_factor_type) :: stale
+      type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
       type(error_type), allocatable :: error
       real(wp), allocatable :: b(:,:), one(:,:), more(:,:)
@@ -250,20 +250,20 @@ contains
       call wall(60, 40, matrix)
       allocate (b(6, matrix%n), one(6, matrix%n), more(6, matrix%n))
       b = reshape(random_vector(6*matrix%n), [6, matrix%n])
-      call analyse_lagged(stale, matrix)
-      call check(stale%factor%plan%sharing%is_shared, 'large enough for threads')
-      call refresh(stale, matrix, error)
+      call analyse_lagged(lagged, matrix)
+      call check(lagged%factor%plan%sharing%is_shared, 'large enough for threads')
+      call refactorise(lagged, matrix, error)
       do part = 1, 3
          call forget_changes(changes)
          call change(matrix, changes, 25)
-         call follow(stale, changes, done)
+         call update_low_rank(lagged%low, lagged%factor, changes, done)
       end do
-      call stale%apply(matrix%n, b, one)
+      call lagged%apply(matrix%n, b, one)
       do threads = 1, 4
          !$ call omp_set_num_threads(threads)
-         call follow_again(stale%low, stale%factor, done)
+         call rebuild_low_rank(lagged%low, lagged%factor, 1, done)
          call check(done, 'followed again')
-         call stale%apply(matrix%n, b, more)
+         call lagged%apply(matrix%n, b, more)
          call check(all(abs(one - more) <= 0.0_wp), 'the same bits')
       end do
       !$ call omp_set_num_threads(before)
@@ -278,11 +278,11 @@ contains
       real(wp), allocatable :: b(:,:), x(:,:), image(:,:)
       integer :: round
 
-      call case('the stale solver follows changes')
+      call case('the lagged solver updates its factor')
       call wall(20, 15, matrix)
       allocate (b(6, matrix%n), x(6, matrix%n), image(6, matrix%n))
       b = reshape(random_vector(6*matrix%n), [6, matrix%n])
-      call choose_solver(solver, 'stale', error)
+      call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
       call renew(solver, matrix, matrix%diagonal, changes, error)
       do round = 1, 8
@@ -291,7 +291,7 @@ contains
          call renew(solver, matrix, matrix%diagonal, changes, error)
          x = 0.0_wp
          call solve(solver, matrix, b, x, error)
-         call check_no_error(error, 'stale')
+         call check_no_error(error, 'lagged')
          call multiply(matrix, x, image)
          call check(norm2(image - b) <= 1.0e-9_wp*norm2(b), 'the residual')
          call check(solver%last_iterations <= 6, 'few iterations')

@@ -18,7 +18,7 @@ contains
 
    subroutine simulation_state_suite()
       call goes_on(gravity//" solver = 'direct'", '', 3)
-      call goes_on(gravity//" solver = 'stale'", '', 3)
+      call goes_on(gravity//" solver = 'lagged'", '', 3)
       call goes_on(gravity//" solver = 'jacobi'", '', 3)
       call goes_on(gravity//" solver = 'banded'", '', 3)
       call goes_on(gravity//" solver = 'sor'", '', 2)

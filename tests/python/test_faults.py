@@ -8,7 +8,7 @@ from model_text import DRY, changed, flying_block, rectangle, tower
 import sitedda
 
 ROLLING = {"steps": 40_000, "solver": "direct"}
-SOLVERS = ("direct", "stale", "jacobi", "banded", "sor")
+SOLVERS = ("direct", "lagged", "jacobi", "banded", "sor")
 
 
 def flying(velocity: float, **control) -> list:

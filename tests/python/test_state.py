@@ -27,7 +27,7 @@ REMADE = {
         "convex_block": "the input",
     },
     ("contact/contact.f90", "contacts_type"): {},
-    ("dynamics/assembly.f90", "system_type"): {
+    ("dynamics/system.f90", "system_type"): {
         "matrix": "its pattern follows from the neighbours, its numbers are made in each step",
         "pair_of_entry": "the pattern",
         "first_contact": "listed in each step",
@@ -41,24 +41,29 @@ REMADE = {
         "previous_d": "set before it is used",
         "watch": "a clock for those who measure",
     },
-    ("algebra/solver.f90", "solver_type"): {
+    ("algebra/solvers/linear_solver.f90", "solver_type"): {
         "name": "the input",
-        "direct": "factorised in each step",
-        "band": "factorised in each step",
-        "jacobi": "inverted in each step",
-        "work": "workspace",
         "loads": "weighed in each step",
-        "direct_planned": "planned when the method is",
     },
-    ("algebra/stale_factor.f90", "stale_factor_type"): {},
-    ("algebra/low_rank.f90", "low_rank_type"): {
-        name: "follows from the springs and the factor"
+    ("algebra/solvers/abstract_solver.f90", "linear_solver_type"): {
+        "name": "that of the method",
+        "factors": "counted by the solver above",
+        "iterations": "counted by the solver above",
+        "work": "workspace",
+    },
+    ("algebra/solvers/direct_solver.f90", "direct_solver_type"): {"factor": "made in each step"},
+    ("algebra/solvers/banded_solver.f90", "banded_solver_type"): {"factor": "made in each step"},
+    ("algebra/solvers/jacobi_solver.f90", "jacobi_solver_type"): {"diagonal": "made in each step"},
+    ("algebra/solvers/lagged_solver.f90", "lagged_solver_type"): {},
+    ("algebra/solvers/lagged_factor.f90", "lagged_factor_type"): {},
+    ("algebra/cholesky/low_rank.f90", "low_rank_type"): {
+        name: "follows from the terms and the factor"
         for name in ("columns", "gram", "order", "pivot", "t")
     },
     ("algebra/rank_one.f90", "rank_one_type"): {},
-    ("algebra/cholesky_body.inc", "factor_type"): {
+    ("algebra/cholesky/cholesky.f90.in", "factor_type"): {
         name: "follows from the pattern, or is workspace"
-        for name in ("plan", "panel", "update", "vector", "part", "bad_place")
+        for name in ("plan", "panel", "update", "vector", "front_vector", "bad_pivot")
     },
     ("dynamics/open_close.f90", "iteration_type"): {
         "max_iterations": "the input",
@@ -72,13 +77,13 @@ REMADE = {
     },
     ("dynamics/energy.f90", "energy_type"): {},
     ("dynamics/simulation.f90", "counters_type"): {},
-    ("io/journal.f90", "journal_type"): {"file": "opened anew"},
+    ("output/journal.f90", "journal_type"): {"file": "opened anew"},
 }
 
 
 def components(text: str, name: str) -> set[str]:
     """Names of the components of a derived type."""
-    begin = rf"^ *type(?:, extends\(\w+\))? :: {name}\n"
+    begin = rf"^ *type(?:, abstract)?(?:, extends\(\w+\))? :: {name}\n"
     body = re.search(rf"{begin}(.*?)^ *end type", text, re.M | re.S)
     assert body, f"there is no type {name}"
     found = set()
@@ -94,9 +99,11 @@ def components(text: str, name: str) -> set[str]:
 @pytest.fixture(scope="module")
 def carrying(root):
     """The code that carries the parts of the state."""
-    journal = (root / "fortran" / "io" / "journal.f90").read_text()
+    journal = (root / "fortran" / "output" / "journal.f90").read_text()
     mark = re.search(r"subroutine carry_mark.*?end subroutine", journal, re.S)[0]
     rooms = [path.read_text() for path in (root / "fortran" / "state").glob("*.f90")]
+    solver = (root / "fortran/algebra/solvers/lagged_solver.f90").read_text()
+    rooms += re.findall(r"subroutine serialise_.*?end subroutine", solver, re.S)
     return re.sub(r"!.*", "", "\n".join([mark, *rooms]))
 
 

@@ -9,70 +9,85 @@ module dda_band_cholesky
    use dda_lapack, only: dpbtrf, dpbtrs
    implicit none
    private
-   public :: band_cholesky_type, analyse_band, factorise_band, solve_band
+   public :: band_cholesky_type, analyse_band, order_band, fill_band, factorise_band, solve_band
 
-   !> Order, band and work space; the band is [half_width+1, 6n], lower storage.
+   !> Order, band and workspace; the band is [half_width+1, 6n], lower storage.
    type :: band_cholesky_type
       integer :: n = 0                       !< block rows
       integer :: half_width = 0              !< scalar sub-diagonals
-      integer, allocatable :: place(:)       !< [n] position of each block row in the order
+      integer, allocatable :: permuted(:)    !< [n] permuted index of each block row
       real(wp), allocatable :: band(:,:)
       real(wp), allocatable :: work(:,:)     !< [6,n]
    end type band_cholesky_type
 
 contains
 
-   !> Order the pattern and make room.
+   !> Order the pattern and allocate.
    subroutine analyse_band(factor, matrix)
-      type(band_cholesky_type), intent(inout) :: factor
-      type(block_matrix_type), intent(in) :: matrix
+      type(band_cholesky_type), intent(inout) :: factor  !< gets order and memory
+      type(block_matrix_type), intent(in) :: matrix      !< its pattern is read
+
+      call order_band(factor, matrix)
+      if (allocated(factor%band)) deallocate (factor%band, factor%work)
+      allocate (factor%band(factor%half_width + 1, 6*matrix%n), factor%work(6, matrix%n))
+   end subroutine analyse_band
+
+   !> A bandwidth-reducing order and the half width that it gives.
+   subroutine order_band(factor, matrix)
+      type(band_cholesky_type), intent(inout) :: factor  !< gets order and half width
+      type(block_matrix_type), intent(in) :: matrix      !< its pattern is read
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
       integer :: i, e, apart
 
-      call graph_of(matrix%n, matrix%row_start, matrix%column, graph)
+      call graph_of(matrix, graph)
       call bandwidth_order(graph, order)
       factor%n = matrix%n
-      if (allocated(factor%place)) deallocate (factor%place, factor%band, factor%work)
-      allocate (factor%place(matrix%n), factor%work(6, matrix%n))
-      do i = 1, matrix%n
-         factor%place(order(i)) = i
-      end do
+      factor%permuted = order
+      factor%permuted(order) = [(i, i=1, matrix%n)]
       apart = 0
       do i = 1, matrix%n
          do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            apart = max(apart, abs(factor%place(i) - factor%place(matrix%column(e))))
+            apart = max(apart, abs(factor%permuted(i) - factor%permuted(matrix%column(e))))
          end do
       end do
       factor%half_width = 6*apart + 5
-      allocate (factor%band(factor%half_width + 1, 6*matrix%n))
-   end subroutine analyse_band
+   end subroutine order_band
 
    !> Copy the values into the band and factorise it.
    subroutine factorise_band(factor, matrix, error)
-      type(band_cholesky_type), intent(inout) :: factor
-      type(block_matrix_type), intent(in) :: matrix
-      type(error_type), allocatable, intent(out) :: error
-      integer :: i, e, info
+      type(band_cholesky_type), intent(inout) :: factor  !< of the same pattern
+      type(block_matrix_type), intent(in) :: matrix      !< K
+      type(error_type), allocatable, intent(out) :: error  !< K is not positive definite
+      integer :: info
 
-      factor%band = 0.0_wp
-      do i = 1, matrix%n
-         call put_block(factor, matrix%diagonal(:, :, i), factor%place(i), factor%place(i))
-         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            call put_block(factor, matrix%lower(:, :, e), factor%place(i), &
-               factor%place(matrix%column(e)))
-         end do
-      end do
+      call fill_band(factor, matrix)
       call dpbtrf('L', 6*factor%n, factor%half_width, factor%band, factor%half_width + 1, info)
       if (info /= 0) call fail(error, error_solver, &
          'the matrix is not positive definite at scalar row '//to_text(info)//' of the band')
    end subroutine factorise_band
 
+   !> Copy the values of a matrix into the band.
+   pure subroutine fill_band(factor, matrix)
+      type(band_cholesky_type), intent(inout) :: factor  !< with a band of the right size
+      type(block_matrix_type), intent(in) :: matrix      !< K
+      integer :: i, e
+
+      factor%band = 0.0_wp
+      do i = 1, matrix%n
+         call put_block(factor, matrix%diagonal(:, :, i), factor%permuted(i), factor%permuted(i))
+         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            call put_block(factor, matrix%lower(:, :, e), factor%permuted(i), &
+               factor%permuted(matrix%column(e)))
+         end do
+      end do
+   end subroutine fill_band
+
    !> Put a 6×6 block, or its transpose if it falls above the diagonal, into the band.
    pure subroutine put_block(factor, block, row, column)
-      type(band_cholesky_type), intent(inout) :: factor
-      real(wp), intent(in) :: block(6, 6)
-      integer, intent(in) :: row, column
+      type(band_cholesky_type), intent(inout) :: factor  !< its band is filled
+      real(wp), intent(in) :: block(6, 6)  !< values
+      integer, intent(in) :: row, column  !< permuted indices of its block row and column
       integer :: i, j, first
 
       do j = 1, 6
@@ -92,18 +107,18 @@ contains
 
    !> x = K⁻¹ b
    subroutine solve_band(factor, b, x)
-      type(band_cholesky_type), intent(inout) :: factor
+      type(band_cholesky_type), intent(inout) :: factor  !< its workspace changes
       real(wp), intent(in) :: b(:,:)   !< [6,n]
       real(wp), intent(out) :: x(:,:)  !< [6,n]
       integer :: i, info
 
       do i = 1, factor%n
-         factor%work(:, factor%place(i)) = b(:, i)
+         factor%work(:, factor%permuted(i)) = b(:, i)
       end do
       call dpbtrs('L', 6*factor%n, factor%half_width, 1, factor%band, factor%half_width + 1, &
          factor%work, 6*factor%n, info)
       do i = 1, factor%n
-         x(:, i) = factor%work(:, factor%place(i))
+         x(:, i) = factor%work(:, factor%permuted(i))
       end do
    end subroutine solve_band
 

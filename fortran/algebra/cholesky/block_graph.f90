@@ -1,5 +1,6 @@
-!> The graph of a symmetric block matrix: who is coupled to whom, seen from both sides.
+!> The graph of a symmetric block matrix: every coupling seen from both ends.
 module dda_block_graph
+   use dda_block_matrix, only: block_matrix_type
    implicit none
    private
    public :: block_graph_type, graph_of
@@ -8,60 +9,30 @@ module dda_block_graph
    type :: block_graph_type
       integer :: n = 0                     !< vertices: block rows
       integer, allocatable :: start(:)     !< [n+1] first neighbour of each vertex
-      integer, allocatable :: neighbour(:) !< [2 entries] the other end of each coupling
+      integer, allocatable :: neighbour(:) !< [2 entries] the other end of each coupling, ascending
       integer, allocatable :: entry(:)     !< [2 entries] which lower block couples them
    end type block_graph_type
 
 contains
 
-   !> Both directions of the strictly lower pattern.
-   pure subroutine graph_of(n, row_start, column, graph)
-      integer, intent(in) :: n               !< block rows
-      integer, intent(in) :: row_start(n + 1) !< first lower entry of each row
-      integer, intent(in) :: column(:)       !< [entries] column < row
-      type(block_graph_type), intent(out) :: graph
-      integer :: next(n), row, e
+   !> The lower pattern by rows, then by columns.
+   pure subroutine graph_of(matrix, graph)
+      type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
+      type(block_graph_type), intent(out) :: graph   !< of its block rows
+      integer :: v, e, middle
 
-      graph%n = n
-      allocate (graph%neighbour(2*size(column)), graph%entry(2*size(column)))
-      call count_neighbours(n, row_start, column, graph%start)
-      next = graph%start(:n)
-      do row = 1, n
-         do e = row_start(row), row_start(row + 1) - 1
-            call add_neighbour(graph, next, row, column(e), e)
-            call add_neighbour(graph, next, column(e), row, e)
-         end do
+      graph%n = matrix%n
+      graph%start = matrix%row_start + matrix%below_start - 1
+      allocate (graph%neighbour(2*size(matrix%column)), graph%entry(2*size(matrix%column)))
+      do v = 1, matrix%n
+         middle = matrix%row_start(v + 1) + matrix%below_start(v) - 1
+         associate (start => graph%start, row => matrix%row_start, below => matrix%below_start)
+            graph%neighbour(start(v):middle - 1) = matrix%column(row(v):row(v + 1) - 1)
+            graph%entry(start(v):middle - 1) = [(e, e=row(v), row(v + 1) - 1)]
+            graph%neighbour(middle:start(v + 1) - 1) = matrix%below_row(below(v):below(v + 1) - 1)
+            graph%entry(middle:start(v + 1) - 1) = matrix%below_entry(below(v):below(v + 1) - 1)
+         end associate
       end do
    end subroutine graph_of
-
-   pure subroutine add_neighbour(graph, next, vertex, other, entry)
-      type(block_graph_type), intent(inout) :: graph
-      integer, intent(inout) :: next(:)  !< [n] where each vertex's next neighbour goes
-      integer, intent(in) :: vertex, other, entry
-
-      graph%neighbour(next(vertex)) = other
-      graph%entry(next(vertex)) = entry
-      next(vertex) = next(vertex) + 1
-   end subroutine add_neighbour
-
-   !> Where each vertex's neighbours begin.
-   pure subroutine count_neighbours(n, row_start, column, start)
-      integer, intent(in) :: n
-      integer, intent(in) :: row_start(n + 1), column(:)
-      integer, allocatable, intent(out) :: start(:)
-      integer :: v, e
-
-      allocate (start(n + 1), source=0)
-      do v = 1, n
-         start(v + 1) = row_start(v + 1) - row_start(v)
-      end do
-      do e = 1, size(column)
-         start(column(e) + 1) = start(column(e) + 1) + 1
-      end do
-      start(1) = 1
-      do v = 1, n
-         start(v + 1) = start(v) + start(v + 1)
-      end do
-   end subroutine count_neighbours
 
 end module dda_block_graph

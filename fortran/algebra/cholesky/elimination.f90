@@ -13,20 +13,21 @@ module dda_elimination
    private
    public :: front_tree_type, tree_of_fronts, front_cost
 
-   !> Fronts in postorder: children before parents, each subtree one stretch of fronts.
+   !> Fronts in postorder: children before parents, each subtree a contiguous range.
    type :: front_tree_type
       integer :: n = 0                   !< block rows
       integer :: fronts = 0              !< fronts
-      integer, allocatable :: order(:)   !< [n] block row eliminated at each place
-      integer, allocatable :: first(:)   !< [fronts+1] first place of each front
+      integer, allocatable :: order(:)   !< [n] block row eliminated at each permuted
+      integer, allocatable :: first(:)   !< [fronts+1] first permuted of each front
       integer, allocatable :: parent(:)  !< [fronts] front that takes its update; 0 for a root
    end type front_tree_type
 
-   !> Columns gathered while walking up the elimination tree; a cluster is named by its last column.
+   !> Relaxed supernodes, formed from the leaves of the elimination tree upwards; a cluster is named
+   !> by its last column.
    type :: clusters_type
       integer, allocatable :: parent(:)   !< [n] parent in the elimination tree, 0 for a root
       integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 once it has been absorbed
-      integer, allocatable :: rows(:)     !< [n] rows of its front, own columns included
+      integer, allocatable :: rows(:)     !< [n] rows of its front, pivot columns included
       integer, allocatable :: head(:)     !< [n] its first column
       integer, allocatable :: next(:)     !< [n] the column after a column in its cluster, else 0
       integer, allocatable :: child(:)    !< [n] its first child cluster, else 0
@@ -37,34 +38,34 @@ contains
 
    !> The tree of fronts of a graph eliminated in the given order, and its refined order.
    pure subroutine tree_of_fronts(graph, order, tree)
-      type(block_graph_type), intent(in) :: graph
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
-      type(front_tree_type), intent(out) :: tree
+      type(front_tree_type), intent(out) :: tree  !< fronts in postorder
       type(clusters_type) :: clusters
-      integer, allocatable :: place(:)
+      integer, allocatable :: permuted(:)
       integer :: k
 
-      allocate (place(graph%n))
-      place(order) = [(k, k=1, graph%n)]
+      allocate (permuted(graph%n))
+      permuted(order) = [(k, k=1, graph%n)]
       allocate (clusters%parent(graph%n), clusters%rows(graph%n))
-      call elimination_parents(graph, order, place, clusters%parent)
-      call count_rows(graph, order, place, clusters%parent, clusters%rows)
+      call elimination_parents(graph, order, permuted, clusters%parent)
+      call count_rows(graph, order, permuted, clusters%parent, clusters%rows)
       call gather_columns(graph%n, clusters)
       call number_fronts(graph%n, order, clusters, tree)
    end subroutine tree_of_fronts
 
    !> Liu's algorithm with path compression.
-   pure subroutine elimination_parents(graph, order, place, parent)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: order(graph%n), place(graph%n)
-      integer, intent(out) :: parent(graph%n)
+   pure subroutine elimination_parents(graph, order, permuted, parent)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, intent(in) :: order(graph%n), permuted(graph%n)  !< permutation and its inverse
+      integer, intent(out) :: parent(graph%n)  !< of each column, 0 for a root
       integer :: ancestor(graph%n), i, j, e, above
 
       ancestor = 0
       parent = 0
       do i = 1, graph%n
          do e = graph%start(order(i)), graph%start(order(i) + 1) - 1
-            j = place(graph%neighbour(e))
+            j = permuted(graph%neighbour(e))
             if (j > i) cycle
             do while (j /= i)
                above = ancestor(j)
@@ -81,10 +82,11 @@ contains
 
    !> Blocks in each column of the factor, the diagonal included: row i of the factor is the part
    !> of the elimination tree between i and its neighbours.
-   pure subroutine count_rows(graph, order, place, parent, rows)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: order(graph%n), place(graph%n), parent(graph%n)
-      integer, intent(out) :: rows(graph%n)
+   pure subroutine count_rows(graph, order, permuted, parent, rows)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      !> permutation, its inverse, tree
+      integer, intent(in) :: order(graph%n), permuted(graph%n), parent(graph%n)
+      integer, intent(out) :: rows(graph%n)  !< of each column
       integer :: mark(graph%n), i, j, e
 
       rows = 1
@@ -92,7 +94,7 @@ contains
       do i = 1, graph%n
          mark(i) = i
          do e = graph%start(order(i)), graph%start(order(i) + 1) - 1
-            j = place(graph%neighbour(e))
+            j = permuted(graph%neighbour(e))
             if (j > i) cycle
             do while (mark(j) /= i)
                mark(j) = i
@@ -105,8 +107,8 @@ contains
 
    !> Let each column absorb those child clusters that make it cheaper.
    pure subroutine gather_columns(n, clusters)
-      integer, intent(in) :: n
-      type(clusters_type), intent(inout) :: clusters
+      integer, intent(in) :: n  !< block rows
+      type(clusters_type), intent(inout) :: clusters  !< being gathered
       integer :: k, child, later
 
       allocate (clusters%columns(n), clusters%head(n), clusters%next(n), source=1)
@@ -121,17 +123,17 @@ contains
             if (cheaper_together(clusters, child, k)) then
                call absorb(clusters, child, k)
             else
-               call hang_below(clusters, child, k)
+               call add_child(clusters, child, k)
             end if
             child = later
          end do
-         if (clusters%parent(k) > 0) call hang_below(clusters, k, clusters%parent(k))
+         if (clusters%parent(k) > 0) call add_child(clusters, k, clusters%parent(k))
       end do
    end subroutine gather_columns
 
    pure logical function cheaper_together(clusters, child, k)
-      type(clusters_type), intent(in) :: clusters
-      integer, intent(in) :: child, k
+      type(clusters_type), intent(in) :: clusters  !< all of the tree
+      integer, intent(in) :: child, k  !< clusters by their last columns
 
       associate (columns => clusters%columns, rows => clusters%rows)
          cheaper_together = front_cost(columns(child) + columns(k), columns(child) + rows(k)) &
@@ -139,10 +141,10 @@ contains
       end associate
    end function cheaper_together
 
-   !> Time to assemble, eliminate and pass on a front, in units of one 6×6 product.
+   !> Time to assemble and eliminate a front and to form its update, in units of one 6×6 product.
    pure real(wp) function front_cost(columns, rows)
       integer, intent(in) :: columns  !< block columns to eliminate
-      integer, intent(in) :: rows     !< block rows, own columns included
+      integer, intent(in) :: rows     !< block rows, pivot columns included
       real(wp), parameter :: per_front = 8.0_wp      ! calls, loops
       real(wp), parameter :: per_panel_block = 1.0_wp ! clear, fill, scale
       real(wp), parameter :: per_update_block = 1.5_wp ! write, then add to the parent
@@ -156,8 +158,8 @@ contains
 
    !> A child's columns become the first columns of cluster k, its children those of k.
    pure subroutine absorb(clusters, child, k)
-      type(clusters_type), intent(inout) :: clusters
-      integer, intent(in) :: child, k
+      type(clusters_type), intent(inout) :: clusters  !< being gathered
+      integer, intent(in) :: child, k  !< clusters by their last columns
       integer :: grandchild, later
 
       clusters%next(child) = clusters%head(k)
@@ -168,41 +170,41 @@ contains
       grandchild = clusters%child(child)
       do while (grandchild > 0)
          later = clusters%sibling(grandchild)
-         call hang_below(clusters, grandchild, k)
+         call add_child(clusters, grandchild, k)
          grandchild = later
       end do
    end subroutine absorb
 
    !> Make `child` the first child of cluster k.
-   pure subroutine hang_below(clusters, child, k)
-      type(clusters_type), intent(inout) :: clusters
-      integer, intent(in) :: child, k
+   pure subroutine add_child(clusters, child, k)
+      type(clusters_type), intent(inout) :: clusters  !< being gathered
+      integer, intent(in) :: child, k  !< clusters by their last columns
 
       clusters%sibling(child) = clusters%child(k)
       clusters%child(k) = child
-   end subroutine hang_below
+   end subroutine add_child
 
-   !> Number the fronts and lay out their columns one after the other.
+   !> Number the fronts and list their columns one after the other.
    pure subroutine number_fronts(n, order, clusters, tree)
-      integer, intent(in) :: n
-      integer, intent(in) :: order(n)
-      type(clusters_type), intent(in) :: clusters
-      type(front_tree_type), intent(out) :: tree
+      integer, intent(in) :: n  !< block rows
+      integer, intent(in) :: order(n)  !< block row eliminated k-th
+      type(clusters_type), intent(in) :: clusters  !< all of the tree
+      type(front_tree_type), intent(out) :: tree  !< fronts in postorder
       integer, allocatable :: cluster(:)
-      integer :: front, k, places
+      integer :: front, k, filled
 
       tree%n = n
       tree%fronts = count(clusters%columns > 0)
       allocate (tree%order(n), tree%first(tree%fronts + 1), tree%parent(tree%fronts), &
          cluster(tree%fronts))
       call postorder(n, clusters, cluster, tree%parent)
-      places = 0
+      filled = 0
       do front = 1, tree%fronts
-         tree%first(front) = places + 1
+         tree%first(front) = filled + 1
          k = clusters%head(cluster(front))
          do while (k > 0)
-            places = places + 1
-            tree%order(places) = order(k)
+            filled = filled + 1
+            tree%order(filled) = order(k)
             k = clusters%next(k)
          end do
       end do
@@ -211,8 +213,8 @@ contains
 
    !> Postorder of the clusters: the reverse of the order in which a stack visits parents first.
    pure subroutine postorder(n, clusters, cluster, parent)
-      integer, intent(in) :: n
-      type(clusters_type), intent(in) :: clusters
+      integer, intent(in) :: n  !< block rows
+      type(clusters_type), intent(in) :: clusters  !< all of the tree
       integer, intent(out) :: cluster(:)  !< [fronts] the cluster that is each front
       integer, intent(out) :: parent(:)   !< [fronts]
       integer :: stack(n), above(n), height, front, k, child

@@ -1,46 +1,48 @@
-!> All that a multifrontal Cholesky factor knows before it sees a number.
+!> The symbolic multifrontal Cholesky factor.
 !>
-!> A front is a dense matrix of 6×6 blocks: its own columns, then the rows below them that they
-!> touch.  Its own columns are eliminated in a panel and become a part of the factor; what they take
-!> from the rest is an update that its parent adds.  The plan says where every panel, part, update
-!> and matrix block lies, so that the numeric work allocates nothing and no front looks for another.
+!> A front is a dense matrix of 6×6 blocks: its fully summed (pivot) columns, then the rows below in
+!> which these have nonzeros.  The pivot columns are eliminated in a dense panel and become columns
+!> of the factor; the Schur complement is an update that the parent adds.  The plan says where every
+!> panel, update and matrix block is stored, so that the numeric work allocates nothing.
 !>
-!> A front's part of the factor is kept as a solve reads it (`dda_slices`).
+!> The columns of the factor are stored as a solve reads them (`dda_packed_panels`).
 !>
 !> References: I. S. Duff, J. K. Reid, ACM TOMS 9 (1983) 302 (multifrontal);
 !> J. W. H. Liu, SIAM Review 34 (1992) 82.
 module dda_front_plan
    use dda_kinds, only: long, wp
    use dda_block_graph, only: block_graph_type
+   use dda_counting_sort, only: counting_sort
    use dda_elimination, only: front_cost, front_tree_type, tree_of_fronts
-   use dda_slices, only: slice_rows, slice_size, slices_of, own_slices
+   use dda_packed_panels, only: packed_rows, packed_size, panels_of, pivot_panels
    use dda_task_plan, only: plan_tasks, task_plan_type
    implicit none
    private
-   public :: front_plan_type, make_plan, widest_part
+   public :: front_plan_type, make_plan, longest_front_vector
 
-   !> Symbolic Cholesky factor.  "Place" means place in the order of elimination.
+   !> Symbolic Cholesky factor.  Rows and columns are named by permuted index: by their position in
+   !> the order of elimination.
    type :: front_plan_type
       integer :: n = 0                     !< block rows
       integer :: entries = 0               !< lower blocks of the matrix
       integer :: fronts = 0                !< fronts, in postorder
-      integer, allocatable :: order(:)     !< [n] block row at each place
-      integer, allocatable :: first(:)     !< [fronts+1] first place of each front
+      integer, allocatable :: order(:)     !< [n] block row of each permuted index
+      integer, allocatable :: first(:)     !< [fronts+1] first pivot of each front
       integer, allocatable :: parent(:)    !< [fronts] front that adds its update; 0 for a root
       integer, allocatable :: child_start(:) !< [fronts+1] where the children of each front begin
       integer, allocatable :: child(:)     !< [fronts] children, front by front
       integer, allocatable :: row_start(:) !< [fronts+1] where the rows below each front begin
-      integer, allocatable :: row(:)       !< [rows] places below each front's own, ascending
+      integer, allocatable :: row(:)       !< [rows] rows below each front's pivots, ascending
       integer, allocatable :: position(:)  !< [rows] the same rows counted in the parent's front
       !> [rows] last row, counted in its front, that follows without a gap
       integer, allocatable :: run_end(:)
-      !> [fronts] leading rows that are own columns of the parent
+      !> [fronts] leading rows that are pivots of the parent
       integer, allocatable :: inside(:)
-      integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each place begin
+      integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each column begin
       integer, allocatable :: entry(:)     !< [entries] which one; negative if it enters transposed
       integer, allocatable :: entry_row(:) !< [entries] its row, counted in the front
-      !> [fronts+1] first number of each front's part of the factor
-      integer(long), allocatable :: part_start(:)
+      !> [fronts+1] first number of each front's columns of the factor
+      integer(long), allocatable :: factor_start(:)
       !> [fronts] first number of the panel it is eliminated in
       integer(long), allocatable :: panel_start(:)
       integer(long) :: panel_size = 0      !< numbers in the workspace for panels
@@ -49,7 +51,7 @@ module dda_front_plan
       type(task_plan_type) :: sharing      !< division between threads
       !> [rows] where a solve keeps each row; see `set_solve_rows`
       integer, allocatable :: solve_row(:)
-      integer, allocatable :: lent_row(:)  !< [any] rows that tasks share: place in the whole vector
+      integer, allocatable :: shared_row(:) !< [any] rows of root fronts that tasks add to
       integer :: widest = 0                !< most block rows in a front
    end type front_plan_type
 
@@ -57,11 +59,11 @@ contains
 
    !> Plan the factor of a matrix with this graph, eliminated in this order.
    pure subroutine make_plan(graph, order, plan)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: order(graph%n)
-      type(front_plan_type), intent(out) :: plan
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
+      type(front_plan_type), intent(out) :: plan  !< symbolic factor
       type(front_tree_type) :: tree
-      integer :: place(graph%n), front_at(graph%n), front, k
+      integer :: permuted(graph%n), front_at(graph%n), front, k
 
       call tree_of_fronts(graph, order, tree)
       plan%n = graph%n
@@ -70,46 +72,37 @@ contains
       call move_alloc(tree%order, plan%order)
       call move_alloc(tree%first, plan%first)
       call move_alloc(tree%parent, plan%parent)
-      place(plan%order) = [(k, k=1, plan%n)]
+      permuted(plan%order) = [(k, k=1, plan%n)]
       do front = 1, plan%fronts
          front_at(plan%first(front):plan%first(front + 1) - 1) = front
       end do
       call list_children(plan)
-      call list_rows(graph, place, front_at, plan)
+      call list_rows(graph, permuted, front_at, plan)
       call relate_to_parents(plan)
-      call list_entries(graph, place, front_at, plan)
-      call share_out(plan)
-      call place_panels(plan)
-      call place_updates(plan)
+      call list_entries(graph, permuted, front_at, plan)
+      call share_fronts(plan)
+      call plan_panels(plan)
+      call plan_updates(plan)
       call set_solve_rows(plan)
    end subroutine make_plan
 
    !> Children of each front, in postorder.
    pure subroutine list_children(plan)
-      type(front_plan_type), intent(inout) :: plan
-      integer :: next(plan%fronts), front
+      type(front_plan_type), intent(inout) :: plan  !< being made
+      integer, allocatable :: order(:)
+      integer :: front
 
-      allocate (plan%child_start(plan%fronts + 1), source=0)
-      allocate (plan%child(count(plan%parent > 0)))
-      do front = 1, plan%fronts
-         if (plan%parent(front) == 0) cycle
-         plan%child_start(plan%parent(front) + 1) = plan%child_start(plan%parent(front) + 1) + 1
-      end do
-      call accumulate(plan%child_start)
-      next = plan%child_start(:plan%fronts)
-      do front = 1, plan%fronts
-         if (plan%parent(front) == 0) cycle
-         plan%child(next(plan%parent(front))) = front
-         next(plan%parent(front)) = next(plan%parent(front)) + 1
-      end do
+      plan%child = pack([(front, front=1, plan%fronts)], plan%parent > 0)
+      call counting_sort(plan%fronts, plan%parent(plan%child), plan%child_start, order)
+      plan%child = plan%child(order)
    end subroutine list_children
 
-   !> Rows below each front: place i belongs to every front between it and its neighbours in the
-   !> tree.
-   pure subroutine list_rows(graph, place, front_at, plan)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: place(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan
+   !> Rows below each front: row i belongs to every front between it and its neighbours in the tree.
+   pure subroutine list_rows(graph, permuted, front_at, plan)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      !> index in the order; front of each index
+      integer, intent(in) :: permuted(graph%n), front_at(graph%n)
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: next(plan%fronts), pass
 
       allocate (plan%row_start(plan%fronts + 1), source=0)
@@ -119,25 +112,26 @@ contains
             allocate (plan%row(plan%row_start(plan%fronts + 1) - 1))
             next = plan%row_start(:plan%fronts)
          end if
-         call walk_rows(graph, place, front_at, plan, next, counting=pass == 1)
+         call walk_rows(graph, permuted, front_at, plan, next, counting=pass == 1)
       end do
    end subroutine list_rows
 
    !> Count or note the rows of all fronts, row by row, so that each list ascends.
-   pure subroutine walk_rows(graph, place, front_at, plan, next, counting)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: place(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan
-      integer, intent(inout) :: next(:)
-      logical, intent(in) :: counting
+   pure subroutine walk_rows(graph, permuted, front_at, plan, next, counting)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      !> index in the order; front of each index
+      integer, intent(in) :: permuted(graph%n), front_at(graph%n)
+      type(front_plan_type), intent(inout) :: plan  !< being made
+      integer, intent(inout) :: next(:)  !< [fronts] where the next row of each front goes
+      logical, intent(in) :: counting  !< count the rows, or note them
       integer :: mark(plan%fronts), i, e, front
 
       mark = 0
       do i = 1, plan%n
          mark(front_at(i)) = i
          do e = graph%start(plan%order(i)), graph%start(plan%order(i) + 1) - 1
-            if (place(graph%neighbour(e)) > i) cycle
-            front = front_at(place(graph%neighbour(e)))
+            if (permuted(graph%neighbour(e)) > i) cycle
+            front = front_at(permuted(graph%neighbour(e)))
             do while (mark(front) /= i)
                mark(front) = i
                if (counting) then
@@ -154,7 +148,7 @@ contains
 
    !> Find each front's rows in its parent, and where they follow one another without a gap.
    pure subroutine relate_to_parents(plan)
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: front, start, last, i
 
       allocate (plan%position(size(plan%row)), plan%run_end(size(plan%row)), &
@@ -176,13 +170,13 @@ contains
       end do
    end subroutine relate_to_parents
 
-   !> Walk along the rows of a front and of its parent together: both ascend.
+   !> Merge the rows of a front and of its parent: both ascend.
    pure subroutine find_positions(plan, front, parent)
-      type(front_plan_type), intent(inout) :: plan
-      integer, intent(in) :: front, parent
-      integer :: own, i, p
+      type(front_plan_type), intent(inout) :: plan  !< being made
+      integer, intent(in) :: front, parent  !< a front and its parent
+      integer :: pivots, i, p
 
-      own = plan%first(parent + 1) - plan%first(parent)
+      pivots = plan%first(parent + 1) - plan%first(parent)
       p = plan%row_start(parent)
       do i = plan%row_start(front), plan%row_start(front + 1) - 1
          if (plan%row(i) < plan%first(parent + 1)) then
@@ -192,35 +186,36 @@ contains
             do while (plan%row(p) < plan%row(i))
                p = p + 1
             end do
-            plan%position(i) = own + p - plan%row_start(parent) + 1
+            plan%position(i) = pivots + p - plan%row_start(parent) + 1
          end if
       end do
    end subroutine find_positions
 
-   !> Where each lower block of the matrix goes: to the column of the place eliminated first.
-   pure subroutine list_entries(graph, place, front_at, plan)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: place(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan
-      integer :: local(graph%n), front, own, i, j, e, filled
+   !> Where each lower block of the matrix is added: in the column that is eliminated first.
+   pure subroutine list_entries(graph, permuted, front_at, plan)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      !> index in the order; front of each index
+      integer, intent(in) :: permuted(graph%n), front_at(graph%n)
+      type(front_plan_type), intent(inout) :: plan  !< being made
+      integer :: local(graph%n), front, pivots, i, j, e, filled
 
       allocate (plan%entry_start(plan%n + 1), plan%entry(plan%entries), &
          plan%entry_row(plan%entries))
       filled = 0
       do j = 1, plan%n
          front = front_at(j)
-         own = plan%first(front + 1) - plan%first(front)
+         pivots = plan%first(front + 1) - plan%first(front)
          if (j == plan%first(front)) then
-            do i = 1, own
+            do i = 1, pivots
                local(j + i - 1) = i
             end do
             do i = plan%row_start(front), plan%row_start(front + 1) - 1
-               local(plan%row(i)) = own + i - plan%row_start(front) + 1
+               local(plan%row(i)) = pivots + i - plan%row_start(front) + 1
             end do
          end if
          plan%entry_start(j) = filled + 1
          do e = graph%start(plan%order(j)), graph%start(plan%order(j) + 1) - 1
-            i = place(graph%neighbour(e))
+            i = permuted(graph%neighbour(e))
             if (i < j) cycle
             filled = filled + 1
             plan%entry(filled) = graph%entry(e)
@@ -232,81 +227,84 @@ contains
    end subroutine list_entries
 
    !> Divide the fronts between threads.
-   pure subroutine share_out(plan)
-      type(front_plan_type), intent(inout) :: plan
+   pure subroutine share_fronts(plan)
+      type(front_plan_type), intent(inout) :: plan  !< being made
       real(wp) :: cost(plan%fronts)
       integer :: front
 
       do front = 1, plan%fronts
-         cost(front) = front_cost(own_columns(plan, front), own_columns(plan, front) &
+         cost(front) = front_cost(pivot_columns(plan, front), pivot_columns(plan, front) &
             + rows_below(plan, front))
       end do
       call plan_tasks(plan%parent, cost, plan%sharing)
-   end subroutine share_out
+   end subroutine share_fronts
 
-   !> Parts of the factor lie one after the other, in the order in which a solve reads them; each
-   !> task, and the top, eliminates its fronts in a panel of its own.
-   pure subroutine place_panels(plan)
-      type(front_plan_type), intent(inout) :: plan
+   !> Columns of the factor are stored front by front, in the order in which a solve reads them;
+   !> each task, and the root fronts, eliminate in a panel of their own.
+   pure subroutine plan_panels(plan)
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: front, t
 
-      allocate (plan%part_start(plan%fronts + 1), plan%panel_start(plan%fronts))
-      plan%part_start(1) = 1
+      allocate (plan%factor_start(plan%fronts + 1), plan%panel_start(plan%fronts))
+      plan%factor_start(1) = 1
       do front = 1, plan%fronts
-         associate (own => own_columns(plan, front))
-            plan%part_start(front + 1) = plan%part_start(front) &
-               + slice_size*(own_slices(own) + int(own, long)*slices_of(rows_below(plan, front)))
+         associate (pivots => pivot_columns(plan, front))
+            plan%factor_start(front + 1) = plan%factor_start(front) &
+               + packed_size*(pivot_panels(pivots) &
+               + int(pivots, long)*panels_of(rows_below(plan, front)))
          end associate
       end do
       plan%panel_size = 0
       do t = 1, plan%sharing%tasks
          call share_panel([(front, front=plan%sharing%first(t), plan%sharing%last(t))], plan)
       end do
-      call share_panel(plan%sharing%top, plan)
-   end subroutine place_panels
+      call share_panel(plan%sharing%root_fronts, plan)
+   end subroutine plan_panels
 
    !> One panel for some fronts, as large as the largest of them needs.
    pure subroutine share_panel(fronts, plan)
-      integer, intent(in) :: fronts(:)
-      type(front_plan_type), intent(inout) :: plan
+      integer, intent(in) :: fronts(:)  !< those that one thread or team eliminates
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer(long) :: largest
       integer :: i
 
       largest = 0
       do i = 1, size(fronts)
-         associate (own => int(own_columns(plan, fronts(i)), long), below => rows_below(plan, &
+         associate (pivots => int(pivot_columns(plan, fronts(i)), long), below => rows_below(plan, &
             fronts(i)))
             plan%panel_start(fronts(i)) = plan%panel_size + 1
-            largest = max(largest, 36*own*(own + below))
+            largest = max(largest, 36*pivots*(pivots + below))
          end associate
       end do
       plan%panel_size = plan%panel_size + largest
    end subroutine share_panel
 
-   !> Numbers that a front's part of a vector takes at most: own rows and rows below, each with room
-   !> for what its last slice holds beyond them.
-   pure integer function widest_part(plan)
-      type(front_plan_type), intent(in) :: plan
+   !> Most numbers in a front vector: pivot rows and rows below, each padded to whole packed panels.
+   pure integer function longest_front_vector(plan)
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
-      widest_part = 6*plan%widest + 2*slice_rows
-   end function widest_part
+      longest_front_vector = 6*plan%widest + 2*packed_rows
+   end function longest_front_vector
 
-   !> Give each task, and the top, a workspace of its own for updates.
-   pure subroutine place_updates(plan)
-      type(front_plan_type), intent(inout) :: plan
+   !> Give each task, and the root fronts, a workspace of their own for updates.
+   pure subroutine plan_updates(plan)
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer :: region(plan%fronts), level(plan%fronts), t, front
 
       allocate (plan%update_start(plan%fronts))
       plan%update_size = 0
-      call find_levels(plan, level)
+      do front = plan%fronts, 1, -1
+         level(front) = 0
+         if (plan%parent(front) > 0) level(front) = level(plan%parent(front)) + 1
+      end do
       region = 0
       do t = 1, plan%sharing%tasks
          region(plan%sharing%first(t):plan%sharing%last(t)) = t
          call stack_updates([(front, front=plan%sharing%first(t), plan%sharing%last(t))], region, &
             level, plan)
       end do
-      call stack_updates(plan%sharing%top, region, level, plan)
-   end subroutine place_updates
+      call stack_updates(plan%sharing%root_fronts, region, level, plan)
+   end subroutine plan_updates
 
    !> Stack the updates of a region's fronts.  An update is made while those of the children still
    !> live; odd and even levels of the tree therefore use two stacks, each last in, first out.
@@ -314,7 +312,7 @@ contains
       integer, intent(in) :: fronts(:)  !< a region's fronts, in postorder
       integer, intent(in) :: region(:)  !< [fronts] region of each front of the tree
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
-      type(front_plan_type), intent(inout) :: plan
+      type(front_plan_type), intent(inout) :: plan  !< being made
       integer(long) :: height(0:1), peak(0:1)
       integer :: i, c, child
 
@@ -341,94 +339,69 @@ contains
 
    !> Where a solve keeps the rows below each front.
    !>
-   !> Tasks may not add to the same part of the vector.  What a task adds above itself goes to
-   !> places lent to it beyond the end of the vector, one for each row of the update of its root.
+   !> Tasks may not add to the same rows of the vector.  The contributions of a task to root fronts
+   !> go to rows of its own beyond the end of the vector, one for each row of its root's update.
    pure subroutine set_solve_rows(plan)
-      type(front_plan_type), intent(inout) :: plan
-      integer :: lent(plan%n), front, i, borrowed, last_place
+      type(front_plan_type), intent(inout) :: plan  !< being made
+      integer :: shared(plan%n), front, i, last_column
 
       plan%solve_row = plan%row
-      borrowed = 0
-      last_place = plan%n
-      allocate (plan%lent_row(lent_rows(plan)))
+      last_column = plan%n
+      allocate (plan%shared_row(0))
       do front = plan%fronts, 1, -1
-         if (plan%sharing%in_top(front)) cycle
-         if (is_below_top(plan, front)) then
-            last_place = plan%first(front + 1) - 1
-            do i = plan%row_start(front), plan%row_start(front + 1) - 1
-               borrowed = borrowed + 1
-               plan%lent_row(borrowed) = plan%row(i)
-               lent(plan%row(i)) = plan%n + borrowed
-            end do
-         else if (plan%parent(front) == 0) then
-            last_place = plan%n
-         end if
+         if (plan%sharing%is_root_front(front)) cycle
+         associate (rows => plan%row(plan%row_start(front):plan%row_start(front + 1) - 1))
+            if (is_subtree_root(plan, front)) then
+               last_column = plan%first(front + 1) - 1
+               shared(rows) = plan%n + size(plan%shared_row) + [(i, i=1, size(rows))]
+               plan%shared_row = [plan%shared_row, rows]
+            else if (plan%parent(front) == 0) then
+               last_column = plan%n
+            end if
+         end associate
          do i = plan%row_start(front), plan%row_start(front + 1) - 1
-            if (plan%row(i) > last_place) plan%solve_row(i) = lent(plan%row(i))
+            if (plan%row(i) > last_column) plan%solve_row(i) = shared(plan%row(i))
          end do
       end do
    end subroutine set_solve_rows
 
-   !> Rows of all updates that pass from a task to the top.
-   pure integer function lent_rows(plan)
-      type(front_plan_type), intent(in) :: plan
-      integer :: front
+   !> Is this front the root of a subtree, and its parent a root front?
+   pure logical function is_subtree_root(plan, front)
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
 
-      lent_rows = 0
-      do front = 1, plan%fronts
-         if (is_below_top(plan, front)) lent_rows = lent_rows + rows_below(plan, front)
-      end do
-   end function lent_rows
-
-   !> Is this front the root of a subtree that hangs from the top?
-   pure logical function is_below_top(plan, front)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front
-
-      is_below_top = .false.
-      if (plan%sharing%in_top(front) .or. plan%parent(front) == 0) return
-      is_below_top = plan%sharing%in_top(plan%parent(front))
-   end function is_below_top
-
-   !> Distance of each front from its root.
-   pure subroutine find_levels(plan, level)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(out) :: level(plan%fronts)
-      integer :: front
-
-      do front = plan%fronts, 1, -1
-         level(front) = 0
-         if (plan%parent(front) > 0) level(front) = level(plan%parent(front)) + 1
-      end do
-   end subroutine find_levels
+      is_subtree_root = .false.
+      if (plan%sharing%is_root_front(front) .or. plan%parent(front) == 0) return
+      is_subtree_root = plan%sharing%is_root_front(plan%parent(front))
+   end function is_subtree_root
 
    !> Block columns that a front eliminates.
-   pure integer function own_columns(plan, front)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front
+   pure integer function pivot_columns(plan, front)
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
 
-      own_columns = plan%first(front + 1) - plan%first(front)
-   end function own_columns
+      pivot_columns = plan%first(front + 1) - plan%first(front)
+   end function pivot_columns
 
    !> Block rows of a front's update.
    pure integer function rows_below(plan, front)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
 
       rows_below = plan%row_start(front + 1) - plan%row_start(front)
    end function rows_below
 
    !> Numbers in a front's update, kept as a full square.
    pure integer(long) function update_length(plan, front)
-      type(front_plan_type), intent(in) :: plan
-      integer, intent(in) :: front
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front  !< number in the plan
 
       update_length = 36*int(rows_below(plan, front), long)**2
    end function update_length
 
-   !> Turn counts kept one place late into starts.
+   !> Turn counts kept one permuted late into starts.
    pure subroutine accumulate(start)
-      integer, intent(inout) :: start(:)
+      integer, intent(inout) :: start(:)  !< [any+1] start(i+1) holds the count of i
       integer :: i
 
       start(1) = 1

@@ -1,31 +1,31 @@
-!> A Cholesky factor that follows changes of few springs without being made anew.
+!> Low-rank update of a Cholesky factor, for a few rank-one terms that have entered or left.
 !>
 !> With A = L Lᵀ and the changes U S Uᵀ (Sherman, Morrison, Woodbury; W. W. Hager, SIAM Review 31
 !> (1989) 221)
 !>
 !>     (A + U S Uᵀ)⁻¹ = L⁻ᵀ (I − W C⁻¹ Wᵀ) L⁻¹,   W = L⁻¹ U,   C = S⁻¹ + Wᵀ W
 !>
-!> so the correction stands between the two halves of a solve.  As A and A + U S Uᵀ are both
-!> positive definite, C has a positive pivot for each spring put in and a negative one for each
-!> taken out (inertia of the two Schur complements); where rounding says otherwise the changes are
+!> so the correction stands between forward and backward solve.  As A and A + U S Uᵀ are both
+!> positive definite, C has a positive pivot for each term that enters and a negative one for each
+!> that leaves (inertia of the two Schur complements); where rounding says otherwise the update is
 !> refused.
 module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_cholesky_single, only: factor_type
    use dda_front_plan, only: front_plan_type
-   use dda_path_columns, only: columns_type, plan_columns, make_columns, multiply_columns, &
-      project_all, subtract_all, lanes, chunks
-   use dda_rank_one, only: rank_one_type, most_changes
+   use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, &
+      multiply_columns, project, subtract_columns, vector_width, column_panels
+   use dda_rank_one, only: rank_one_type, most_changes, forget_changes
    implicit none
    private
-   public :: low_rank_type, plan_low_rank, forget_low_rank, follow_changes, follow_again, correct
+   public :: low_rank_type, plan_low_rank, update_low_rank, rebuild_low_rank, correct
 
-   !> The changes since the factor was made, and what follows from them.
+   !> The changes since the factor was made, with W and C.
    type :: low_rank_type
-      type(rank_one_type) :: springs
-      type(columns_type) :: columns               !< W
-      integer :: order(most_changes) = 0          !< springs put in, then those taken out
-      !> [most_changes, most_changes] WᵀW, its lower triangle of chunks
+      type(rank_one_type) :: terms
+      type(low_rank_columns_type) :: columns               !< W
+      integer :: order(most_changes) = 0          !< terms that enter, then those that leave
+      !> [most_changes, most_changes] WᵀW, its lower triangle of panels
       real(wp), allocatable :: gram(:,:)
       !> [most_changes, most_changes] C = T D Tᵀ in the order above
       real(wp), allocatable :: t(:,:)
@@ -34,100 +34,84 @@ module dda_low_rank
 
 contains
 
-   !> Make room for a new pattern.
+   !> Allocate for a new pattern.
    subroutine plan_low_rank(low, plan)
-      type(low_rank_type), intent(inout) :: low
-      type(front_plan_type), intent(in) :: plan
+      type(low_rank_type), intent(inout) :: low  !< gets memory, and no changes
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
-      call forget_low_rank(low)
+      call forget_changes(low%terms)
       call plan_columns(low%columns, plan)
       if (allocated(low%t)) return
       allocate (low%gram(most_changes, most_changes), low%t(most_changes, most_changes), &
          source=0.0_wp)
    end subroutine plan_low_rank
 
-   !> The factor is new: nothing has changed since.
-   pure subroutine forget_low_rank(low)
-      type(low_rank_type), intent(inout) :: low
-
-      low%springs%n = 0
-   end subroutine forget_low_rank
-
-   !> Take over more changes; .false. if they are too many, or cannot be followed in this precision.
-   subroutine follow_changes(low, factor, changes, done)
-      type(low_rank_type), intent(inout) :: low
-      type(factor_type), intent(in) :: factor
-      type(rank_one_type), intent(in) :: changes
-      logical, intent(out) :: done
+   !> Add changes to the update; .false. if they are too many, or beyond this precision.
+   subroutine update_low_rank(low, factor, changes, done)
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
+      type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
+      type(rank_one_type), intent(in) :: changes  !< from the matrix that `low` stands for
+      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
       integer :: first
 
-      first = low%springs%n/lanes + 1
-      done = low%springs%n + changes%n <= most_changes
+      first = low%terms%n/vector_width + 1
+      done = low%terms%n + changes%n <= most_changes
       if (.not. done) return
-      associate (old => low%springs%n, n => low%springs%n + changes%n)
-         low%springs%block(:, old + 1:n) = changes%block(:, :changes%n)
-         low%springs%u(:, :, old + 1:n) = changes%u(:, :, :changes%n)
-         low%springs%k(old + 1:n) = changes%k(:changes%n)
+      associate (old => low%terms%n, n => low%terms%n + changes%n)
+         low%terms%block(:, old + 1:n) = changes%block(:, :changes%n)
+         low%terms%u(:, :, old + 1:n) = changes%u(:, :, :changes%n)
+         low%terms%k(old + 1:n) = changes%k(:changes%n)
       end associate
-      low%springs%n = low%springs%n + changes%n
-      call follow_from(low, factor, first, done)
-   end subroutine follow_changes
+      low%terms%n = low%terms%n + changes%n
+      call rebuild_low_rank(low, factor, first, done)
+   end subroutine update_low_rank
 
-   !> Make all that follows from the noted springs anew, to the same bits.
-   subroutine follow_again(low, factor, done)
-      type(low_rank_type), intent(inout) :: low
-      type(factor_type), intent(in) :: factor
-      logical, intent(out) :: done
-
-      call follow_from(low, factor, 1, done)
-   end subroutine follow_again
-
-   !> W, WᵀW and C from the first chunk on that holds new springs.
-   subroutine follow_from(low, factor, first, done)
-      type(low_rank_type), intent(inout) :: low
-      type(factor_type), intent(in) :: factor
-      integer, intent(in) :: first
-      logical, intent(out) :: done
+   !> W, WᵀW and C from the first panel on that holds new terms.
+   subroutine rebuild_low_rank(low, factor, first, done)
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
+      type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
+      integer, intent(in) :: first  !< panel of columns
+      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
       integer :: last
 
-      last = (low%springs%n + lanes - 1)/lanes
-      call make_columns(low%columns, factor, low%springs, first, last)
+      last = (low%terms%n + vector_width - 1)/vector_width
+      call make_columns(low%columns, factor, low%terms, first, last)
       call multiply_columns(low%columns, factor%plan, first, last, low%gram)
-      call order_springs(low)
+      call order_terms(low)
       call factorise_capacity(low, done)
-   end subroutine follow_from
+   end subroutine rebuild_low_rank
 
-   !> Springs put in come first: their part of C is positive definite by itself.
-   pure subroutine order_springs(low)
-      type(low_rank_type), intent(inout) :: low
+   !> Terms that enter come first: their block of C is positive definite by itself.
+   pure subroutine order_terms(low)
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
       integer :: i, filled, pass
 
       filled = 0
       do pass = 1, 2
-         do i = 1, low%springs%n
-            if ((low%springs%k(i) > 0.0_wp) .neqv. (pass == 1)) cycle
+         do i = 1, low%terms%n
+            if ((low%terms%k(i) > 0.0_wp) .neqv. (pass == 1)) cycle
             filled = filled + 1
             low%order(filled) = i
          end do
       end do
-   end subroutine order_springs
+   end subroutine order_terms
 
-   !> C = T D Tᵀ; .false. if a pivot has not the sign of its spring.
+   !> C = T D Tᵀ; .false. if a pivot has not the sign of its term.
    pure subroutine factorise_capacity(low, done)
-      type(low_rank_type), intent(inout) :: low
-      logical, intent(out) :: done
+      type(low_rank_type), intent(inout) :: low  !< update of the factor
+      logical, intent(out) :: done  !< .false.: the matrix has to be factorised
       integer :: i, j, n
 
-      n = low%springs%n
+      n = low%terms%n
       do j = 1, n
          do i = j, n
             low%t(i, j) = low%gram(max(low%order(i), low%order(j)), min(low%order(i), low%order(j)))
          end do
-         low%t(j, j) = low%t(j, j) + 1.0_wp/low%springs%k(low%order(j))
+         low%t(j, j) = low%t(j, j) + 1.0_wp/low%terms%k(low%order(j))
       end do
       do j = 1, n
          low%pivot(j) = low%t(j, j)
-         done = low%pivot(j)*low%springs%k(low%order(j)) > 0.0_wp
+         done = low%pivot(j)*low%terms%k(low%order(j)) > 0.0_wp
          if (.not. done) return
          low%t(j + 1:n, j) = low%t(j + 1:n, j)/low%pivot(j)
          do i = j + 1, n
@@ -137,28 +121,28 @@ contains
       done = .true.
    end subroutine factorise_capacity
 
-   !> y = (I − W C⁻¹ Wᵀ) y, between the two halves of a solve.
+   !> y = (I − W C⁻¹ Wᵀ) y, between forward and backward solve.
    subroutine correct(low, plan, y)
-      type(low_rank_type), intent(in) :: low
-      type(front_plan_type), intent(in) :: plan
-      real(sp), intent(inout) :: y(6, plan%n)
-      real(wp) :: share(lanes, chunks)
+      type(low_rank_type), intent(in) :: low  !< update of the factor
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
+      real(wp) :: share(vector_width, column_panels)
       integer :: used
 
-      used = (low%springs%n + lanes - 1)/lanes
-      call project_all(low%columns, plan, used, y, share)
+      used = (low%terms%n + vector_width - 1)/vector_width
+      call project(low%columns, plan, used, y, share)
       call solve_capacity(low, share)
-      call subtract_all(low%columns, plan, used, share, y)
+      call subtract_columns(low%columns, plan, used, share, y)
    end subroutine correct
 
-   !> x = C⁻¹ x, for all springs; zeros in the lanes that hold none.
+   !> x = C⁻¹ x; zeros in the columns of the last panel that hold no term.
    pure subroutine solve_capacity(low, x)
-      type(low_rank_type), intent(in) :: low
-      real(wp), intent(inout) :: x(most_changes)
+      type(low_rank_type), intent(in) :: low  !< update of the factor
+      real(wp), intent(inout) :: x(most_changes)  !< a number for each term
       real(wp) :: z(most_changes)
       integer :: i, n
 
-      n = low%springs%n
+      n = low%terms%n
       do i = 1, n
          z(i) = x(low%order(i))
       end do

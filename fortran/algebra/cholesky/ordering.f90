@@ -22,21 +22,22 @@ module dda_ordering
       integer(c_int) function amd_order(n, start, index, order, control, info) &
          bind(c, name='amd_order')
          import :: c_int, c_ptr, c_double
-         integer(c_int), value :: n
-         integer(c_int), intent(in) :: start(*), index(*)
-         integer(c_int), intent(out) :: order(*)
-         type(c_ptr), value :: control
-         real(c_double), intent(out) :: info(*)
+         integer(c_int), value :: n  !< vertices
+         integer(c_int), intent(in) :: start(*), index(*)  !< [n+1], [any] graph by vertices
+         integer(c_int), intent(out) :: order(*)  !< [n]
+         type(c_ptr), value :: control  !< null: defaults
+         real(c_double), intent(out) :: info(*)  !< [20] statistics
       end function amd_order
 
       !> METIS 5: nested dissection; 0-based, 1 when well.
-      integer(c_int) function metis_node_nd(n, start, index, weight, options, order, place) &
+      integer(c_int) function metis_node_nd(n, start, index, weight, options, order, permuted) &
          bind(c, name='METIS_NodeND')
          import :: c_int, c_int32_t, c_ptr
-         integer(c_int32_t), intent(in) :: n
-         integer(c_int32_t), intent(in) :: start(*), index(*)
-         type(c_ptr), value :: weight, options
-         integer(c_int32_t), intent(out) :: order(*), place(*)
+         integer(c_int32_t), intent(in) :: n  !< vertices
+         integer(c_int32_t), intent(in) :: start(*), index(*)  !< [n+1], [any] graph by vertices
+         type(c_ptr), value :: weight, options  !< null: none, defaults
+         !> [n] permutation and its inverse
+         integer(c_int32_t), intent(out) :: order(*), permuted(*)
       end function metis_node_nd
    end interface
 
@@ -44,8 +45,8 @@ contains
 
    !> An order of elimination with little fill: order(k) is the block row eliminated k-th.
    subroutine fill_order(graph, order)
-      type(block_graph_type), intent(in) :: graph
-      integer, allocatable, intent(out) :: order(:)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       logical :: done
 
       if (graph%n >= dissection_from .and. size(graph%neighbour) >= graph%n) then
@@ -58,8 +59,8 @@ contains
 
    !> Approximate minimum degree.
    subroutine minimum_degree_order(graph, order, done)
-      type(block_graph_type), intent(in) :: graph
-      integer, allocatable, intent(out) :: order(:)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       logical, intent(out) :: done !< false if the library gave up, for want of memory
       real(c_double) :: info(20)
 
@@ -71,21 +72,21 @@ contains
 
    !> Nested dissection.
    subroutine dissection_order(graph, order, done)
-      type(block_graph_type), intent(in) :: graph
-      integer, allocatable, intent(out) :: order(:)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       logical, intent(out) :: done !< false if the library gave up, for want of memory
-      integer(c_int32_t), allocatable :: place(:)
+      integer(c_int32_t), allocatable :: permuted(:)
 
-      allocate (order(graph%n), place(graph%n))
+      allocate (order(graph%n), permuted(graph%n))
       done = metis_node_nd(int(graph%n, c_int32_t), graph%start - 1, graph%neighbour - 1, &
-         c_null_ptr, c_null_ptr, order, place) == 1
+         c_null_ptr, c_null_ptr, order, permuted) == 1
       order = order + 1
    end subroutine dissection_order
 
    !> Reverse Cuthill–McKee, one connected part after the other.
    pure subroutine bandwidth_order(graph, order)
-      type(block_graph_type), intent(in) :: graph
-      integer, allocatable, intent(out) :: order(:)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       integer, allocatable :: list(:), mark(:)
       integer :: v, filled, last_level
 
@@ -102,8 +103,8 @@ contains
 
    !> A vertex from which the part of the graph that holds v is long and thin.
    pure integer function peripheral_vertex(graph, v)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: v
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, intent(in) :: v  !< vertex
       integer, allocatable :: list(:), mark(:)
       integer :: candidate, depth, deepest, filled, last_level
 
@@ -119,14 +120,16 @@ contains
          if (depth <= deepest) exit
          deepest = depth
          peripheral_vertex = candidate
-         candidate = least_degree(graph, list(last_level:filled))
+         associate (last => list(last_level:filled))
+            candidate = last(minloc(degree(graph, last), 1))
+         end associate
       end do
    end function peripheral_vertex
 
    !> Append all that can be reached from a vertex, level by level, least degree first.
    pure subroutine breadth_first(graph, from, mark, list, filled, last_level)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: from
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, intent(in) :: from  !< vertex
       integer, intent(inout) :: mark(:)    !< [n] level of each vertex met, 1 for `from`; else 0
       integer, intent(inout) :: list(:)    !< [n] vertices met
       integer, intent(inout) :: filled     !< how many
@@ -156,8 +159,8 @@ contains
 
    !> Insertion sort: a block has a handful of neighbours.
    pure subroutine sort_by_degree(graph, list)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(inout) :: list(:)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, intent(inout) :: list(:)  !< vertices
       integer :: i, j, moving
 
       do i = 2, size(list)
@@ -172,20 +175,10 @@ contains
       end do
    end subroutine sort_by_degree
 
-   pure integer function least_degree(graph, list)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: list(:)
-      integer :: i
-
-      least_degree = list(1)
-      do i = 2, size(list)
-         if (degree(graph, list(i)) < degree(graph, least_degree)) least_degree = list(i)
-      end do
-   end function least_degree
-
-   pure integer function degree(graph, v)
-      type(block_graph_type), intent(in) :: graph
-      integer, intent(in) :: v
+   !> Couplings of a block row.
+   elemental integer function degree(graph, v)
+      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      integer, intent(in) :: v  !< vertex
 
       degree = graph%start(v + 1) - graph%start(v)
    end function degree

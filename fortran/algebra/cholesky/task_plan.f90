@@ -1,8 +1,8 @@
-!> Sharing the fronts of a tree between threads, by the pattern only.
+!> Division of the fronts of a tree between threads, by the pattern only.
 !>
 !> Whole subtrees are bound into tasks that need nothing from one another; the fronts above them
-!> form the top, where all threads work on one front together.  The division must not know the
-!> number of threads: sums then run in the same order, and results agree to the last bit.
+!> are the root fronts, where all threads work on one front together.  The division must not know
+!> the number of threads: sums then run in the same order, and results agree to the last bit.
 module dda_task_plan
    use dda_kinds, only: wp
    implicit none
@@ -11,11 +11,11 @@ module dda_task_plan
 
    !> Which fronts a thread may take alone, and which need all.
    type :: task_plan_type
-      integer :: tasks = 0               !< independent stretches of fronts
+      integer :: tasks = 0               !< independent ranges of fronts
       integer, allocatable :: first(:)   !< [tasks] first front of each, the costliest task first
       integer, allocatable :: last(:)    !< [tasks] last front of each
-      integer, allocatable :: top(:)     !< [any] fronts above the tasks, in postorder
-      logical, allocatable :: in_top(:)  !< [fronts]
+      integer, allocatable :: root_fronts(:)     !< [any] fronts above the tasks, in postorder
+      logical, allocatable :: is_root_front(:)  !< [fronts]
       logical :: is_shared = .false.     !< is there work for more than one thread?
    end type task_plan_type
 
@@ -30,7 +30,7 @@ contains
    pure subroutine plan_tasks(parent, cost, plan)
       integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
       real(wp), intent(in) :: cost(:)   !< [fronts]
-      type(task_plan_type), intent(out) :: plan
+      type(task_plan_type), intent(out) :: plan  !< tasks and root fronts
       real(wp) :: subtree(size(cost)), limit
       integer :: front
 
@@ -41,17 +41,17 @@ contains
       limit = huge(limit)
       plan%is_shared = sum(cost) >= worth_sharing
       if (plan%is_shared) limit = largest_share*sum(cost)
-      plan%in_top = subtree > limit
-      plan%top = pack([(front, front=1, size(cost))], plan%in_top)
+      plan%is_root_front = subtree > limit
+      plan%root_fronts = pack([(front, front=1, size(cost))], plan%is_root_front)
       call bind_tasks(parent, subtree, limit, plan)
    end subroutine plan_tasks
 
-   !> Bind neighbouring subtrees below the top into tasks, up to the limit.
+   !> Bind neighbouring subtrees below the root fronts into tasks, up to the limit.
    pure subroutine bind_tasks(parent, subtree, limit, plan)
-      integer, intent(in) :: parent(:)
+      integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
       real(wp), intent(in) :: limit       !< most that a task may cost
-      type(task_plan_type), intent(inout) :: plan
+      type(task_plan_type), intent(inout) :: plan  !< gets its tasks
       integer :: first(size(parent)), last(size(parent)), front, begin
       real(wp) :: load(size(parent))
       logical :: open  ! the last task reaches up to the front before `begin`
@@ -59,7 +59,7 @@ contains
       begin = 1
       open = .false.
       do front = 1, size(parent)
-         if (plan%in_top(front)) then
+         if (plan%is_root_front(front)) then
             begin = front + 1
             open = .false.
          else if (is_task_root(front)) then
@@ -82,28 +82,25 @@ contains
    contains
 
       pure logical function is_task_root(front)
-         integer, intent(in) :: front
+         integer, intent(in) :: front  !< number in the tree
 
          is_task_root = parent(front) == 0
-         if (.not. is_task_root) is_task_root = plan%in_top(parent(front))
+         if (.not. is_task_root) is_task_root = plan%is_root_front(parent(front))
       end function is_task_root
 
    end subroutine bind_tasks
 
-   !> Threads that take the costliest tasks first end together.  Insertion sort: tasks are few.
+   !> Threads that take the costliest tasks first finish together.
    pure subroutine costliest_first(load, plan)
-      real(wp), intent(in) :: load(:)
-      type(task_plan_type), intent(inout) :: plan
-      integer :: order(size(load)), i, j
+      real(wp), intent(in) :: load(:)  !< [tasks] cost of each
+      type(task_plan_type), intent(inout) :: plan  !< its tasks are sorted
+      integer :: order(size(load)), i
+      logical :: listed(size(load))
 
+      listed = .false.
       do i = 1, size(load)
-         j = i
-         do while (j > 1)
-            if (load(order(j - 1)) >= load(i)) exit
-            order(j) = order(j - 1)
-            j = j - 1
-         end do
-         order(j) = i
+         order(i) = maxloc(load, 1, mask=.not. listed)
+         listed(order(i)) = .true.
       end do
       plan%first = plan%first(order)
       plan%last = plan%last(order)

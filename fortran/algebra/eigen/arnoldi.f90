@@ -22,13 +22,13 @@ module dda_arnoldi
       !> y = A x
       subroutine apply_operator(self, x, y)
          import :: operator_type, wp
-         class(operator_type), intent(inout) :: self
-         real(wp), intent(in) :: x(:)
-         real(wp), intent(out) :: y(:)
+         class(operator_type), intent(inout) :: self  !< A
+         real(wp), intent(in) :: x(:)  !< [n]
+         real(wp), intent(out) :: y(:)  !< [n]
       end subroutine apply_operator
    end interface
 
-   !> What ARPACK keeps between calls.
+   !> State of ARPACK between calls.
    type :: iteration_type
       integer :: n, count, basis
       integer :: iparam(11) = 0, ipntr(11) = 0
@@ -43,14 +43,14 @@ contains
    !> The `count` algebraically largest eigenvalues, descending, with orthonormal vectors.
    subroutine largest_pairs(operator, n, count, tolerance, values, vectors, residuals, error, &
       salt, most_restarts)
-      class(operator_type), intent(inout) :: operator
+      class(operator_type), intent(inout) :: operator  !< its products are counted
       integer, intent(in) :: n          !< size of the operator
       integer, intent(in) :: count      !< 1 … n−1
       real(wp), intent(in) :: tolerance !< of the residual / eigenvalue
       real(wp), allocatable, intent(out) :: values(:)    !< [count]
       real(wp), allocatable, intent(out) :: vectors(:,:) !< [n,count]
       real(wp), allocatable, intent(out) :: residuals(:) !< [count] ‖Av − λv‖ / |λ|
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< not converged, or not to the tolerance
       integer, intent(in), optional :: salt           !< another start vector
       integer, intent(in), optional :: most_restarts  !< default 3000
       type(iteration_type) :: iteration
@@ -72,9 +72,9 @@ contains
    end subroutine largest_pairs
 
    subroutine prepare(iteration, n, count, tolerance)
-      type(iteration_type), intent(out) :: iteration
-      integer, intent(in) :: n, count
-      real(wp), intent(in) :: tolerance
+      type(iteration_type), intent(out) :: iteration  !< ready to iterate
+      integer, intent(in) :: n, count  !< size, eigenvalues wanted
+      real(wp), intent(in) :: tolerance  !< of the residual / eigenvalue
 
       iteration%n = n
       iteration%count = count
@@ -91,9 +91,9 @@ contains
 
    !> Serve ARPACK with products until it is done.
    subroutine iterate(iteration, operator, error)
-      type(iteration_type), intent(inout) :: iteration
-      class(operator_type), intent(inout) :: operator
-      type(error_type), allocatable, intent(out) :: error
+      type(iteration_type), intent(inout) :: iteration  !< state of ARPACK
+      class(operator_type), intent(inout) :: operator  !< its products are counted
+      type(error_type), allocatable, intent(out) :: error  !< ARPACK has not converged
       integer :: ido, info, from, to
 
       ido = 0
@@ -120,9 +120,9 @@ contains
 
    !> Values and vectors in descending order.
    subroutine extract(iteration, values, vectors, error)
-      type(iteration_type), intent(inout) :: iteration
-      real(wp), allocatable, intent(out) :: values(:), vectors(:,:)
-      type(error_type), allocatable, intent(out) :: error
+      type(iteration_type), intent(inout) :: iteration  !< state of ARPACK
+      real(wp), allocatable, intent(out) :: values(:), vectors(:,:)  !< [count], [n,count]
+      type(error_type), allocatable, intent(out) :: error  !< ARPACK has failed
       logical :: select(iteration%basis)
       integer :: info, count
 
@@ -143,10 +143,10 @@ contains
 
    !> ARPACK's word is not taken: the residuals are computed from the operator itself.
    subroutine check_pairs(operator, tolerance, values, vectors, residuals, error)
-      class(operator_type), intent(inout) :: operator
-      real(wp), intent(in) :: tolerance, values(:), vectors(:,:)
-      real(wp), allocatable, intent(out) :: residuals(:)
-      type(error_type), allocatable, intent(out) :: error
+      class(operator_type), intent(inout) :: operator  !< its products are counted
+      real(wp), intent(in) :: tolerance, values(:), vectors(:,:)  !< relative; [count]; [n,count]
+      real(wp), allocatable, intent(out) :: residuals(:)  !< [count] relative
+      type(error_type), allocatable, intent(out) :: error  !< a residual is too large
       real(wp), parameter :: slack = 10.0_wp, rounding = 1.0e-12_wp
       real(wp), allocatable :: image(:)
       real(wp) :: scale
@@ -168,8 +168,8 @@ contains
 
    !> Reproducible numbers between −1 and 1 without a pattern, by a linear congruence.
    pure function irregular_vector(n, salt) result(vector)
-      integer, intent(in) :: n
-      integer, intent(in), optional :: salt
+      integer, intent(in) :: n  !< numbers
+      integer, intent(in), optional :: salt  !< another sequence
       real(wp) :: vector(n)
       integer(long), parameter :: modulus = 2147483647_long, factor = 48271_long
       integer(long) :: seed

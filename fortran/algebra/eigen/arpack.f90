@@ -13,12 +13,13 @@ module dda_arpack
       subroutine dsaupd(ido, bmat, n, which, nev, tol, resid, ncv, v, ldv, iparam, ipntr, workd, &
          workl, lworkl, info)
          import :: wp
-         integer, intent(inout) :: ido
-         character(len=1), intent(in) :: bmat
-         integer, intent(in) :: n, nev, ncv, ldv, lworkl
-         character(len=2), intent(in) :: which
+         integer, intent(inout) :: ido  !< what to do next; 0 at first
+         character(len=1), intent(in) :: bmat  !< 'I': standard problem
+         integer, intent(in) :: n, nev, ncv, ldv, lworkl  !< size, eigenvalues, basis, dimensions
+         character(len=2), intent(in) :: which  !< 'LA': algebraically largest
+         !> tolerance, vectors, workspace
          real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
-         integer, intent(inout) :: iparam(*), ipntr(*), info
+         integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 when well
       end subroutine dsaupd
 
       !> Eigenvalues and vectors from a finished iteration; arguments from `bmat` on as it left
@@ -26,15 +27,16 @@ module dda_arpack
       subroutine dseupd(rvec, howmny, select, d, z, ldz, sigma, bmat, n, which, nev, tol, resid, &
          ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
          import :: wp
-         logical, intent(in) :: rvec
-         character(len=1), intent(in) :: howmny, bmat
-         logical, intent(inout) :: select(*)
-         real(wp), intent(inout) :: d(*), z(ldz, *)
-         integer, intent(in) :: ldz, n, nev, ncv, ldv, lworkl
-         real(wp), intent(in) :: sigma
-         character(len=2), intent(in) :: which
+         logical, intent(in) :: rvec  !< vectors too
+         character(len=1), intent(in) :: howmny, bmat  !< 'A': all; as before
+         logical, intent(inout) :: select(*)  !< workspace
+         real(wp), intent(inout) :: d(*), z(ldz, *)  !< eigenvalues, ascending, and vectors
+         integer, intent(in) :: ldz, n, nev, ncv, ldv, lworkl  !< sizes as before
+         real(wp), intent(in) :: sigma  !< shift, not used
+         character(len=2), intent(in) :: which  !< 'LA': algebraically largest
+         !> tolerance, vectors, workspace
          real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
-         integer, intent(inout) :: iparam(*), ipntr(*), info
+         integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 when well
       end subroutine dseupd
    end interface
 

@@ -20,7 +20,7 @@ module dda_deflation
       real(wp), allocatable :: basis(:,:,:)
    end type null_space_type
 
-   !> What is to be projected out.
+   !> Vectors to be projected out.
    type :: deflation_type
       type(null_space_type) :: known          !< `basis` in coordinates of the standard problem
       integer :: kept = 0                     !< full vectors
@@ -31,9 +31,9 @@ contains
 
    !> Take over a null space; without one only kept vectors count.
    pure subroutine prepare_deflation(deflation, mass, known)
-      type(deflation_type), intent(out) :: deflation
-      type(mass_factor_type), intent(in) :: mass
-      type(null_space_type), intent(in), optional :: known
+      type(deflation_type), intent(out) :: deflation  !< without full vectors
+      type(mass_factor_type), intent(in) :: mass  !< factor of M
+      type(null_space_type), intent(in), optional :: known  !< in coordinates of the blocks
       integer :: i
 
       allocate (deflation%vector(6*size(mass%g, 3), 0))
@@ -47,7 +47,7 @@ contains
 
    !> Keep one more vector.
    pure subroutine keep_vector(deflation, vector)
-      type(deflation_type), intent(inout) :: deflation
+      type(deflation_type), intent(inout) :: deflation  !< gets one more
       real(wp), intent(in) :: vector(:)  !< [6n] of length 1
       real(wp), allocatable :: larger(:,:)
 
@@ -62,7 +62,7 @@ contains
 
    !> Remove from y its components along all vectors.
    pure subroutine project_out(deflation, y)
-      type(deflation_type), intent(in) :: deflation
+      type(deflation_type), intent(in) :: deflation  !< known vectors
       real(wp), intent(inout) :: y(:)  !< [6n]
       integer :: i
 
@@ -74,7 +74,7 @@ contains
 
    !> Remove the null vectors, group by group.
    pure subroutine project_known(known, y)
-      type(null_space_type), intent(in) :: known
+      type(null_space_type), intent(in) :: known  !< in coordinates of the standard problem
       real(wp), intent(inout) :: y(6, *)  !< [6,n]
       real(wp) :: part(3, known%groups)
       integer :: b

@@ -5,27 +5,27 @@ module dda_dense_eigen
    use dda_text, only: to_text
    implicit none
    private
-   public :: symmetric_eigen, generalised_eigen, block_eigen, is_above, cholesky_block
+   public :: symmetric_eigen, block_eigen, is_above, cholesky_block
 
    interface
       !> LAPACK: eigenvalues, ascending, and vectors of a symmetric matrix.
       subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
          import :: wp
-         character(len=1), intent(in) :: jobz, uplo
-         integer, intent(in) :: n, lda, lwork
-         real(wp), intent(inout) :: a(lda, *), work(*)
-         real(wp), intent(out) :: w(*)
-         integer, intent(out) :: info
+         character(len=1), intent(in) :: jobz, uplo  !< 'V': vectors too; 'L': lower triangle
+         integer, intent(in) :: n, lda, lwork  !< size, dimensions
+         real(wp), intent(inout) :: a(lda, *), work(*)  !< matrix, becomes the vectors; workspace
+         real(wp), intent(out) :: w(*)  !< [n] ascending
+         integer, intent(out) :: info  !< 0 when well
       end subroutine dsyev
 
       !> LAPACK: the same of A x = λ B x with B positive definite.
       subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
          import :: wp
-         integer, intent(in) :: itype, n, lda, ldb, lwork
-         character(len=1), intent(in) :: jobz, uplo
-         real(wp), intent(inout) :: a(lda, *), b(ldb, *), work(*)
-         real(wp), intent(out) :: w(*)
-         integer, intent(out) :: info
+         integer, intent(in) :: itype, n, lda, ldb, lwork  !< 1: A x = λ B x; size, dimensions
+         character(len=1), intent(in) :: jobz, uplo  !< 'V': vectors too; 'L': lower triangle
+         real(wp), intent(inout) :: a(lda, *), b(ldb, *), work(*)  !< matrices, destroyed; workspace
+         real(wp), intent(out) :: w(*)  !< [n] ascending
+         integer, intent(out) :: info  !< 0 when well
       end subroutine dsygv
    end interface
 
@@ -37,7 +37,7 @@ contains
    subroutine symmetric_eigen(a, values, error)
       real(wp), intent(inout) :: a(:,:)                 !< [n,n] lower triangle read
       real(wp), allocatable, intent(out) :: values(:)   !< [n] ascending
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< LAPACK has failed
       real(wp) :: work(work_columns*max(1, size(a, 1)))
       integer :: n, info
 
@@ -49,29 +49,12 @@ contains
          to_text(info))
    end subroutine symmetric_eigen
 
-   !> A x = λ B x: `a` becomes the vectors, xᵀBx = 1; `b` is destroyed.
-   subroutine generalised_eigen(a, b, values, error)
-      real(wp), intent(inout) :: a(:,:)                 !< [n,n] lower triangle read
-      real(wp), intent(inout) :: b(:,:)                 !< [n,n] positive definite
-      real(wp), allocatable, intent(out) :: values(:)   !< [n] ascending
-      type(error_type), allocatable, intent(out) :: error
-      real(wp) :: work(work_columns*max(1, size(a, 1)))
-      integer :: n, info
-
-      n = size(a, 1)
-      allocate (values(n))
-      if (n == 0) return
-      call dsygv(1, 'V', 'L', n, a, n, b, n, values, work, size(work), info)
-      if (info /= 0) call fail(error, error_solver, 'LAPACK dsygv failed with info = '// &
-         to_text(info))
-   end subroutine generalised_eigen
-
    !> K x = λ M x of one block; no more than a few µs.
    subroutine block_eigen(k, m, values, vectors, error)
-      real(wp), intent(in) :: k(6, 6), m(6, 6)
+      real(wp), intent(in) :: k(6, 6), m(6, 6)  !< stiffness and mass of one block
       real(wp), intent(out) :: values(6)      !< ascending
       real(wp), intent(out) :: vectors(6, 6)  !< columns, xᵀMx = 1
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< LAPACK has failed
       real(wp) :: b(6, 6), work(6*work_columns)
       integer :: info
 
@@ -85,7 +68,7 @@ contains
    !> No eigenvalue of K x = λ M x of one block reaches `value`: value·M − K has a Cholesky factor.
    !> Some 50 times cheaper than the eigenvalues.
    pure logical function is_above(value, k, m)
-      real(wp), intent(in) :: value, k(6, 6), m(6, 6)
+      real(wp), intent(in) :: value, k(6, 6), m(6, 6)  !< 1/s²; stiffness and mass of one block
       real(wp) :: factor(6, 6)
 
       call cholesky_block(value*m - k, factor, is_above)
@@ -94,7 +77,7 @@ contains
    !> Lower Cholesky factor of a 6×6 block, zeros above.
    pure subroutine cholesky_block(block, factor, positive)
       real(wp), intent(in) :: block(6, 6)    !< lower triangle read
-      real(wp), intent(out) :: factor(6, 6)
+      real(wp), intent(out) :: factor(6, 6)  !< lower triangle
       !> .false. if not positive definite; the factor is then void
       logical, intent(out) :: positive
       real(wp) :: work(6, 6)

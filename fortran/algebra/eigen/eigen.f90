@@ -6,7 +6,7 @@
 module dda_eigen
    use dda_kinds, only: wp, long
    use dda_arnoldi, only: operator_type, largest_pairs, irregular_vector
-   use dda_block_cholesky, only: cholesky_type, analyse, factorise, solve
+   use dda_cholesky_double, only: factor_type, analyse, factorise, solve
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_deflation, only: deflation_type, null_space_type, prepare_deflation, project_out, &
       keep_vector
@@ -44,7 +44,7 @@ module dda_eigen
 
    !> Gᵀ(K − σM)⁻¹G, without the vectors of the deflation.
    type, extends(operator_type) :: shifted_inverse_type
-      type(cholesky_type) :: factor
+      type(factor_type) :: factor
       type(mass_factor_type) :: mass
       type(deflation_type) :: deflation
       real(wp) :: shift = 0.0_wp              !< σ ≤ 0, 1/s²
@@ -66,11 +66,11 @@ contains
 
    !> The largest ω², a lower bound of the true one to second order in the residual.
    subroutine largest_eigenvalue(stiffness, mass, tolerance, pairs, error)
-      type(block_matrix_type), intent(in) :: stiffness
+      type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
       real(wp), intent(in) :: tolerance             !< of the residual / ω²
       type(eigenpairs_type), intent(out) :: pairs   !< one pair
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
       type(scaled_stiffness_type) :: operator
       type(mass_factor_type) :: factor
       real(wp), allocatable :: values(:), vectors(:,:)
@@ -93,12 +93,12 @@ contains
 
    !> The `count` lowest ω² that do not belong to a known null space; fewer if there are fewer.
    subroutine lowest_eigenvalues(stiffness, mass, count, pairs, error, known)
-      type(block_matrix_type), intent(in) :: stiffness
+      type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
-      integer, intent(in) :: count
+      integer, intent(in) :: count  !< eigenvalues wanted
       type(eigenpairs_type), intent(out) :: pairs   !< ascending
-      type(error_type), allocatable, intent(out) :: error
-      type(null_space_type), intent(in), optional :: known
+      type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
+      type(null_space_type), intent(in), optional :: known  !< null vectors of K, left out
       type(shifted_inverse_type) :: operator
       real(wp), allocatable :: values(:), vectors(:,:)
       integer :: left, wanted
@@ -129,11 +129,11 @@ contains
 
    !> All eigenvalues by LAPACK, ascending, without a known null space.
    subroutine all_eigenvalues(stiffness, mass, pairs, error, known)
-      type(block_matrix_type), intent(in) :: stiffness
+      type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
-      type(eigenpairs_type), intent(out) :: pairs
-      type(error_type), allocatable, intent(out) :: error
-      type(null_space_type), intent(in), optional :: known
+      type(eigenpairs_type), intent(out) :: pairs  !< ascending
+      type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
+      type(null_space_type), intent(in), optional :: known  !< null vectors of K, left out
       type(scaled_stiffness_type) :: operator
       type(mass_factor_type) :: factor
       type(deflation_type) :: deflation
@@ -165,8 +165,8 @@ contains
 
    !> a − s ZZᵀ with s larger than every eigenvalue.
    subroutine push_down(deflation, a)
-      type(deflation_type), intent(in) :: deflation
-      real(wp), intent(inout) :: a(:,:)
+      type(deflation_type), intent(in) :: deflation  !< Z
+      real(wp), intent(inout) :: a(:,:)  !< [6n,6n]
       real(wp) :: unit(size(a, 1)), scale
       integer :: i
 
@@ -185,11 +185,11 @@ contains
 
    !> Factor of K − σM, with σ as small as rounding allows: K may be singular, the factor is not.
    subroutine prepare_inverse(operator, stiffness, mass, error, known)
-      type(shifted_inverse_type), intent(out) :: operator
-      type(block_matrix_type), intent(in) :: stiffness
+      type(shifted_inverse_type), intent(out) :: operator  !< ready to apply
+      type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
-      type(error_type), allocatable, intent(out) :: error
-      type(null_space_type), intent(in), optional :: known
+      type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
+      type(null_space_type), intent(in), optional :: known  !< null vectors of K, left out
       real(wp), parameter :: first_shift = 1.0e-12_wp, last_shift = 1.0e-6_wp
       type(block_matrix_type) :: shifted
       real(wp) :: relative
@@ -212,8 +212,8 @@ contains
 
    !> Largest trace of a diagonal block of S: the scale of the largest ω².
    pure real(wp) function largest_trace(mass, stiffness) result(largest)
-      type(mass_factor_type), intent(in) :: mass
-      type(block_matrix_type), intent(in) :: stiffness
+      type(mass_factor_type), intent(in) :: mass  !< G
+      type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp) :: trace
       integer :: b, i
 
@@ -231,9 +231,10 @@ contains
    !> A Lanczos iteration may miss a copy of a multiple eigenvalue.  Search again without what was
    !> found, until nothing larger is left.
    subroutine add_missing_copies(operator, values, vectors, residuals, error)
-      type(shifted_inverse_type), intent(inout) :: operator
+      type(shifted_inverse_type), intent(inout) :: operator  !< its deflation grows
+      !> [count], [6n,count], [count]
       real(wp), intent(inout) :: values(:), vectors(:,:), residuals(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
       real(wp), parameter :: larger = 1.0_wp + 1.0e-7_wp, glance = 1.0e-3_wp
       real(wp), allocatable :: new_value(:), new_vector(:,:), new_residual(:)
       integer :: i, n, count, at
@@ -264,9 +265,9 @@ contains
 
    !> Pairs from those of the standard problem.
    subroutine unscale(factor, values, vectors, pairs)
-      type(mass_factor_type), intent(in) :: factor
-      real(wp), intent(in) :: values(:), vectors(:,:)
-      type(eigenpairs_type), intent(inout) :: pairs
+      type(mass_factor_type), intent(in) :: factor  !< G
+      real(wp), intent(in) :: values(:), vectors(:,:)  !< [n] ω², [6 blocks,n]
+      type(eigenpairs_type), intent(inout) :: pairs  !< gets values and vectors
       integer :: i, blocks
 
       blocks = size(factor%g, 3)
@@ -280,7 +281,7 @@ contains
 
    !> Keep only some of the pairs.
    subroutine keep_range(pairs, first, last)
-      type(eigenpairs_type), intent(inout) :: pairs
+      type(eigenpairs_type), intent(inout) :: pairs  !< shortened
       integer, value :: first, last  !< copies: pairs%n itself may be given
 
       pairs%n = last - first + 1
@@ -290,34 +291,25 @@ contains
    end subroutine keep_range
 
    subroutine apply_scaled(self, x, y)
-      class(scaled_stiffness_type), intent(inout) :: self
-      real(wp), intent(in) :: x(:)
-      real(wp), intent(out) :: y(:)
+      class(scaled_stiffness_type), intent(inout) :: self  !< S
+      real(wp), intent(in) :: x(:)  !< [6n]
+      real(wp), intent(out) :: y(:)  !< [6n]
 
       call multiply(self%matrix, x, y)
    end subroutine apply_scaled
 
    subroutine apply_inverse(self, x, y)
-      class(shifted_inverse_type), intent(inout) :: self
-      real(wp), intent(in) :: x(:)
-      real(wp), intent(out) :: y(:)
+      class(shifted_inverse_type), intent(inout) :: self  !< its workspace changes
+      real(wp), intent(in) :: x(:)  !< [6n]
+      real(wp), intent(out) :: y(:)  !< [6n]
       real(wp) :: clean(size(x))
 
       clean = x
       call project_out(self%deflation, clean)
       call apply_factor(self%mass, clean, self%force)
       call solve(self%factor, self%force, self%force)
-      call from_places_flat(self%mass, self%force, y)
+      call from_places(self%mass, self%force, y)
       call project_out(self%deflation, y)
    end subroutine apply_inverse
-
-   !> As from_places, into a plain vector.
-   pure subroutine from_places_flat(mass, x, y)
-      type(mass_factor_type), intent(in) :: mass
-      real(wp), intent(in) :: x(:,:)
-      real(wp), intent(out) :: y(6, *)
-
-      call from_places(mass, x, y(:, :size(x, 2)))
-   end subroutine from_places_flat
 
 end module dda_eigen

@@ -5,20 +5,12 @@
 !> that its sign means nothing, the count is called uncertain.
 module dda_inertia
    use dda_kinds, only: wp
-   use dda_block_graph, only: block_graph_type, graph_of
+   use dda_band_cholesky, only: band_cholesky_type, order_band, fill_band
    use dda_block_matrix, only: block_matrix_type
    use dda_mass_factor, only: mass_factor_type, scale_matrix
-   use dda_ordering, only: bandwidth_order
    implicit none
    private
    public :: count_above
-
-   !> S − sI as a band of scalar columns, lower storage.
-   type :: band_type
-      integer :: n = 0                    !< scalar rows
-      integer :: width = 0                !< scalar sub-diagonals
-      real(wp), allocatable :: value(:,:) !< [width+1,n]
-   end type band_type
 
    real(wp), parameter :: doubtful = 1.0e-11_wp  !< pivot / largest entry of S
 
@@ -26,111 +18,51 @@ contains
 
    !> Count the eigenvalues above `value`.
    subroutine count_above(stiffness, mass, value, affordable, count, certain)
-      type(block_matrix_type), intent(in) :: stiffness
-      type(mass_factor_type), intent(in) :: mass
-      real(wp), intent(in) :: value         !< 1/s²
-      real(wp), intent(in) :: affordable    !< most multiplications to spend
-      integer, intent(out) :: count
-      logical, intent(out) :: certain       !< .false. if too expensive or a pivot is doubtful
+      type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
+      type(mass_factor_type), intent(in) :: mass      !< G
+      real(wp), intent(in) :: value                     !< 1/s²
+      real(wp), intent(in) :: affordable                !< most multiplications to spend
+      integer, intent(out) :: count                     !< eigenvalues above
+      logical, intent(out) :: certain                   !< .false.: too dear, or a doubtful pivot
       type(block_matrix_type) :: scaled
-      type(band_type) :: band
-      integer, allocatable :: place(:)
+      type(band_cholesky_type) :: factor
 
       count = 0
       certain = .false.
-      call order_rows(stiffness, place, band%width)
-      band%n = 6*stiffness%n
-      if (0.5_wp*real(band%n, wp)*real(band%width, wp)**2 > affordable) return
+      call order_band(factor, stiffness)
+      if (3.0_wp*real(stiffness%n, wp)*real(factor%half_width, wp)**2 > affordable) return
+      allocate (factor%band(factor%half_width + 1, 6*stiffness%n))
       scaled = stiffness
       call scale_matrix(mass, scaled)
-      call fill_band(band, scaled, place, value)
-      call count_pivots(band, count, certain)
+      call fill_band(factor, scaled)
+      factor%band(1, :) = factor%band(1, :) - value
+      call count_pivots(factor%band, count, certain)
    end subroutine count_above
-
-   !> A bandwidth-reducing order and the scalar half-width that it gives.
-   subroutine order_rows(matrix, place, width)
-      type(block_matrix_type), intent(in) :: matrix
-      integer, allocatable, intent(out) :: place(:)  !< [n] of each block row in the order
-      integer, intent(out) :: width
-      type(block_graph_type) :: graph
-      integer, allocatable :: order(:)
-      integer :: i, e
-
-      call graph_of(matrix%n, matrix%row_start, matrix%column, graph)
-      call bandwidth_order(graph, order)
-      allocate (place(matrix%n))
-      do i = 1, matrix%n
-         place(order(i)) = i
-      end do
-      width = 5
-      do i = 1, matrix%n
-         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            width = max(width, 6*abs(place(i) - place(matrix%column(e))) + 5)
-         end do
-      end do
-   end subroutine order_rows
-
-   pure subroutine fill_band(band, matrix, place, value)
-      type(band_type), intent(inout) :: band
-      type(block_matrix_type), intent(in) :: matrix
-      integer, intent(in) :: place(:)
-      real(wp), intent(in) :: value
-      integer :: i, e
-
-      allocate (band%value(band%width + 1, band%n), source=0.0_wp)
-      do i = 1, matrix%n
-         call put_block(band, matrix%diagonal(:, :, i), 6*place(i) - 6, 6*place(i) - 6)
-         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            if (place(i) > place(matrix%column(e))) then
-               call put_block(band, matrix%lower(:, :, e), 6*place(i) - 6, &
-                  6*place(matrix%column(e)) - 6)
-            else
-               call put_block(band, transpose(matrix%lower(:, :, e)), 6*place(matrix%column(e)) &
-                  - 6, 6*place(i) - 6)
-            end if
-         end do
-      end do
-      band%value(1, :) = band%value(1, :) - value
-   end subroutine fill_band
-
-   pure subroutine put_block(band, block, row, column)
-      type(band_type), intent(inout) :: band
-      real(wp), intent(in) :: block(6, 6)
-      integer, intent(in) :: row, column  !< scalar rows and columns before it
-      integer :: i, j
-
-      do j = 1, 6
-         do i = 1, 6
-            if (row + i >= column + j) band%value(row + i - column - j + 1, column + j) &
-               = block(i, j)
-         end do
-      end do
-   end subroutine put_block
 
    !> Eliminate column by column and count positive pivots.
    pure subroutine count_pivots(band, count, certain)
-      type(band_type), intent(inout) :: band
-      integer, intent(out) :: count
-      logical, intent(out) :: certain
+      real(wp), intent(inout) :: band(:,:)  !< [width+1, n] S − sI, lower storage; destroyed
+      integer, intent(out) :: count  !< positive pivots
+      logical, intent(out) :: certain  !< no pivot is doubtful
       real(wp) :: least, pivot, factor
       integer :: j, k, reach
 
       count = 0
       certain = .true.
-      least = doubtful*maxval(abs(band%value))
-      do j = 1, band%n
-         pivot = band%value(1, j)
+      least = doubtful*maxval(abs(band))
+      do j = 1, size(band, 2)
+         pivot = band(1, j)
          if (abs(pivot) < least) then
             certain = .false.
             pivot = sign(least, pivot)
          end if
          if (pivot > 0.0_wp) count = count + 1
-         reach = min(band%width, band%n - j)
+         reach = min(size(band, 1) - 1, size(band, 2) - j)
          do k = 1, reach
-            if (band%value(k + 1, j) == 0.0_wp) cycle
-            factor = band%value(k + 1, j)/pivot
-            band%value(1:reach - k + 1, j + k) = band%value(1:reach - k + 1, j + k) &
-               - factor*band%value(k + 1:reach + 1, j)
+            if (band(k + 1, j) == 0.0_wp) cycle
+            factor = band(k + 1, j)/pivot
+            band(1:reach - k + 1, j + k) = band(1:reach - k + 1, j + k) &
+               - factor*band(k + 1:reach + 1, j)
          end do
       end do
    end subroutine count_pivots

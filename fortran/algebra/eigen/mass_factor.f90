@@ -22,9 +22,9 @@ contains
 
    !> Factorise the mass of each block.
    subroutine factor_mass(factor, mass, error)
-      type(mass_factor_type), intent(out) :: factor
+      type(mass_factor_type), intent(out) :: factor  !< G and its inverse
       real(wp), intent(in) :: mass(:,:,:)  !< [6,6,n]
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< a mass is not positive definite
       logical :: positive
       integer :: b
 
@@ -42,7 +42,7 @@ contains
 
    !> Inverse of a lower triangular block.
    pure function inverse_of(g) result(inverse)
-      real(wp), intent(in) :: g(6, 6)
+      real(wp), intent(in) :: g(6, 6)  !< lower triangle
       real(wp) :: inverse(6, 6)
       integer :: i, j
 
@@ -57,8 +57,8 @@ contains
 
    !> K becomes S = G⁻¹KG⁻ᵀ, block by block.
    pure subroutine scale_matrix(factor, matrix)
-      type(mass_factor_type), intent(in) :: factor
-      type(block_matrix_type), intent(inout) :: matrix
+      type(mass_factor_type), intent(in) :: factor  !< G and its inverse
+      type(block_matrix_type), intent(inout) :: matrix  !< K, becomes S
       integer :: i, e
 
       do i = 1, matrix%n
@@ -73,7 +73,7 @@ contains
 
    !> a k bᵀ
    pure function scaled(a, k, b) result(product)
-      real(wp), intent(in) :: a(6, 6), k(6, 6), b(6, 6)
+      real(wp), intent(in) :: a(6, 6), k(6, 6), b(6, 6)  !< factors; a and b lower triangles
       real(wp) :: product(6, 6)
       real(wp) :: left(6, 6)
       integer :: i, j
@@ -94,7 +94,7 @@ contains
 
    !> x = G⁻ᵀ y: from coordinates of the standard problem to those of the blocks.
    pure subroutine to_places(factor, y, x)
-      type(mass_factor_type), intent(in) :: factor
+      type(mass_factor_type), intent(in) :: factor  !< G and its inverse
       real(wp), intent(in) :: y(:,:)   !< [6,n]
       real(wp), intent(out) :: x(:,:)  !< [6,n]
       integer :: b, i
@@ -108,9 +108,9 @@ contains
 
    !> y = Gᵀ x: from coordinates of the blocks to those of the standard problem.
    pure subroutine from_places(factor, x, y)
-      type(mass_factor_type), intent(in) :: factor
+      type(mass_factor_type), intent(in) :: factor  !< G and its inverse
       real(wp), intent(in) :: x(:,:)   !< [6,n]
-      real(wp), intent(out) :: y(:,:)  !< [6,n]
+      real(wp), intent(out) :: y(6, *) !< [6,n]
       integer :: b, i
 
       do b = 1, size(x, 2)
@@ -122,7 +122,7 @@ contains
 
    !> f = G y: a force (M x, where y = Gᵀx) in coordinates of the blocks.
    pure subroutine apply_factor(factor, y, f)
-      type(mass_factor_type), intent(in) :: factor
+      type(mass_factor_type), intent(in) :: factor  !< G and its inverse
       real(wp), intent(in) :: y(6, *)   !< [6,n]
       real(wp), intent(out) :: f(:,:)   !< [6,n]
       integer :: b, j

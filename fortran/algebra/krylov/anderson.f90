@@ -21,23 +21,23 @@ module dda_anderson
 
 contains
 
-   !> Begin anew.
+   !> Restart without memory.
    pure subroutine forget(memory)
-      type(anderson_type), intent(inout) :: memory
+      type(anderson_type), intent(inout) :: memory  !< forgets its iterations
 
       memory%count = 0
    end subroutine forget
 
    !> The next x, from the present x and g(x).
    subroutine accelerate(memory, x, image)
-      type(anderson_type), intent(inout) :: memory
-      real(wp), intent(inout) :: x(:)
-      real(wp), intent(in) :: image(:)
+      type(anderson_type), intent(inout) :: memory  !< gets this iteration
+      real(wp), intent(inout) :: x(:)  !< [n] in the units of the unknowns
+      real(wp), intent(in) :: image(:)  !< [n] g(x)
       real(wp) :: share(depth)
       integer :: n, used, slot, j
 
       n = size(x)
-      call make_room(memory, n)
+      call reserve(memory, n)
       if (memory%count > 0) then
          slot = modulo(memory%count - 1, depth) + 1
          memory%d_image(:n, slot) = image - memory%image(:n)
@@ -54,9 +54,10 @@ contains
       end do
    end subroutine accelerate
 
-   subroutine make_room(memory, n)
-      type(anderson_type), intent(inout) :: memory
-      integer, intent(in) :: n
+   !> Allocate for n unknowns, unless there is room.
+   subroutine reserve(memory, n)
+      type(anderson_type), intent(inout) :: memory  !< gets room
+      integer, intent(in) :: n  !< unknowns
 
       if (allocated(memory%image)) then
          if (size(memory%image) >= n) return
@@ -65,12 +66,12 @@ contains
       allocate (memory%image(2*n), memory%residual(2*n), memory%d_image(2*n, depth), &
          memory%d_residual(2*n, depth))
       memory%count = 0
-   end subroutine make_room
+   end subroutine reserve
 
    !> min ‖b − A y‖ by the normal equations, Gauss elimination without pivoting (they are definite).
    pure subroutine least_squares(a, b, y)
-      real(wp), intent(in) :: a(:,:), b(:)
-      real(wp), intent(out) :: y(:)
+      real(wp), intent(in) :: a(:,:), b(:)  !< [n,m], [n]
+      real(wp), intent(out) :: y(:)  !< [m]
       real(wp) :: normal(depth, depth), factor
       integer :: i, j, m
 

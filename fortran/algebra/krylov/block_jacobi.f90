@@ -1,4 +1,4 @@
-!> The inverse diagonal blocks: the preconditioner for small p Δt²/m, and what SOR divides by.
+!> The inverse diagonal blocks: the preconditioner for small p Δt²/m, also used by SOR.
 module dda_block_jacobi
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply_block
@@ -21,21 +21,15 @@ contains
 
    !> Invert the diagonal blocks of a matrix.
    subroutine invert_diagonal(jacobi, matrix)
-      type(block_jacobi_type), intent(inout) :: jacobi
-      type(block_matrix_type), intent(in) :: matrix
+      type(block_jacobi_type), intent(inout) :: jacobi  !< gets the inverses
+      type(block_matrix_type), intent(in) :: matrix        !< positive definite
       integer :: i
 
       if (allocated(jacobi%inverse)) then
          if (size(jacobi%inverse, 3) /= matrix%n) deallocate (jacobi%inverse)
       end if
       if (.not. allocated(jacobi%inverse)) allocate (jacobi%inverse(6, 6, matrix%n))
-      if (matrix%n < parallel_from) then
-         do i = 1, matrix%n
-            call invert(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
-         end do
-         return
-      end if
-      !$omp parallel do schedule(static)
+      !$omp parallel do schedule(static) if (matrix%n >= parallel_from)
       do i = 1, matrix%n
          call invert(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
       end do
@@ -43,33 +37,50 @@ contains
 
    !> z = D⁻¹ r
    subroutine apply(self, n, r, z)
-      class(block_jacobi_type), intent(inout) :: self
-      integer, intent(in) :: n
-      real(wp), intent(in) :: r(6, n)
-      real(wp), intent(out) :: z(6, n)
-      integer :: i
+      class(block_jacobi_type), intent(inout) :: self  !< D⁻¹
+      integer, intent(in) :: n         !< block rows
+      real(wp), intent(in) :: r(6, n)  !< residual
+      real(wp), intent(out) :: z(6, n)  !< preconditioned residual
 
       if (n < parallel_from) then
-         do i = 1, n
-            call multiply_block(self%inverse(:, :, i), r(:, i), z(:, i))
-         end do
-         return
+         call apply_rows(n, self%inverse, r, z)
+      else
+         !$omp parallel
+         call apply_rows(n, self%inverse, r, z)
+         !$omp end parallel
       end if
-      !$omp parallel do schedule(static)
-      do i = 1, n
-         call multiply_block(self%inverse(:, :, i), r(:, i), z(:, i))
-      end do
    end subroutine apply
+
+   !> z = D⁻¹ r, shared between the threads of a team.
+   subroutine apply_rows(n, inverse, r, z)
+      integer, intent(in) :: n                    !< block rows
+      real(wp), intent(in) :: inverse(6, 6, n), r(6, n)  !< D⁻¹, residual
+      real(wp), intent(inout) :: z(6, n)  !< preconditioned residual
+      integer :: i
+
+      !$omp do schedule(static)
+      do i = 1, n
+         call multiply_block(inverse(:, :, i), r(:, i), z(:, i))
+      end do
+      !$omp end do nowait
+   end subroutine apply_rows
 
    !> A bound on the iterations that conjugate gradients can need for a relative accuracy.
    !>
-   !> D⁻¹K̂ has no eigenvalue above 2 (each spring enters two diagonal blocks) and none below
-   !> μ = min λ(D⁻¹A) over the blocks, A their part without contacts; 1/trace(A⁻¹D) bounds μ from
-   !> below. Chebyshev: ½ √(2/μ) ln(2/ε).
+   !> Let A be the block-diagonal part of K̂ whose terms act on one block each (inertia, strains,
+   !> supports), and let every other term E be positive semi-definite and act on two blocks:
+   !> contacts, and any element that couples blocks.  Then K̂ − A ⪰ 0, so that D⁻¹K̂ has no
+   !> eigenvalue below μ = min λ(D⁻¹A) over the blocks; and uᵀEu ≤ 2 Σ u_iᵀE_ii u_i gives
+   !> 2D − K̂ ⪰ 0, so that it has none above 2.  1/trace(A⁻¹D) bounds μ from below.
+   !> Chebyshev: ½ √(2/μ) ln(2/ε).
+   !>
+   !> The diagonal shares of coupling terms must therefore not be in A.  With them, or with a term
+   !> on m > 2 blocks (whose factor is m), the bound may be too small.  Nothing but the first choice
+   !> of `auto` rests on it, which the iterations of the first solve then correct.
    real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: alone(6, 6, matrix%n)  !< A of each block
-      real(wp), intent(in) :: accuracy
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: alone(6, 6, matrix%n)  !< A, the terms of each block alone
+      real(wp), intent(in) :: accuracy               !< ε, of the error in the energy norm
       real(wp) :: inverse(6, 6), worst
       integer :: i
 

@@ -1,6 +1,6 @@
 !> Preconditioned conjugate gradients on 6×6 blocks.
 !>
-!> The preconditioner is an object that answers z = P⁻¹ r: the inverse diagonal blocks, or an older
+!> The preconditioner is an object that applies z = P⁻¹ r: the inverse diagonal blocks, or a lagged
 !> Cholesky factor in single precision.
 module dda_conjugate_gradients
    use dda_kinds, only: wp
@@ -10,10 +10,10 @@ module dda_conjugate_gradients
    private
    public :: preconditioner_type, workspace_type, make_workspace, iterate_to_solution
 
-   integer, parameter :: trusted = 10              !< iterations whose residual needs no second look
-   real(wp), parameter :: drift = 10.0_wp          !< between the two that is let pass
+   integer, parameter :: trusted = 10              !< iterations whose updated residual is accurate
+   real(wp), parameter :: drift = 10.0_wp          !< accepted ratio of true residual to updated one
 
-   !> Something that is nearly the inverse of the matrix.
+   !> An approximate inverse of the matrix.
    type, abstract :: preconditioner_type
    contains
       procedure(apply_type), deferred :: apply
@@ -23,10 +23,10 @@ module dda_conjugate_gradients
       !> z = P⁻¹ r
       subroutine apply_type(self, n, r, z)
          import :: preconditioner_type, wp
-         class(preconditioner_type), intent(inout) :: self
-         integer, intent(in) :: n
-         real(wp), intent(in) :: r(6, n)
-         real(wp), intent(out) :: z(6, n)
+         class(preconditioner_type), intent(inout) :: self  !< P
+         integer, intent(in) :: n  !< block rows
+         real(wp), intent(in) :: r(6, n)  !< residual
+         real(wp), intent(out) :: z(6, n)  !< preconditioned residual
       end subroutine apply_type
    end interface
 
@@ -37,31 +37,36 @@ module dda_conjugate_gradients
 
 contains
 
+   !> Vectors for n block rows, unless they are there.
    subroutine make_workspace(work, n)
-      type(workspace_type), intent(out) :: work
-      integer, intent(in) :: n
+      type(workspace_type), intent(inout) :: work  !< gets its vectors
+      integer, intent(in) :: n  !< block rows
 
+      if (allocated(work%r)) then
+         if (size(work%r, 2) == n) return
+         deallocate (work%r, work%z, work%p, work%q)
+      end if
       allocate (work%r(6, n), work%z(6, n), work%p(6, n), work%q(6, n), source=0.0_wp)
    end subroutine make_workspace
 
    !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
    !>
-   !> After many iterations the residual that they carry along has drifted from the true one,
-   !> which is then looked at.
+   !> After many iterations the recursively updated residual has drifted from the true one, which is
+   !> then computed.
    subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
       work, iterations, residual, enough)
-      type(block_matrix_type), intent(in) :: matrix
-      class(preconditioner_type), intent(inout) :: preconditioner
-      real(wp), intent(in) :: b(6, matrix%n)
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      class(preconditioner_type), intent(inout) :: preconditioner  !< its workspace may change
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side
       real(wp), intent(in) :: size               !< that residuals are measured by: ‖b‖, or more
-      real(wp), intent(inout) :: x(6, matrix%n)
-      real(wp), intent(in) :: tolerance, reduction
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution
+      real(wp), intent(in) :: tolerance, reduction  !< of ‖r‖/size, and of ‖r‖ / the first ‖r‖
       integer, intent(in) :: most                !< iterations
-      type(workspace_type), intent(inout) :: work
-      integer, intent(out) :: iterations
+      type(workspace_type), intent(inout) :: work  !< vectors of the iteration
+      integer, intent(out) :: iterations  !< made
       real(wp), intent(out) :: residual          !< ‖r‖/size reached
       logical, intent(out) :: enough             !< it is as small as asked for
-      real(wp) :: wanted, slope, old_slope, length
+      real(wp) :: wanted, slope, old_slope, alpha
       integer :: n
 
       n = matrix%n
@@ -82,10 +87,10 @@ contains
          call preconditioner%apply(n, work%r, work%z)
          old_slope = slope
          slope = inner_product(n, work%r, work%z)
-         call turn(n, work%z, merge(0.0_wp, slope/old_slope, iterations == 0), work%p)
+         call update_direction(n, work%z, merge(0.0_wp, slope/old_slope, iterations == 0), work%p)
          call multiply(matrix, work%p, work%q)
-         length = slope/inner_product(n, work%p, work%q)
-         call advance(n, length, work%p, work%q, x, work%r)
+         alpha = slope/inner_product(n, work%p, work%q)
+         call update_iterate(n, alpha, work%p, work%q, x, work%r)
          iterations = iterations + 1
       end do
       if (iterations > trusted) then
@@ -99,31 +104,31 @@ contains
 
    !> r = b − K x
    subroutine find_residual(matrix, b, x, work)
-      type(block_matrix_type), intent(in) :: matrix
-      real(wp), intent(in) :: b(6, matrix%n), x(6, matrix%n)
-      type(workspace_type), intent(inout) :: work
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      real(wp), intent(in) :: b(6, matrix%n), x(6, matrix%n)  !< right-hand side, iterate
+      type(workspace_type), intent(inout) :: work  !< its r and q change
 
       call multiply(matrix, x, work%q)
       work%r = b - work%q
    end subroutine find_residual
 
-   !> p = z + share·p
-   pure subroutine turn(n, z, share, p)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: z(6, n), share
-      real(wp), intent(inout) :: p(6, n)
+   !> p = z + beta p
+   pure subroutine update_direction(n, z, beta, p)
+      integer, intent(in) :: n  !< block rows
+      real(wp), intent(in) :: z(6, n), beta  !< preconditioned residual, share of the old direction
+      real(wp), intent(inout) :: p(6, n)  !< direction
 
-      p = z + share*p
-   end subroutine turn
+      p = z + beta*p
+   end subroutine update_direction
 
-   !> x += length·p, r −= length·q
-   pure subroutine advance(n, length, p, q, x, r)
-      integer, intent(in) :: n
-      real(wp), intent(in) :: length, p(6, n), q(6, n)
-      real(wp), intent(inout) :: x(6, n), r(6, n)
+   !> x += alpha p, r −= alpha q
+   pure subroutine update_iterate(n, alpha, p, q, x, r)
+      integer, intent(in) :: n  !< block rows
+      real(wp), intent(in) :: alpha, p(6, n), q(6, n)  !< step length, direction, K p
+      real(wp), intent(inout) :: x(6, n), r(6, n)  !< iterate, residual
 
-      x = x + length*p
-      r = r - length*q
-   end subroutine advance
+      x = x + alpha*p
+      r = r - alpha*q
+   end subroutine update_iterate
 
 end module dda_conjugate_gradients

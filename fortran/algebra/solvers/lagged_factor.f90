@@ -1,25 +1,25 @@
-!> An older Cholesky factor, in single precision, as preconditioner of conjugate gradients.
+!> A lagged Cholesky factor, in single precision, as preconditioner of conjugate gradients.
 !>
-!> Springs that have changed since are followed by a correction of low rank, so that only geometry
-!> that drifts costs iterations, two or three.
+!> Rank-one terms that have entered or left the matrix since are taken up by a low-rank update; what
+!> else has changed costs iterations, two or three where only geometry drifts.
 module dda_lagged_factor
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type
    use dda_conjugate_gradients, only: preconditioner_type
    use dda_cholesky_single, only: factor_type, analyse, factorise, solve, solve_lower, solve_upper
    use dda_errors, only: error_type
-   use dda_low_rank, only: low_rank_type, plan_low_rank, forget_low_rank, follow_changes, correct
-   use dda_rank_one, only: rank_one_type
+   use dda_low_rank, only: low_rank_type, plan_low_rank, correct
+   use dda_rank_one, only: forget_changes
    implicit none
    private
-   public :: lagged_factor_type, analyse_lagged, refresh, follow
+   public :: lagged_factor_type, analyse_lagged, refactorise
 
-   !> The factor and how old it is.
+   !> The factor and its age.
    type, extends(preconditioner_type) :: lagged_factor_type
       type(factor_type) :: factor
-      type(low_rank_type) :: low                 !< what has changed since it was made
-      logical :: made = .false.                  !< there is a factor for this pattern
-      integer :: excess = 0                      !< iterations that its age has cost
+      type(low_rank_type) :: low                 !< update for the terms that have changed since
+      logical :: factorised = .false.            !< there is a factor for this pattern
+      integer :: extra_iterations = 0            !< beyond those of a new factor, since it was made
    contains
       procedure :: apply
    end type lagged_factor_type
@@ -27,44 +27,35 @@ module dda_lagged_factor
 contains
 
    !> Plan the factor of a new pattern.
-   subroutine analyse_lagged(stale, matrix)
-      type(lagged_factor_type), intent(inout) :: stale
-      type(block_matrix_type), intent(in) :: matrix
+   subroutine analyse_lagged(lagged, matrix)
+      type(lagged_factor_type), intent(inout) :: lagged  !< gets plan and memory
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
-      call analyse(stale%factor, matrix)
-      call plan_low_rank(stale%low, stale%factor%plan)
-      stale%made = .false.
+      call analyse(lagged%factor, matrix)
+      call plan_low_rank(lagged%low, lagged%factor%plan)
+      lagged%factorised = .false.
    end subroutine analyse_lagged
 
-   !> Make the factor anew from the present matrix.
-   subroutine refresh(stale, matrix, error)
-      type(lagged_factor_type), intent(inout) :: stale
-      type(block_matrix_type), intent(in) :: matrix
-      type(error_type), allocatable, intent(out) :: error
+   !> Factorise the present matrix.
+   subroutine refactorise(lagged, matrix, error)
+      type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is lost to single precision
 
-      call factorise(stale%factor, matrix, error)
-      stale%made = .not. allocated(error)
-      stale%excess = 0
-      call forget_low_rank(stale%low)
-   end subroutine refresh
-
-   !> Follow changes of springs; .false. if the factor has to be made anew for that.
-   subroutine follow(stale, changes, done)
-      type(lagged_factor_type), intent(inout) :: stale
-      type(rank_one_type), intent(in) :: changes
-      logical, intent(out) :: done
-
-      call follow_changes(stale%low, stale%factor, changes, done)
-   end subroutine follow
+      call factorise(lagged%factor, matrix, error)
+      lagged%factorised = .not. allocated(error)
+      lagged%extra_iterations = 0
+      call forget_changes(lagged%low%terms)
+   end subroutine refactorise
 
    !> z = P⁻¹ r
    subroutine apply(self, n, r, z)
-      class(lagged_factor_type), intent(inout) :: self
-      integer, intent(in) :: n
-      real(wp), intent(in) :: r(6, n)
-      real(wp), intent(out) :: z(6, n)
+      class(lagged_factor_type), intent(inout) :: self  !< the solver
+      integer, intent(in) :: n           !< block rows
+      real(wp), intent(in) :: r(6, n)  !< residual
+      real(wp), intent(out) :: z(6, n)  !< preconditioned residual
 
-      if (self%low%springs%n == 0) then
+      if (self%low%terms%n == 0) then
          call solve(self%factor, r, z)
       else
          call solve_lower(self%factor, r)

@@ -1,0 +1,350 @@
+!> The columns of W = L⁻¹ U, each u of two blocks, for a low-rank update of a Cholesky factor.
+!>
+!> A column differs from zero only along an elimination path, the fronts between its blocks and the
+!> root: a few hundredths of the factor.  Columns are treated in panels of one vector width, each
+!> panel by one thread: bits depend neither on threads nor on the other columns of a panel.
+module dda_low_rank_columns
+   use dda_kinds, only: wp, sp
+   use dda_blas, only: sgemm
+   use dda_cholesky_single, only: factor_type
+   use dda_front_plan, only: front_plan_type, longest_front_vector
+   use dda_rank_one, only: rank_one_type, most_changes
+   use dda_packed_panels, only: packed_rows, panels_of
+   implicit none
+   private
+   public :: low_rank_columns_type, plan_columns, make_columns, multiply_columns, project, &
+      subtract_columns, vector_width, column_panels
+
+   integer, parameter :: vector_width = 16                          !< columns in a panel
+   integer, parameter :: column_panels = most_changes/vector_width  !< panels
+   !> pivot columns multiplied together, so few that BLAS stays on one thread
+   integer, parameter :: pivots_together = 64
+
+   !> The columns, and where they differ from zero.
+   type :: low_rank_columns_type
+      integer, allocatable :: permuted(:)       !< [n] permuted index of each block row
+      integer, allocatable :: front_of(:)       !< [n] front that eliminates it
+      logical, allocatable :: touched(:,:)      !< [fronts, panels] W ≠ 0 in its pivot rows
+      integer, allocatable :: path(:,:)         !< [fronts, panels] the touched fronts, in postorder
+      integer :: path_length(column_panels) = 0 !< how many
+      real(sp), allocatable :: w(:,:,:,:)       !< [width, 6, n, panels] W, in touched fronts
+      !> [width, longest, panels] the rows of W that a front sees
+      real(sp), allocatable :: front_vector(:,:,:)
+   end type low_rank_columns_type
+
+contains
+
+   !> Allocate for a new pattern; the memory of W is not touched before it is used.
+   subroutine plan_columns(columns, plan)
+      type(low_rank_columns_type), intent(inout) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer :: front, i
+
+      if (allocated(columns%w)) deallocate (columns%permuted, columns%front_of, columns%touched, &
+         columns%path, columns%w, columns%front_vector)
+      allocate (columns%permuted(plan%n), columns%front_of(plan%n))
+      allocate (columns%touched(plan%fronts, column_panels))
+      allocate (columns%path(plan%fronts, column_panels))
+      allocate (columns%w(vector_width, 6, plan%n, column_panels))
+      allocate (columns%front_vector(vector_width, longest_front_vector(plan), column_panels))
+      do front = 1, plan%fronts
+         do i = plan%first(front), plan%first(front + 1) - 1
+            columns%permuted(plan%order(i)) = i
+            columns%front_of(plan%order(i)) = front
+         end do
+      end do
+   end subroutine plan_columns
+
+   !> Make the columns of some panels.
+   subroutine make_columns(columns, factor, terms, first, last)
+      type(low_rank_columns_type), intent(inout) :: columns  !< W
+      type(factor_type), intent(in) :: factor  !< L
+      type(rank_one_type), intent(in) :: terms  !< U
+      integer, intent(in) :: first, last  !< panels
+      integer :: panel
+
+      !$omp parallel do schedule(dynamic, 1) if (factor%plan%sharing%is_shared)
+      do panel = first, last
+         call find_elimination_path(columns, factor%plan, terms, panel)
+         call scatter_terms(columns, factor%plan, terms, panel)
+         call forward_path(columns, factor, panel)
+      end do
+   end subroutine make_columns
+
+   !> The elimination paths of a panel's terms, as one list of fronts.
+   pure subroutine find_elimination_path(columns, plan, terms, panel)
+      type(low_rank_columns_type), intent(inout) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      type(rank_one_type), intent(in) :: terms  !< U
+      integer, intent(in) :: panel  !< number of the panel
+      integer :: i, side, front
+
+      columns%touched(:, panel) = .false.
+      do i = vector_width*(panel - 1) + 1, min(vector_width*panel, terms%n)
+         do side = 1, 2
+            front = columns%front_of(terms%block(side, i))
+            do while (front > 0)
+               if (columns%touched(front, panel)) exit
+               columns%touched(front, panel) = .true.
+               front = plan%parent(front)
+            end do
+         end do
+      end do
+      columns%path_length(panel) = 0
+      do front = 1, plan%fronts
+         if (.not. columns%touched(front, panel)) cycle
+         columns%path_length(panel) = columns%path_length(panel) + 1
+         columns%path(columns%path_length(panel), panel) = front
+      end do
+   end subroutine find_elimination_path
+
+   !> Scatter the columns u into the pivot rows of their elimination paths.
+   pure subroutine scatter_terms(columns, plan, terms, panel)
+      type(low_rank_columns_type), intent(inout) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      type(rank_one_type), intent(in) :: terms  !< U
+      integer, intent(in) :: panel  !< number of the panel
+      integer :: i, side, c, pivot
+
+      do i = 1, columns%path_length(panel)
+         associate (front => columns%path(i, panel))
+            columns%w(:, :, plan%first(front):plan%first(front + 1) - 1, panel) = 0.0_sp
+         end associate
+      end do
+      do c = 1, min(vector_width, terms%n - vector_width*(panel - 1))
+         i = vector_width*(panel - 1) + c
+         do side = 1, 2
+            pivot = columns%permuted(terms%block(side, i))
+            columns%w(c, :, pivot, panel) = columns%w(c, :, pivot, panel) &
+               + real(terms%u(:, side, i), sp)
+         end do
+      end do
+   end subroutine scatter_terms
+
+   !> Forward solve L w = u through the fronts of the elimination paths.
+   pure subroutine forward_path(columns, factor, panel)
+      type(low_rank_columns_type), intent(inout) :: columns  !< u, becomes w
+      type(factor_type), intent(in) :: factor  !< L
+      integer, intent(in) :: panel  !< number of the panel
+      integer :: i
+
+      associate (plan => factor%plan)
+         do i = 1, columns%path_length(panel)
+            associate (front => columns%path(i, panel))
+               call forward_front(plan%first(front + 1) - plan%first(front), &
+                  plan%row_start(front + 1) - plan%row_start(front), &
+                  factor%packed(plan%factor_start(front)), plan%row(plan%row_start(front)), &
+                  plan%first(front), columns%front_vector(1, 1, panel), columns%w(1, 1, 1, panel))
+            end associate
+         end do
+      end associate
+   end subroutine forward_path
+
+   !> Solve with the pivots of a front, subtract from the rows below.
+   pure subroutine forward_front(pivots, below, packed, row, first, front_vector, w)
+      !> size of the front, its rows and first pivot
+      integer, intent(in) :: pivots, below, row(below), first
+      real(sp), intent(in) :: packed(packed_rows, 6, *)  !< L of the front
+      !> rows of W that the front sees
+      real(sp), intent(inout) :: front_vector(vector_width, 6*(pivots + below) + 2*packed_rows)
+      real(sp), intent(inout) :: w(vector_width, 6, *)  !< one panel of W
+      integer :: j, s, r, at, under
+
+      under = 6*pivots + packed_rows
+      call gather_front(pivots, below, row, first, w, front_vector)
+      at = 1
+      do j = 1, pivots
+         call multiply_triangle(packed(1, 1, at), front_vector(1, 6*j - 5))
+         do s = 1, panels_of(pivots - j)
+            call subtract_panel(packed(1, 1, at + s), front_vector(1, 6*j - 5), &
+               front_vector(1, 6*j + 1 + packed_rows*(s - 1)))
+         end do
+         at = at + 1 + panels_of(pivots - j)
+      end do
+      do j = 1, pivots
+         do s = 1, panels_of(below)
+            call subtract_panel(packed(1, 1, at + s - 1), front_vector(1, 6*j - 5), &
+               front_vector(1, under + 1 + packed_rows*(s - 1)))
+         end do
+         at = at + panels_of(below)
+      end do
+      do r = 1, pivots
+         w(:, :, first + r - 1) = front_vector(:, 6*r - 5:6*r)
+      end do
+      do r = 1, below
+         w(:, :, row(r)) = front_vector(:, under + 6*r - 5:under + 6*r)
+      end do
+   end subroutine forward_front
+
+   !> Gather the rows of W that a front sees; zeros behind its pivot rows and behind the last,
+   !> as far as packed panels reach.
+   pure subroutine gather_front(pivots, below, row, first, w, front_vector)
+      !> size of the front, its rows and first pivot
+      integer, intent(in) :: pivots, below, row(below), first
+      real(sp), intent(in) :: w(vector_width, 6, *)  !< one panel of W
+      !> rows of W that the front sees
+      real(sp), intent(inout) :: front_vector(vector_width, 6*(pivots + below) + 2*packed_rows)
+      integer :: r, under
+
+      under = 6*pivots + packed_rows
+      do r = 1, pivots
+         front_vector(:, 6*r - 5:6*r) = w(:, :, first + r - 1)
+      end do
+      front_vector(:, 6*pivots + 1:under) = 0.0_sp
+      do r = 1, below
+         front_vector(:, under + 6*r - 5:under + 6*r) = w(:, :, row(r))
+      end do
+      front_vector(:, under + 6*below + 1:) = 0.0_sp
+   end subroutine gather_front
+
+   !> x = T x for a panel of columns, T lower triangular with zeros above.
+   pure subroutine multiply_triangle(t, x)
+      real(sp), intent(in) :: t(packed_rows, 6)  !< one packed panel
+      real(sp), intent(inout) :: x(vector_width, 6)  !< six rows of W
+      real(sp) :: z(vector_width, 6)
+      integer :: i
+
+      z = x
+      do i = 1, 6
+         x(:, i) = t(i, 1)*z(:, 1) + t(i, 2)*z(:, 2) + t(i, 3)*z(:, 3) + t(i, 4)*z(:, 4) &
+            + t(i, 5)*z(:, 5) + t(i, 6)*z(:, 6)
+      end do
+   end subroutine multiply_triangle
+
+   !> y = y − A x for a panel of columns, A one packed panel of L.
+   pure subroutine subtract_panel(a, x, y)
+      real(sp), intent(in) :: a(packed_rows, 6), x(vector_width, 6)  !< factors
+      real(sp), intent(inout) :: y(vector_width, packed_rows)  !< difference
+      integer :: i
+
+      do i = 1, packed_rows
+         y(:, i) = y(:, i) - (a(i, 1)*x(:, 1) + a(i, 2)*x(:, 2) + a(i, 3)*x(:, 3) &
+            + a(i, 4)*x(:, 4) + a(i, 5)*x(:, 5) + a(i, 6)*x(:, 6))
+      end do
+   end subroutine subtract_panel
+
+   !> WᵀW of some panels with all up to them.
+   subroutine multiply_columns(columns, plan, first, last, gram)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: first, last  !< panels
+      !> its lower triangle of panels
+      real(wp), intent(inout) :: gram(most_changes, most_changes)
+      integer :: row, column
+
+      !$omp parallel do schedule(dynamic, 1) private(column) if (plan%sharing%is_shared)
+      do row = first, last
+         do column = 1, row
+            call multiply_panels(columns, plan, row, column, &
+               gram(vector_width*(row - 1) + 1:vector_width*row, &
+               vector_width*(column - 1) + 1:vector_width*column))
+         end do
+      end do
+   end subroutine multiply_columns
+
+   !> WᵀW of two panels: sums over the fronts that both touch, in double precision from front to
+   !> front.
+   subroutine multiply_panels(columns, plan, row, column, total)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: row, column  !< panels
+      real(wp), intent(inout) :: total(:,:)  !< [width, width] their block of WᵀW
+      real(sp) :: product(vector_width, vector_width)
+      integer :: i, pivot, count
+
+      total = 0.0_wp
+      do i = 1, columns%path_length(row)
+         associate (front => columns%path(i, row))
+            if (.not. columns%touched(front, column)) cycle
+            do pivot = plan%first(front), plan%first(front + 1) - 1, pivots_together
+               count = min(pivots_together, plan%first(front + 1) - pivot)
+               call sgemm('N', 'T', vector_width, vector_width, 6*count, 1.0_sp, &
+                  columns%w(1, 1, pivot, row), vector_width, columns%w(1, 1, pivot, column), &
+                  vector_width, 0.0_sp, product, vector_width)
+               total = total + product
+            end do
+         end associate
+      end do
+   end subroutine multiply_panels
+
+   !> Wᵀ y of some panels.
+   subroutine project(columns, plan, used, y, share)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: used  !< panels that hold columns
+      real(sp), intent(in) :: y(6, plan%n)  !< in permuted order
+      real(wp), intent(out) :: share(vector_width, column_panels)  !< Wᵀ y
+      integer :: panel
+
+      !$omp parallel do schedule(dynamic, 1) if (plan%sharing%is_shared)
+      do panel = 1, used
+         call project_panel(columns, plan, panel, y, share(:, panel))
+      end do
+   end subroutine project
+
+   !> Wᵀ y of one panel.
+   pure subroutine project_panel(columns, plan, panel, y, share)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: panel  !< number of the panel
+      real(sp), intent(in) :: y(6, plan%n)  !< in permuted order
+      real(wp), intent(out) :: share(vector_width)  !< Wᵀ y
+      real(sp) :: partial(vector_width)
+      integer :: i, pivot, k
+
+      share = 0.0_wp
+      do i = 1, columns%path_length(panel)
+         partial = 0.0_sp
+         associate (front => columns%path(i, panel))
+            do pivot = plan%first(front), plan%first(front + 1) - 1
+               do k = 1, 6
+                  partial = partial + columns%w(:, k, pivot, panel)*y(k, pivot)
+               end do
+            end do
+         end associate
+         share = share + partial
+      end do
+   end subroutine project_panel
+
+   !> y = y − W x of some panels.
+   subroutine subtract_columns(columns, plan, used, x, y)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: used  !< panels that hold columns
+      real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
+      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
+      integer :: front
+
+      !$omp parallel do schedule(static) if (plan%sharing%is_shared)
+      do front = 1, plan%fronts
+         call subtract_front(columns, plan, front, used, x, y)
+      end do
+   end subroutine subtract_columns
+
+   !> y = y − W x in the pivot rows of one front.
+   pure subroutine subtract_front(columns, plan, front, used, x, y)
+      type(low_rank_columns_type), intent(in) :: columns  !< W
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      integer, intent(in) :: front, used  !< front, panels that hold columns
+      real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
+      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
+      real(sp) :: partial(vector_width, 6)
+      integer :: panel, pivot, k
+
+      if (.not. any(columns%touched(front, :used))) return
+      do pivot = plan%first(front), plan%first(front + 1) - 1
+         partial = 0.0_sp
+         do panel = 1, used
+            if (.not. columns%touched(front, panel)) cycle
+            do k = 1, 6
+               partial(:, k) = partial(:, k) + columns%w(:, k, pivot, panel)*real(x(:, panel), sp)
+            end do
+         end do
+         partial(:8, :) = partial(:8, :) + partial(9:, :)
+         partial(:4, :) = partial(:4, :) + partial(5:8, :)
+         y(:, pivot) = y(:, pivot) - ((partial(1, :) + partial(2, :)) &
+            + (partial(3, :) + partial(4, :)))
+      end do
+   end subroutine subtract_front
+
+end module dda_low_rank_columns

@@ -1,0 +1,36 @@
+!> Packed panels, the storage of the factor: a few rows by six columns each, in the order in which a
+!> solve reads them.
+!>
+!> For each pivot column of blocks of a front, the inverse of its pivot block and the pivot rows
+!> below it; then, column by column, the rows below the front.  Zeros pad each to whole panels.
+!> A solve thus reads one stream at the rate of the memory, instead of six columns at a time that
+!> end after a few hundred bytes.
+module dda_packed_panels
+   implicit none
+   private
+   public :: packed_rows, packed_size, panels_of, pivot_panels
+
+   integer, parameter :: packed_rows = 8               !< a vector register of single precision
+   integer, parameter :: packed_size = 6*packed_rows    !< numbers in a packed panel
+
+contains
+
+   !> Packed panels that hold so many block rows.
+   pure integer function panels_of(rows)
+      integer, intent(in) :: rows  !< block rows
+
+      panels_of = (6*rows + packed_rows - 1)/packed_rows
+   end function panels_of
+
+   !> Packed panels of the pivot rows of a front.
+   pure integer function pivot_panels(pivots)
+      integer, intent(in) :: pivots  !< block columns that the front eliminates
+      integer :: j
+
+      pivot_panels = 0
+      do j = 1, pivots
+         pivot_panels = pivot_panels + 1 + panels_of(pivots - j)
+      end do
+   end function pivot_panels
+
+end module dda_packed_panels

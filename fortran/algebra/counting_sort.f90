@@ -1,0 +1,33 @@
+!> Sorting by small integer keys, in linear time.
+module dda_counting_sort
+   implicit none
+   private
+   public :: counting_sort
+
+contains
+
+   !> List items by key; items of one key keep their order.
+   pure subroutine counting_sort(n, key, start, order)
+      integer, intent(in) :: n                       !< largest key
+      integer, intent(in) :: key(:)                  !< [items] 1 … n
+      integer, allocatable, intent(out) :: start(:)  !< [n+1] where each key begins in the order
+      integer, allocatable, intent(out) :: order(:)  !< [items] item numbers, by key
+      integer :: next(n), i
+
+      allocate (start(n + 1), source=0)
+      allocate (order(size(key)))
+      do i = 1, size(key)
+         start(key(i) + 1) = start(key(i) + 1) + 1
+      end do
+      start(1) = 1
+      do i = 1, n
+         start(i + 1) = start(i) + start(i + 1)
+      end do
+      next = start(:n)
+      do i = 1, size(key)
+         order(next(key(i))) = i
+         next(key(i)) = next(key(i)) + 1
+      end do
+   end subroutine counting_sort
+
+end module dda_counting_sort

@@ -1,0 +1,76 @@
+!> The interface of every linear solver of K̂ d = f̂.
+!>
+!> A solver is analysed for a pattern, renewed for new values, and then solves for any number of
+!> right-hand sides.  It reports its work; `dda_linear_solver` counts, judges
+!> residuals and changes solvers.
+module dda_abstract_solver
+   use dda_kinds, only: wp
+   use dda_archive, only: archive_type
+   use dda_block_matrix, only: block_matrix_type
+   use dda_conjugate_gradients, only: workspace_type
+   use dda_errors, only: error_type
+   use dda_rank_one, only: rank_one_type
+   implicit none
+   private
+   public :: linear_solver_type, convergence_type, accuracy
+
+   real(wp), parameter :: accuracy = 1.0e-11_wp  !< ‖r‖/scale that a solve aims at
+
+   !> Convergence asked of a solve, and reached.
+   type :: convergence_type
+      real(wp) :: scale = 0.0_wp                 !< norm that residuals are measured by
+      real(wp) :: reduction = 0.0_wp             !< share of the first residual that is enough, or 0
+      real(wp) :: residual = 0.0_wp              !< ‖r‖/scale reached
+      logical :: enough = .false.                !< an iteration has reached what was asked
+   end type convergence_type
+
+   !> One method; its values and plans are components of the types that extend it.
+   type, abstract :: linear_solver_type
+      character(len=6) :: name = ''              !< in `solver_names`
+      integer :: factors = 0                     !< made by the last call
+      integer :: iterations = 0                  !< of the last solve; 0 with an exact factor
+      type(workspace_type) :: work
+   contains
+      procedure(analyse_pattern), deferred :: analyse
+      procedure(renew_values), deferred :: renew
+      procedure(solve_system), deferred :: solve
+      procedure :: serialise => serialise_nothing
+   end type linear_solver_type
+
+   abstract interface
+      !> Prepare for a new pattern.
+      subroutine analyse_pattern(self, matrix)
+         import :: linear_solver_type, block_matrix_type
+         class(linear_solver_type), intent(inout) :: self  !< the solver
+         type(block_matrix_type), intent(in) :: matrix  !< its values are not read
+      end subroutine analyse_pattern
+
+      !> Take new values of a matrix with the analysed pattern.
+      subroutine renew_values(self, matrix, changes, error)
+         import :: linear_solver_type, block_matrix_type, rank_one_type, error_type
+         class(linear_solver_type), intent(inout) :: self  !< the solver
+         type(block_matrix_type), intent(in) :: matrix  !< K̂
+         type(rank_one_type), intent(in) :: changes  !< from the values of the last call
+         type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
+      end subroutine renew_values
+
+      !> x = K⁻¹ b; iterations start from the x given.
+      subroutine solve_system(self, matrix, b, x, convergence)
+         import :: linear_solver_type, block_matrix_type, convergence_type, wp
+         class(linear_solver_type), intent(inout) :: self  !< the solver
+         type(block_matrix_type), intent(in) :: matrix  !< as it was renewed
+         real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+         real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+         type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      end subroutine solve_system
+   end interface
+
+contains
+
+   !> Most solvers are made again from the matrix: they have nothing to write or read.
+   subroutine serialise_nothing(self, archive)
+      class(linear_solver_type), intent(inout) :: self  !< the solver
+      type(archive_type), intent(inout) :: archive  !< written or read
+   end subroutine serialise_nothing
+
+end module dda_abstract_solver

@@ -1,0 +1,58 @@
+!> `jacobi`: conjugate gradients with the inverse diagonal blocks, for small p Δt²/m.
+module dda_jacobi_solver
+   use dda_kinds, only: wp
+   use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
+   use dda_block_jacobi, only: block_jacobi_type, invert_diagonal
+   use dda_block_matrix, only: block_matrix_type
+   use dda_conjugate_gradients, only: make_workspace, iterate_to_solution
+   use dda_errors, only: error_type
+   use dda_rank_one, only: rank_one_type
+   implicit none
+   private
+   public :: jacobi_solver_type
+
+   integer, parameter :: most_iterations = 3000
+
+   !> The inverse diagonal blocks of the present matrix.
+   type, extends(linear_solver_type) :: jacobi_solver_type
+      type(block_jacobi_type) :: diagonal
+   contains
+      procedure :: analyse
+      procedure :: renew
+      procedure :: solve
+   end type jacobi_solver_type
+
+contains
+
+   !> Only the vectors of the iteration depend on the pattern.
+   subroutine analyse(self, matrix)
+      class(jacobi_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
+
+      call make_workspace(self%work, matrix%n)
+   end subroutine analyse
+
+   !> Invert the diagonal blocks of the new values.
+   subroutine renew(self, matrix, changes, error)
+      class(jacobi_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(rank_one_type), intent(in) :: changes           !< not used
+      type(error_type), allocatable, intent(out) :: error  !< never
+
+      call invert_diagonal(self%diagonal, matrix)
+   end subroutine renew
+
+   !> Iterate from the x given.
+   subroutine solve(self, matrix, b, x, convergence)
+      class(jacobi_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+
+      call iterate_to_solution(matrix, self%diagonal, b, convergence%scale, x, accuracy, &
+         convergence%reduction, most_iterations, self%work, self%iterations, &
+         convergence%residual, convergence%enough)
+   end subroutine solve
+
+end module dda_jacobi_solver

@@ -1,0 +1,120 @@
+!> `lagged`: conjugate gradients with a lagged factor as preconditioner.
+!>
+!> The factor stays while a low-rank update can take up the terms that have changed, and until the
+!> extra iterations since it was made have cost as much as a new one.
+module dda_lagged_solver
+   use dda_kinds, only: wp
+   use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
+   use dda_archive, only: archive_type, serialise, serialise_label, serialise_list, &
+      serialise_number, fail_archive
+   use dda_block_matrix, only: block_matrix_type
+   use dda_conjugate_gradients, only: make_workspace, iterate_to_solution
+   use dda_errors, only: error_type
+   use dda_lagged_factor, only: lagged_factor_type, analyse_lagged, refactorise
+   use dda_low_rank, only: update_low_rank, rebuild_low_rank
+   use dda_rank_one, only: rank_one_type, most_changes
+   implicit none
+   private
+   public :: lagged_solver_type
+
+   integer, parameter :: most_iterations = 60
+   integer, parameter :: usual_iterations = 4  !< of a new factor
+   integer, parameter :: worth_a_factor = 8    !< extra iterations that cost as much as a new factor
+
+   !> A factor of an earlier matrix.
+   type, extends(linear_solver_type) :: lagged_solver_type
+      type(lagged_factor_type) :: lagged
+   contains
+      procedure :: analyse
+      procedure :: renew
+      procedure :: solve
+      procedure :: serialise => serialise_factor
+   end type lagged_solver_type
+
+contains
+
+   !> Plan the factor.
+   subroutine analyse(self, matrix)
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
+
+      call make_workspace(self%work, matrix%n)
+      call analyse_lagged(self%lagged, matrix)
+   end subroutine analyse
+
+   !> Update the factor, or make a new one.
+   subroutine renew(self, matrix, changes, error)
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(rank_one_type), intent(in) :: changes  !< from the values of the last call
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
+      logical :: good
+
+      good = self%lagged%factorised .and. self%lagged%extra_iterations <= worth_a_factor
+      if (good .and. changes%n > 0) &
+         call update_low_rank(self%lagged%low, self%lagged%factor, changes, good)
+      if (good) return
+      call refactorise(self%lagged, matrix, error)
+      self%factors = 1
+   end subroutine renew
+
+   !> Iterate; if the factor turns out to lag too far behind the matrix, make a new one.
+   subroutine solve(self, matrix, b, x, convergence)
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(error_type), allocatable :: error
+      integer :: attempt
+
+      do attempt = 1, 2
+         call iterate_to_solution(matrix, self%lagged, b, convergence%scale, x, accuracy, &
+            convergence%reduction, most_iterations, self%work, self%iterations, &
+            convergence%residual, convergence%enough)
+         self%lagged%extra_iterations = self%lagged%extra_iterations &
+            + max(0, self%iterations - usual_iterations)
+         if (convergence%enough .or. attempt == 2) return
+         call refactorise(self%lagged, matrix, error)
+         self%factors = 1
+         if (allocated(error)) return
+         x = 0.0_wp
+      end do
+   end subroutine solve
+
+   !> The numbers of the factor: the matrix that they were made from is gone.
+   subroutine serialise_factor(self, archive)
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(archive_type), intent(inout) :: archive  !< written or read
+
+      call serialise_label(archive, 'factor')
+      call serialise(archive, self%lagged%factorised)
+      call serialise(archive, self%lagged%extra_iterations)
+      if (.not. self%lagged%factorised .or. allocated(archive%failure)) return
+      call serialise(archive, self%lagged%factor%packed)
+      call serialise_changes(archive, self%lagged)
+   end subroutine serialise_factor
+
+   !> The terms that have changed since the factor was made; the update is made again from them.
+   subroutine serialise_changes(archive, lagged)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      !> gets its terms, and the update that follows
+      type(lagged_factor_type), intent(inout) :: lagged
+      logical :: done
+      integer :: i
+
+      associate (terms => lagged%low%terms)
+         call serialise_number(archive, terms%n, 0, most_changes)
+         do i = 1, terms%n
+            call serialise_list(archive, terms%block(:, i), 1, lagged%factor%plan%n)
+         end do
+         call serialise(archive, terms%u(:, :, :terms%n))
+         call serialise(archive, terms%k(:terms%n))
+         if (.not. archive%reading .or. allocated(archive%failure)) return
+         done = all(abs(terms%k(:terms%n)) > 0.0_wp)
+      end associate
+      if (done) call rebuild_low_rank(lagged%low, lagged%factor, 1, done)
+      if (.not. done) call fail_archive(archive, 'its changed terms do not fit its factor')
+   end subroutine serialise_changes
+
+end module dda_lagged_solver

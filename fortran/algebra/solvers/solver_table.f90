@@ -1,0 +1,55 @@
+!> The linear solvers by name.
+module dda_solver_table
+   use dda_abstract_solver, only: linear_solver_type
+   use dda_banded_solver, only: banded_solver_type
+   use dda_direct_solver, only: direct_solver_type
+   use dda_jacobi_solver, only: jacobi_solver_type
+   use dda_lagged_solver, only: lagged_solver_type
+   use dda_sor_solver, only: sor_solver_type
+   implicit none
+   private
+   public :: solver_names, current_name, is_solver_name, make_solver
+
+   !> `auto` chooses among the others.
+   character(len=*), parameter :: solver_names(6) = [character(len=6) :: 'auto', 'direct', &
+      'lagged', 'jacobi', 'banded', 'sor']
+
+contains
+
+   !> A name as it is spelt now.
+   pure function current_name(name) result(current)
+      character(len=*), intent(in) :: name  !< as given, or as of an older version
+      character(len=:), allocatable :: current
+
+      current = trim(name)
+      if (current == 'stale') current = 'lagged'
+   end function current_name
+
+   !> Is there a solver of this name?
+   pure logical function is_solver_name(name)
+      character(len=*), intent(in) :: name  !< any text
+
+      is_solver_name = any(solver_names == current_name(name))
+   end function is_solver_name
+
+   !> A solver that has not yet seen a matrix.
+   subroutine make_solver(name, solver)
+      character(len=*), intent(in) :: name  !< in `solver_names`, except 'auto'
+      class(linear_solver_type), allocatable, intent(out) :: solver  !< of that method
+
+      select case (name)
+      case ('lagged')
+         allocate (lagged_solver_type :: solver)
+      case ('jacobi')
+         allocate (jacobi_solver_type :: solver)
+      case ('banded')
+         allocate (banded_solver_type :: solver)
+      case ('sor')
+         allocate (sor_solver_type :: solver)
+      case default
+         allocate (direct_solver_type :: solver)
+      end select
+      solver%name = name
+   end subroutine make_solver
+
+end module dda_solver_table

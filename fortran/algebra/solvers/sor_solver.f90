@@ -1,0 +1,77 @@
+!> `sor`: successive over-relaxation by blocks, the original DDA's solver, kept for comparison.
+module dda_sor_solver
+   use dda_kinds, only: wp
+   use dda_abstract_solver, only: convergence_type, accuracy
+   use dda_block_jacobi, only: block_jacobi_type
+   use dda_block_matrix, only: block_matrix_type, multiply
+   use dda_jacobi_solver, only: jacobi_solver_type
+   use dda_ordered_sums, only: inner_product
+   implicit none
+   private
+   public :: sor_solver_type
+
+   integer, parameter :: most_sweeps = 200000
+   integer, parameter :: sweeps_between = 10    !< two computations of the residual
+   real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original
+   real(wp), parameter :: diverged = 1.0e30_wp  !< a residual from which no sweep comes back
+
+   !> The same inverse diagonal blocks, another iteration.
+   type, extends(jacobi_solver_type) :: sor_solver_type
+   contains
+      procedure :: solve
+   end type sor_solver_type
+
+contains
+
+   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, too many sweeps, or sweeps that diverge (as of a matrix that
+   !> is not definite).
+   subroutine solve(self, matrix, b, x, convergence)
+      class(sor_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+      type(convergence_type), intent(inout) :: convergence  !< its scale is not used, but ‖b‖
+      real(wp) :: size_of_b
+
+      self%iterations = 0
+      size_of_b = sqrt(inner_product(matrix%n, b, b))
+      convergence%residual = 0.0_wp
+      convergence%enough = .false.
+      associate (r => self%work%r)
+         do while (self%iterations < most_sweeps)
+            if (modulo(self%iterations, sweeps_between) == 0) then
+               call multiply(matrix, x, r)
+               r = b - r
+               convergence%residual = sqrt(inner_product(matrix%n, r, r)) &
+                  /max(size_of_b, tiny(1.0_wp))
+               if (convergence%residual <= accuracy) return
+               if (.not. convergence%residual < diverged) return
+            end if
+            call sweep(matrix, self%diagonal, b, x)
+            self%iterations = self%iterations + 1
+         end do
+      end associate
+   end subroutine solve
+
+   !> One pass over all block rows.
+   pure subroutine sweep(matrix, diagonal, b, x)
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      type(block_jacobi_type), intent(in) :: diagonal  !< inverse diagonal blocks
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
+      real(wp) :: row(6)
+      integer :: i, k
+
+      do i = 1, matrix%n
+         row = b(:, i)
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            row = row - matmul(matrix%lower(:, :, k), x(:, matrix%column(k)))
+         end do
+         do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
+            row = row - matmul(x(:, matrix%below_row(k)), matrix%lower(:, :, matrix%below_entry(k)))
+         end do
+         x(:, i) = (1.0_wp - omega)*x(:, i) + omega*matmul(diagonal%inverse(:, :, i), row)
+      end do
+   end subroutine sweep
+
+end module dda_sor_solver
