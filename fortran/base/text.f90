@@ -3,7 +3,7 @@ module dda_text
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: to_text, lower_case, quoted, whole_characters
+   public :: to_text, lower_case, quoted, whole_characters, joined, closest
 
    !> A number written in as few characters as a reader needs.
    interface to_text
@@ -122,5 +122,53 @@ contains
       if (iachar(first) >= 224) bytes = 3
       if (iachar(first) >= 240) bytes = 4
    end function length_of_character
+
+   !> Words in one text, with something between them.
+   pure function joined(words, between) result(text)
+      character(len=*), intent(in) :: words(:)   !< trailing blanks are dropped
+      character(len=*), intent(in) :: between    !< ', ' for example
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ''
+      do i = 1, size(words)
+         if (i > 1) text = text//between
+         text = text//trim(words(i))
+      end do
+   end function joined
+
+   !> The position of the word that is spelt most like another, 0 if none is spelt alike: at most a
+   !> third of its letters differ (Levenshtein 1966).
+   pure integer function closest(word, words) result(best)
+      character(len=*), intent(in) :: word       !< looked for
+      character(len=*), intent(in) :: words(:)   !< known ones, trailing blanks ignored
+      integer :: i, difference, least
+
+      best = 0
+      least = max(1, min(len_trim(word), 64)/3) + 1
+      do i = 1, size(words)
+         difference = edits(lower_case(trim(word(:min(len(word), 64)))), trim(words(i)))
+         if (difference < least) best = i
+         least = min(least, difference)
+      end do
+   end function closest
+
+   !> Letters to insert, remove or replace to make one word another.
+   pure integer function edits(a, b)
+      character(len=*), intent(in) :: a, b       !< trailing blanks count
+      integer :: cost(0:len(b)), diagonal, above, i, j
+
+      cost = [(j, j=0, len(b))]
+      do i = 1, len(a)
+         diagonal = cost(0)
+         cost(0) = i
+         do j = 1, len(b)
+            above = cost(j)
+            cost(j) = min(above + 1, cost(j - 1) + 1, diagonal + merge(0, 1, a(i:i) == b(j:j)))
+            diagonal = above
+         end do
+      end do
+      edits = cost(len(b))
+   end function edits
 
 end module dda_text

@@ -2,25 +2,20 @@
 module dda_input
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
-   use dda_input_group, only: place_type, place_of_group, input_error, name_length
+   use dda_input_group, only: place_type, place_of_group, input_error, require_name, &
+      name_length
+   use dda_input_catalogue, only: input_groups, unknown_group
    use dda_input_bodies, only: read_bodies
    use dda_input_materials, only: read_material, read_joint, read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
    use dda_input_settings, only: read_run, read_control, read_contact, read_output
    use dda_model, only: model_type, default_stiffness
-   use dda_motion, only: motion_named
    use dda_namelist_groups, only: group_type, split_groups
-   use dda_text, only: quoted, to_text
+   use dda_text, only: quoted
    use dda_text_file, only: read_text_file
    implicit none
    private
    public :: read_model_file, read_model
-
-   character(len=*), parameter :: once(4) = [character(len=7) :: 'run', 'control', 'contact', &
-      'output']
-   character(len=*), parameter :: repeated(11) = [character(len=14) :: 'material', 'joint', &
-      'motion', 'block', 'layers', 'drums', 'wall', 'fixed_point', 'load', 'measured_point', &
-      'amplification']
 
 contains
 
@@ -58,39 +53,34 @@ contains
       if (.not. allocated(error)) call read_amplifications(model, file, groups, error)
    end subroutine read_model
 
-   !> Every group must be known, those of the run itself at most once.
+   !> Every group must be known, and appear once if it may not repeat.
    subroutine check_names(file, groups, error)
       character(len=*), intent(in) :: file
       type(group_type), intent(in) :: groups(:)
       type(error_type), allocatable, intent(inout) :: error
-      integer :: i, seen(size(once))
+      integer :: i, g, seen(size(input_groups))
 
       seen = 0
       do i = 1, size(groups)
-         where (once == groups(i)%name) seen = seen + 1
-         if (any(seen > 1)) call input_error(error, place_of_group(file, groups(i)), &
-            'this group may appear only once')
-         if (any(once == groups(i)%name) .or. any(repeated == groups(i)%name)) cycle
-         call input_error(error, place_of_group(file, groups(i)), &
-            'there is no such group; known are '//known_groups())
+         g = findloc(input_groups%name == groups(i)%name, .true., 1)
+         if (g == 0) then
+            call input_error(error, place_of_group(file, groups(i)), unknown_group(groups(i)%name))
+            return
+         end if
+         seen(g) = seen(g) + 1
+         if (seen(g) > 1 .and. .not. input_groups(g)%repeats) call input_error(error, &
+            place_of_group(file, groups(i)), 'this group may appear only once')
       end do
-      if (.not. allocated(error) .and. seen(2) == 0) call fail(error, error_input, file// &
-         ': the group &control is missing')
+      if (count_groups(groups, 'control') == 0) call missing(error, file, 'the group &control')
    end subroutine check_names
 
-   pure function known_groups() result(list)
-      character(len=:), allocatable :: list
-      integer :: i
+   !> The error for a group that every input must have.
+   subroutine missing(error, file, group)
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file, group
 
-      list = ''
-      do i = 1, size(once)
-         list = list//'&'//trim(once(i))//', '
-      end do
-      do i = 1, size(repeated)
-         list = list//'&'//trim(repeated(i))//merge(', ', '  ', i < size(repeated))
-      end do
-      list = trim(list)
-   end function known_groups
+      if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
+   end subroutine missing
 
    pure integer function count_groups(groups, name)
       type(group_type), intent(in) :: groups(:)
@@ -158,8 +148,8 @@ contains
 
       allocate (model%materials(count_groups(groups, 'material')), &
          model%joints(count_groups(groups, 'joint')), model%motions(count_groups(groups, 'motion')))
-      if (size(model%materials) == 0) call fail(error, error_input, file//': there is no &material')
-      if (size(model%joints) == 0) call fail(error, error_input, file//': there is no &joint')
+      if (size(model%materials) == 0) call missing(error, file, 'the group &material')
+      if (size(model%joints) == 0) call missing(error, file, 'the group &joint')
       m = 0
       j = 0
       k = 0
@@ -213,10 +203,8 @@ contains
       end do
       do axis = 1, 2
          if (base_motion(axis) == '') cycle
-         model%control%base_motion(axis) = motion_named(model%motions, base_motion(axis))
-         if (model%control%base_motion(axis) == 0) call input_error(error, place, 'base_motion_'// &
-            merge('x', 'y', axis == 1)//' = '//quoted(base_motion(axis))// &
-            ' is not the name of a &motion')
+         call require_name(error, place, 'base_motion_'//merge('x', 'y', axis == 1), &
+            base_motion(axis), model%motions%name, 'motion', model%control%base_motion(axis))
       end do
    end subroutine resolve_base_motion
 

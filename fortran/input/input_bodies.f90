@@ -38,8 +38,8 @@ contains
       integer :: i
 
       do i = 1, size(groups)
-         if (is_block_group(groups(i)%name)) call read_blocks(groups(i)%name, groups(i)%text, &
-            place_of_group(file, groups(i)), i, model%materials, model%joints, outlines, error)
+         if (is_block_group(groups(i)%name)) call read_blocks(groups(i)%text, &
+            place_of_group(file, groups(i)), i, model, outlines, error)
          if (allocated(error)) return
       end do
       if (outlines%n == 0) call fail(error, error_input, file// &
@@ -81,21 +81,21 @@ contains
       type(group_type), intent(in) :: groups(:)
       type(outlines_type), intent(in) :: outlines
       type(error_type), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: trouble
+      character(len=:), allocatable :: failure
       real(wp) :: extent
       integer :: b
 
       extent = extent_of(outlines%vertices(:, :outlines%n_vertices))
       b = first_beyond(outlines)
-      trouble = ''
-      if (b > 0) trouble = ' reaches farther than '//to_text(farthest)//' m from the origin'
-      do while (trouble == '' .and. b < outlines%n)
+      failure = ''
+      if (b > 0) failure = ' reaches farther than '//to_text(farthest)//' m from the origin'
+      do while (failure == '' .and. b < outlines%n)
          b = b + 1
-         trouble = size_trouble(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1), &
+         failure = size_failure(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1), &
             extent)
       end do
-      if (trouble /= '') call input_error(error, place_of_group(file, groups(outlines%source(b))), &
-         block_title(b, outlines%name(b))//trouble)
+      if (failure /= '') call input_error(error, place_of_group(file, groups(outlines%source(b))), &
+         block_title(b, outlines%name(b))//failure)
    end subroutine check_sizes
 
    !> The larger side of the box around places, m.
@@ -117,25 +117,25 @@ contains
    end function first_beyond
 
    !> What is wrong with the size of a block in a model of some extent (m), or nothing.
-   pure function size_trouble(vertices, extent) result(trouble)
+   pure function size_failure(vertices, extent) result(failure)
       real(wp), intent(in) :: vertices(:,:), extent
-      character(len=:), allocatable :: trouble
+      character(len=:), allocatable :: failure
       real(wp) :: own
 
       own = extent_of(vertices)
-      trouble = ''
+      failure = ''
       if (own < least_extent) then
-         trouble = ' measures '//to_text(own)//' m, less than '//to_text(least_extent)//' m'
+         failure = ' measures '//to_text(own)//' m, less than '//to_text(least_extent)//' m'
       else if (own < least_share*extent) then
-         trouble = ' measures '//to_text(own)//' m, too little beside the '//to_text(extent)// &
+         failure = ' measures '//to_text(own)//' m, too little beside the '//to_text(extent)// &
             ' m of the model'
       else if (.not. area_of(vertices) > least_area*own**2) then
-         trouble = ' has no area'
+         failure = ' has no area'
       else if (.not. shortest_side(vertices) > least_side*extent) then
-         trouble = ' has a side of '//to_text(shortest_side(vertices))// &
+         failure = ' has a side of '//to_text(shortest_side(vertices))// &
             ' m, too little beside the '//to_text(extent)//' m of the model'
       end if
-   end function size_trouble
+   end function size_failure
 
    !> Length of the shortest side of a polygon, m.
    pure real(wp) function shortest_side(vertices) result(length)

@@ -2,17 +2,13 @@
 module dda_input_settings
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, read_error, require_positive, &
-      require_within, require_finite, unset, is_set, name_length
+   use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
+      require_choice, unset, is_set, name_length
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
-   use dda_linear_solver, only: solver_names
-   use dda_text, only: quoted, to_text
+   use dda_text, only: to_text
    implicit none
    private
    public :: read_run, read_control, read_contact, read_output
-
-   real(wp), parameter :: most_steps = 1.0e12_wp
-   real(wp), parameter :: least_step = 1.0e-15_wp, most_step = 1.0e9_wp  !< s; 2M/Δt² stays a number
 
 contains
 
@@ -28,7 +24,7 @@ contains
 
       title = ''
       read (group, nml=run, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
       run_title = trim(title)
    end subroutine read_run
 
@@ -62,25 +58,17 @@ contains
       base_motion_x = ''
       base_motion_y = ''
       read (group, nml=control, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
-      call require_positive(error, place, 'time_step', time_step)
-      call require_within(error, place, 'time_step', time_step, least_step, most_step)
-      call require_within(error, place, 'dynamic_factor', dynamic_factor, 0.0_wp, 1.0_wp)
-      call require_within(error, place, 'max_displacement_ratio', max_displacement_ratio, &
-         1.0e-8_wp, 1.0_wp)
-      call require_finite(error, place, 'gravity', gravity)
-      if (.not. is_set(least_time_step)) least_time_step = 1.0e-6_wp*time_step
-      call require_positive(error, place, 'least_time_step', least_time_step)
-      if (.not. any(solver == solver_names)) call input_error(error, place, 'solver = '// &
-         quoted(solver)//' is not known; there are'//listed(solver_names))
+      if (.not. is_set(least_time_step) .and. is_set(time_step)) &
+         least_time_step = 1.0e-6_wp*time_step
+      call require(error, place, 'time_step dynamic_factor max_displacement_ratio '// &
+         'least_time_step', [time_step, dynamic_factor, max_displacement_ratio, least_time_step])
+      call require_list(error, place, 'gravity', gravity)
+      call require_choice(error, place, 'solver', solver)
+      call require_choice(error, place, 'time_step_control', time_step_control)
+      call require_choice(error, place, 'analysis', analysis)
       call count_steps(error, place, time_step, duration, steps)
-      if (.not. any(time_step_control == [character(len=8) :: 'fixed', 'adaptive'])) &
-         call input_error(error, place, 'time_step_control = '//quoted(time_step_control)// &
-         " must be 'fixed' or 'adaptive'")
-      if (.not. any(analysis == [character(len=12) :: 'plane_stress', 'plane_strain'])) &
-         call input_error(error, place, 'analysis = '//quoted(analysis)// &
-         " must be 'plane_stress' or 'plane_strain'")
       if (allocated(error)) return
 
       settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
@@ -88,17 +76,6 @@ contains
          analysis == 'plane_strain', 0, solver(:16))
       base_motion = [base_motion_x, base_motion_y]
    end subroutine read_control
-
-   pure function listed(names) result(list)
-      character(len=*), intent(in) :: names(:)
-      character(len=:), allocatable :: list
-      integer :: i
-
-      list = ''
-      do i = 1, size(names)
-         list = list//merge(', ', '  ', i > 1)//trim(names(i))
-      end do
-   end function listed
 
    !> The number of steps, from `steps` or from `duration`.
    subroutine count_steps(error, place, time_step, duration, steps)
@@ -113,13 +90,13 @@ contains
          return
       end if
       if (is_set(duration)) then
-         call require_positive(error, place, 'duration', duration)
+         call require(error, place, 'duration', [duration])
          if (allocated(error)) return
          steps = anint(duration/time_step)
          if (steps < 1.0_wp) call input_error(error, place, &
             'duration = '//to_text(duration)//' is shorter than one time_step')
       end if
-      call require_within(error, place, 'steps', steps, 1.0_wp, most_steps)
+      call require(error, place, 'steps', [steps])
       if (steps /= aint(steps)) call input_error(error, place, 'steps = '//to_text(steps)// &
          ' must be a whole number')
    end subroutine count_steps
@@ -147,26 +124,19 @@ contains
       penetration_tolerance = settings%penetration_tolerance
       max_iterations = settings%max_iterations
       read (group, nml=contact, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
       if (is_set(normal_stiffness)) then
-         call require_within(error, place, 'normal_stiffness', normal_stiffness, 1.0e-3_wp, &
-            1.0e18_wp)
+         call require(error, place, 'normal_stiffness', [normal_stiffness])
          settings%normal_stiffness = normal_stiffness
       end if
-      call require_within(error, place, 'shear_ratio', shear_ratio, 1.0e-3_wp, 1.0e6_wp)
-      call require_within(error, place, 'fixed_point_ratio', fixed_point_ratio, 1.0e-6_wp, 1.0e6_wp)
-      call require_within(error, place, 'force_tolerance', force_tolerance, 1.0e-15_wp, 1.0e-2_wp)
-      call require_within(error, place, 'penetration_tolerance', penetration_tolerance, 0.0_wp, &
-         1.0e3_wp)
-      call require_within(error, place, 'max_iterations', real(max_iterations, wp), 2.0_wp, &
-         1.0e4_wp)
+      call require(error, place, 'shear_ratio fixed_point_ratio force_tolerance '// &
+         'penetration_tolerance max_iterations', [shear_ratio, fixed_point_ratio, &
+         force_tolerance, penetration_tolerance, real(max_iterations, wp)])
+      call require_choice(error, place, 'contact_rules', contact_rules)
       settings%shear_ratio = shear_ratio
       settings%fixed_point_ratio = fixed_point_ratio
       settings%force_tolerance = force_tolerance
-      if (.not. any(contact_rules == [character(len=10) :: 'consistent', 'original'])) &
-         call input_error(error, place, 'contact_rules = '//quoted(contact_rules)// &
-         " must be 'consistent' or 'original'")
       settings%original_rules = contact_rules == 'original'
       settings%penetration_tolerance = penetration_tolerance
       settings%max_iterations = max_iterations
@@ -191,15 +161,11 @@ contains
       checkpoint_interval = settings%checkpoint_interval
       checkpoint_minutes = settings%checkpoint_minutes
       read (group, nml=output, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
-      call require_within(error, place, 'history_interval', real(history_interval, wp), 1.0_wp, &
-         1.0e9_wp)
-      call require_within(error, place, 'block_interval', real(block_interval, wp), 0.0_wp, &
-         1.0e9_wp)
-      call require_within(error, place, 'checkpoint_interval', real(checkpoint_interval, wp), &
-         0.0_wp, 1.0e9_wp)
-      call require_within(error, place, 'checkpoint_minutes', checkpoint_minutes, 0.0_wp, 1.0e6_wp)
+      call require(error, place, 'history_interval block_interval checkpoint_interval '// &
+         'checkpoint_minutes', [real(wp) :: history_interval, block_interval, &
+         checkpoint_interval, checkpoint_minutes])
       if (file /= '') settings%file = trim(file)
       settings%history_interval = history_interval
       settings%block_interval = block_interval

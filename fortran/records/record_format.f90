@@ -15,7 +15,8 @@ module dda_record_format
    public :: detect, known_formats
 
    !> for messages
-   character(len=*), parameter :: known_formats = 'auto, smc, at2, knet, esm, cosmos, text'
+   character(len=*), parameter :: known_formats = "'auto', 'smc', 'at2', 'knet', 'esm', "// &
+      "'cosmos', 'text'"
    integer, parameter :: lines_to_look_at = 60     ! a CSMIP header is 45 lines long
    integer, parameter :: at2_header = 10           ! lines among which NPTS counts as PEER's
 
