@@ -1,7 +1,7 @@
 !> The command line of the native executable.
 module dda_arguments
    use dda_errors, only: error_type, error_input, fail
-   use dda_text, only: quoted
+   use dda_text, only: joined, quoted
    implicit none
    private
    public :: arguments_type, read_arguments, resume_command, usage
@@ -66,7 +66,7 @@ contains
          if (.not. any(word == [character(len=6) :: 'run', 'resume', 'check'])) &
             call fail(error, error_input, 'there is no command '//quoted(word)// &
             '; use run, resume or check')
-      else if (arguments%file == '' .and. word(1:1) /= '-') then
+      else if (arguments%file == '' .and. index(word, '-') /= 1) then
          arguments%file = word
       else
          call fail(error, error_input, 'the argument '//quoted(word)//' is not understood')
@@ -92,15 +92,23 @@ contains
       if (arguments%output /= '') text = text//' --output '//arguments%output
    end function resume_command
 
-   function usage() result(text)
+   !> What the executable can do.
+   pure function usage() result(text)
       character(len=:), allocatable :: text
+      character(len=*), parameter :: lines(*) = [character(len=84) :: &
+         'usage: sitedda-native run FILE.nml [options]      run an input', &
+         '       sitedda-native resume FILE.nml [options]   go on with a run that ended early', &
+         '       sitedda-native check FILE.nml              what the run will meet', &
+         'options:', &
+         '  -o, --output FILE.nc   the output, in place of the one that the input names', &
+         '      --check            check first, and do not start if the check fails', &
+         '  -q, --quiet            no progress lines', &
+         '  -h, --help             this text', &
+         '      --version          the version', &
+         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close,', &
+         '  4 linear solver, 5 file, 6 interrupted: resume goes on']
 
-      text = 'usage: sitedda-native run FILE.nml [--output FILE.nc] [--check] [--quiet]'// &
-         new_line('a')//'       sitedda-native resume FILE.nml [--output FILE.nc] [--quiet]'// &
-         new_line('a')//'       sitedda-native check FILE.nml'//new_line('a')// &
-         '       sitedda-native --help | --version'//new_line('a')// &
-         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close, 4 '// &
-         'linear solver, 5 file, '//'6 interrupted: resume goes on'
+      text = joined(lines, new_line('a'))
    end function usage
 
 end module dda_arguments

@@ -5,15 +5,16 @@
 !> can forget what the other has.  Every array goes with its size; what does not fit, or is missing,
 !> is noted in `failure`, and nothing is read from there on.
 module dda_archive
-   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8
+   use dda_growth, only: grow
    use dda_kinds, only: wp, sp, long
    implicit none
    private
    public :: archive_type, write_archive, read_archive, serialise, serialise_label, &
       serialise_number, serialise_count, serialise_list, check_list, fail_archive
 
-   integer(long), parameter :: first_room = 65536
+   integer(long), parameter :: first_size = 65536  !< bytes
 
    !> Bytes and how far they are written or read.
    type :: archive_type
@@ -29,14 +30,6 @@ module dda_archive
          serialise_logicals, serialise_text
    end interface serialise
 
-   interface
-      type(c_ptr) function c_memcpy(to, from, bytes) bind(c, name='memcpy')
-         import :: c_ptr, c_size_t
-         type(c_ptr), value :: to, from
-         integer(c_size_t), value :: bytes
-      end function c_memcpy
-   end interface
-
 contains
 
    !> An empty archive to write to.
@@ -46,7 +39,7 @@ contains
       archive%reading = .false.
       archive%at = 0
       if (allocated(archive%failure)) deallocate (archive%failure)
-      if (.not. allocated(archive%bytes)) allocate (archive%bytes(first_room))
+      if (.not. allocated(archive%bytes)) allocate (archive%bytes(first_size))
    end subroutine write_archive
 
    !> Read what has been written, or what `bytes` holds, from its beginning.
@@ -68,35 +61,34 @@ contains
 
    !> Move bytes to or from a place in memory.
    subroutine pass(archive, place, bytes)
-      type(archive_type), target, intent(inout) :: archive
-      type(c_ptr), intent(in) :: place
-      integer(long), intent(in) :: bytes
-      type(c_ptr) :: unused
+      type(archive_type), intent(inout) :: archive
+      type(c_ptr), intent(in) :: place        !< of the value
+      integer(long), intent(in) :: bytes      !< of the value
+      integer(int8), pointer, contiguous :: value(:)
 
       if (allocated(archive%failure) .or. bytes == 0) return
-      if (archive%reading) then
-         if (bytes > size(archive%bytes, kind=long) - archive%at) then
+      call c_f_pointer(place, value, [bytes])
+      associate (first => archive%at + 1, last => archive%at + bytes)
+         if (.not. archive%reading) then
+            call grow(archive%bytes, last)
+            call copy(value, archive%bytes(first:last))
+         else if (last <= size(archive%bytes, kind=long)) then
+            call copy(archive%bytes(first:last), value)
+         else
             call fail_archive(archive, 'it ends too early')
             return
          end if
-         unused = c_memcpy(place, c_loc(archive%bytes(archive%at + 1)), int(bytes, c_size_t))
-      else
-         call make_room(archive, archive%at + bytes)
-         unused = c_memcpy(c_loc(archive%bytes(archive%at + 1)), place, int(bytes, c_size_t))
-      end if
+      end associate
       archive%at = archive%at + bytes
    end subroutine pass
 
-   pure subroutine make_room(archive, bytes)
-      type(archive_type), intent(inout) :: archive
-      integer(long), intent(in) :: bytes
-      integer(int8), allocatable :: larger(:)
+   !> Copy bytes between places that do not overlap.
+   pure subroutine copy(from, to)
+      integer(int8), contiguous, intent(in) :: from(:)     !< [bytes]
+      integer(int8), contiguous, intent(inout) :: to(:)    !< [bytes]
 
-      if (size(archive%bytes, kind=long) >= bytes) return
-      allocate (larger(2*bytes))
-      larger(:archive%at) = archive%bytes(:archive%at)
-      call move_alloc(larger, archive%bytes)
-   end subroutine make_room
+      to = from
+   end subroutine copy
 
    !> A mark between parts, which must be found again where it was put.
    subroutine serialise_label(archive, label)

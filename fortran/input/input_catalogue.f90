@@ -31,7 +31,7 @@ module dda_input_catalogue
       character(len=9) :: kind                !< 'real', 'integer', 'text' or 'real list'
       character(len=12) :: unit               !< blank: a pure number or a text
       character(len=44) :: default            !< in words; 'required' if there is none
-      character(len=224) :: meaning           !< one line
+      character(len=256) :: meaning           !< one line
       real(wp) :: lowest = -usable, highest = usable  !< of each number
       !> of a text: "'one', 'another'", or in words what it may be
       character(len=64) :: allowed = ''

@@ -3,10 +3,10 @@ module dda_netcdf_calls
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_file, fail
    use netcdf, only: nf90_noerr, nf90_strerror, nf90_def_var, nf90_put_att, nf90_def_dim, &
-      nf90_inquire_variable, nf90_max_name
+      nf90_inquire_variable, nf90_inquire_attribute, nf90_get_att, nf90_global, nf90_max_name
    implicit none
    private
-   public :: dataset_type, checked, define, define_dimension, describe, put
+   public :: dataset_type, checked, define, define_dimension, describe, text_of, put
 
    !> An open file; once a call has failed the later ones do nothing.
    type :: dataset_type
@@ -77,11 +77,25 @@ contains
    subroutine describe(dataset, name, text)
       type(dataset_type), intent(inout) :: dataset
       character(len=*), intent(in) :: name, text
-      integer, parameter :: global = 0
 
       if (allocated(dataset%error)) return
-      call checked(dataset, nf90_put_att(dataset%id, global, name, text), 'write attribute '//name)
+      call checked(dataset, nf90_put_att(dataset%id, nf90_global, name, text), &
+         'write attribute '//name)
    end subroutine describe
+
+   !> A text attribute of the file; blank if it has none of that name.
+   function text_of(dataset, name) result(text)
+      type(dataset_type), intent(in) :: dataset
+      character(len=*), intent(in) :: name      !< of the attribute
+      character(len=:), allocatable :: text
+      integer :: length
+
+      text = ''
+      if (nf90_inquire_attribute(dataset%id, nf90_global, name, len=length) /= nf90_noerr) return
+      deallocate (text)
+      allocate (character(len=length) :: text)
+      if (nf90_get_att(dataset%id, nf90_global, name, text) /= nf90_noerr) text = ''
+   end function text_of
 
    subroutine put_real(dataset, variable, values, start, count)
       type(dataset_type), intent(inout) :: dataset

@@ -9,25 +9,26 @@ module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type
-   use dda_byte_file, only: reserve_room, settle_file
+   use dda_byte_file, only: reserve_room, flush_file
    use dda_energy, only: energy_terms, energy_names
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       close_reader, row_sample
    use dda_model, only: model_type
-   use dda_netcdf_calls, only: dataset_type, checked, define, define_dimension, describe, put
+   use dda_netcdf_calls, only: dataset_type, checked, define, define_dimension, describe, put, &
+      text_of
    use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
    use dda_simulation, only: simulation_type, summary
    use dda_linear_solver, only: work_done
    use dda_text, only: quoted
    use dda_diagnostics, only: audit_warning
    use dda_version, only: version
-   use netcdf, only: nf90_create, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
-      nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char, nf90_put_att, nf90_put_var
+   use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
+      nf90_nowrite, nf90_noerr, nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char, nf90_put_att, nf90_put_var
    implicit none
    private
-   public :: check_target, write_output, partial_name
+   public :: check_target, write_output, is_complete, partial_name
 
    integer, parameter :: buffered = 1024          !< samples between writes
    integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
@@ -98,7 +99,7 @@ contains
       ! before.
       call reserve_room(output%dataset%file, room_for(journal, simulation), error)
       if (.not. allocated(error)) call write_dataset(output, journal, simulation, complete, error)
-      if (.not. allocated(error) .and. complete) call settle_file(output%dataset%file, error)
+      if (.not. allocated(error) .and. complete) call flush_file(output%dataset%file, error)
       if (.not. allocated(error)) then
          if (.not. rename_file(output%dataset%file, name)) call fail(error, error_file, &
             output%dataset%file//' cannot be renamed to '//name)
@@ -171,20 +172,14 @@ contains
       type(dataset_type), intent(inout) :: dataset
       type(simulation_type), intent(in) :: simulation
       character(len=*), intent(in) :: complete
-      integer :: i
-      character(len=:), allocatable :: motions, audit
+      character(len=:), allocatable :: audit
 
-      motions = ''
-      do i = 1, size(simulation%model%motions)
-         if (i > 1) motions = motions//new_line('a')
-         motions = motions//simulation%model%motions(i)%source
-      end do
       call describe(dataset, 'title', simulation%model%title)
       call describe(dataset, 'source', 'sitedda '//version)
       call describe(dataset, 'compiler', compiler_version()//' '//compiler_options())
       call describe(dataset, 'input_file', simulation%model%file)
       call describe(dataset, 'input_text', simulation%model%text)
-      call describe(dataset, 'motions', motions)
+      call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
       audit = audit_warning(simulation)
       if (audit == '') audit = 'balances'
@@ -192,6 +187,34 @@ contains
       call describe(dataset, 'solver', work_done(simulation%solver))
       call describe(dataset, 'complete', trim(complete))
    end subroutine describe_run
+
+   !> The records of a model and what was done to them, a line each.
+   pure function sources_of(model) result(text)
+      type(model_type), intent(in) :: model
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ''
+      do i = 1, size(model%motions)
+         if (i > 1) text = text//new_line('a')
+         text = text//model%motions(i)%source
+      end do
+   end function sources_of
+
+   !> Whether the output exists, is complete, and was made from this input and these records.
+   logical function is_complete(file, model)
+      character(len=*), intent(in) :: file      !< output
+      type(model_type), intent(in) :: model
+      type(dataset_type) :: dataset
+
+      dataset%file = file
+      is_complete = nf90_open(file, nf90_nowrite, dataset%id) == nf90_noerr
+      if (.not. is_complete) return
+      is_complete = text_of(dataset, 'complete') == 'yes' &
+         .and. text_of(dataset, 'input_text') == model%text &
+         .and. text_of(dataset, 'motions') == sources_of(model)
+      call checked(dataset, nf90_close(dataset%id), 'close the file')
+   end function is_complete
 
    !> Samples of measured points and energies.
    subroutine define_history(output, time, point, axis)

@@ -12,7 +12,7 @@ module dda_byte_file
    public :: byte_file_type, open_to_write, open_to_overwrite, open_to_append, open_to_read, &
       lock_file, size_of_file
    public :: write_bytes, read_bytes, cut_file, flush_to_system, flush_to_disk, close_file, &
-      reserve_room, settle_file
+      reserve_room, flush_file
 
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
    integer(c_int), parameter :: from_end = 2_c_int                      !< SEEK_END
@@ -158,7 +158,7 @@ contains
 
       file%name = name
       file%stream = c_fopen(name//c_null_char, mode//c_null_char)
-      if (.not. c_associated(file%stream)) call input_error(file, failure, error)
+      if (.not. c_associated(file%stream)) call system_failure(file, failure, error)
    end subroutine open_stream
 
    !> Keep other processes from locking the file; .false. if one of them has done so.
@@ -186,7 +186,7 @@ contains
       wanted = size(bytes, kind=c_size_t)
       if (allocated(error) .or. wanted == 0) return
       if (c_fwrite(c_loc(bytes), 1_c_size_t, wanted, file%stream) /= wanted) &
-         call input_error(file, 'cannot be written', error)
+         call system_failure(file, 'cannot be written', error)
    end subroutine write_bytes
 
    !> Fill `bytes` from the file; an error if it ends before.
@@ -211,7 +211,7 @@ contains
       call flush_to_system(file, error)
       if (allocated(error)) return
       if (c_ftruncate(c_fileno(file%stream), int(bytes, c_long)) /= 0) &
-         call input_error(file, 'cannot be cut', error)
+         call system_failure(file, 'cannot be cut', error)
    end subroutine cut_file
 
    !> Hand what is buffered to the system: it then outlives this process.  An error also if an
@@ -222,7 +222,7 @@ contains
 
       if (allocated(error)) return
       if (c_fflush(file%stream) /= 0) then
-         call input_error(file, 'cannot be written', error)
+         call system_failure(file, 'cannot be written', error)
       else if (c_ferror(file%stream) /= 0) then
          call fail(error, error_file, file%name//' lacks what could not be written')
       end if
@@ -236,7 +236,7 @@ contains
       call flush_to_system(file, error)
       if (allocated(error)) return
       if (c_fsync(c_fileno(file%stream)) /= 0) &
-         call input_error(file, 'cannot be flushed to the disk', error)
+         call system_failure(file, 'cannot be flushed to the disk', error)
    end subroutine flush_to_disk
 
    !> Close a file, also after an error.
@@ -248,7 +248,7 @@ contains
       if (.not. c_associated(file%stream)) return
       status = c_fclose(file%stream)
       file%stream = c_null_ptr
-      if (status /= 0 .and. .not. allocated(error)) call input_error(file, 'cannot be written', &
+      if (status /= 0 .and. .not. allocated(error)) call system_failure(file, 'cannot be written', &
          error)
    end subroutine close_file
 
@@ -269,7 +269,7 @@ contains
    end subroutine reserve_room
 
    !> Flush a closed file to the disk.
-   subroutine settle_file(name, error)
+   subroutine flush_file(name, error)
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
       type(byte_file_type) :: file
@@ -277,10 +277,10 @@ contains
       call open_to_append(file, name, error)
       call flush_to_disk(file, error)
       call close_file(file, error)
-   end subroutine settle_file
+   end subroutine flush_file
 
    !> What failed, and what the system says of it.
-   subroutine input_error(file, failure, error)
+   subroutine system_failure(file, failure, error)
       type(byte_file_type), intent(in) :: file
       character(len=*), intent(in) :: failure
       type(error_type), allocatable, intent(inout) :: error
@@ -288,7 +288,7 @@ contains
 
       call c_f_pointer(c_errno(), number)
       call fail(error, error_file, file%name//' '//failure//': '//system_message(number))
-   end subroutine input_error
+   end subroutine system_failure
 
    function system_message(number) result(text)
       integer(c_int), intent(in) :: number

@@ -2,6 +2,7 @@
 !>
 !> Memory follows what the file holds, never what its header claims.
 module dda_record_samples
+   use dda_growth, only: grow
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_text, only: to_text, quoted
@@ -28,14 +29,8 @@ contains
    pure subroutine append(list, value)
       type(sample_list_type), intent(inout) :: list
       real(wp), intent(in) :: value
-      real(wp), allocatable :: larger(:)
 
-      if (.not. allocated(list%values)) allocate (list%values(1024))
-      if (list%count == size(list%values)) then
-         allocate (larger(2*list%count))
-         larger(:list%count) = list%values
-         call move_alloc(larger, list%values)
-      end if
+      call grow(list%values, list%count + 1)
       list%count = list%count + 1
       list%values(list%count) = value
    end subroutine append

@@ -11,7 +11,7 @@ module dda_run
    use dda_journal, only: journal_type, open_journal, empty_journal, append_sample, append_frame, &
       flush_journal, close_journal, journal_name
    use dda_model, only: model_type
-   use dda_output_file, only: check_target, write_output, partial_name
+   use dda_output_file, only: check_target, write_output, is_complete, partial_name
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_sample, only: sample_size, take_sample, take_frame
    use dda_simulation, only: simulation_type, finished
@@ -33,6 +33,7 @@ module dda_run
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.
       logical :: sound = .true.                     !< no step has failed
+      logical :: was_complete = .false.             !< its output was, before it was resumed
    end type run_type
 
 contains
@@ -51,7 +52,8 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine begin_run
 
-   !> Go on where the last checkpoint of the output was written; from the start if there is none.
+   !> Go on where the last checkpoint of the output was written; from the start if there is none; not
+   !> at all if the output is complete.
    subroutine resume_run(run, model, error)
       type(run_type), intent(out) :: run
       type(model_type), intent(in) :: model
@@ -67,12 +69,28 @@ contains
          if (.not. allocated(error)) call publish(run, error)
          if (.not. allocated(error)) run%notice = 'resumed at step '// &
             to_text(run%simulation%step)//', t = '//to_text(run%simulation%time)//' s, '//run%notice
+      else if (is_complete(model%output%file, model)) then
+         call skip_to_end(run)
       else
          call begin_files(run, error)
          run%notice = 'there is no checkpoint of '//model%output%file//': begun at the start'
       end if
       if (allocated(error)) call close_files(run)
    end subroutine resume_run
+
+   !> Nothing is left to do.
+   subroutine skip_to_end(run)
+      type(run_type), intent(inout) :: run
+
+      run%was_complete = .true.
+      run%notice = run%simulation%model%output%file//' is complete'
+      call remove_leftovers(run)
+      call close_files(run)
+      associate (control => run%simulation%model%control)
+         run%simulation%step = control%steps
+         run%simulation%time = control%steps*control%time_step
+      end associate
+   end subroutine skip_to_end
 
    !> Open the journal, which keeps other runs from writing the same output.
    subroutine open_files(run, error)
@@ -223,7 +241,7 @@ contains
    subroutine end_run(run, error)
       type(run_type), intent(inout) :: run
       type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: trouble
+      type(error_type), allocatable :: failure
 
       if (.not. run%writes) return
       if (is_done(run) .and. run%sound) call write_output(run%simulation%model%output%file, &
@@ -231,10 +249,10 @@ contains
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) then
          call remove_leftovers(run)
       else
-         call save_run(run, trouble)
+         call save_run(run, failure)
          call remove_spare(run%checkpoints)
          if (.not. allocated(error)) call publish(run, error)
-         if (allocated(trouble)) error = trouble
+         if (allocated(failure)) error = failure
       end if
       call close_files(run)
    end subroutine end_run

@@ -5,7 +5,7 @@ module dda_site_response
    use dda_model, only: model_type
    use dda_netcdf_calls, only: dataset_type, checked
    use dda_settings, only: amplification_type
-   use dda_spectrum, only: peak_type, amplification, find_peak
+   use dda_spectrum, only: spectral_peak_type, amplification, find_peak
    use dda_text, only: to_text
    use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_inq_varid, nf90_inq_dimid, &
       nf90_inquire_dimension, nf90_get_var
@@ -19,7 +19,7 @@ contains
    subroutine amplification_peak(file, wanted, peak, error)
       character(len=*), intent(in) :: file
       type(amplification_type), intent(in) :: wanted
-      type(peak_type), intent(out) :: peak
+      type(spectral_peak_type), intent(out) :: peak
       type(error_type), allocatable, intent(out) :: error
       real(wp), allocatable :: surface(:), base(:), frequency(:)
       complex(wp), allocatable :: ratio(:)
@@ -70,7 +70,7 @@ contains
    pure function peak_text(model, wanted, peak) result(text)
       type(model_type), intent(in) :: model
       type(amplification_type), intent(in) :: wanted
-      type(peak_type), intent(in) :: peak
+      type(spectral_peak_type), intent(in) :: peak
       character(len=:), allocatable :: text
       character(len=16) :: amplitude, frequency
 

@@ -12,8 +12,11 @@ import warnings
 import weakref
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import cache
+from itertools import count, takewhile
 from operator import index
 from pathlib import Path
+from typing import NamedTuple
 
 import f90nml
 import numpy as np
@@ -23,34 +26,43 @@ from ._core import api
 from .errors import AuditWarning, InputError, OutputError, SiteddaError
 from .stop import Stop
 
-_ENERGY_NAMES = (
-    "kinetic",
-    "strain",
-    "contact",
-    "support",
-    "gravity",
-    "input",
-    "friction",
-    "fracture",
-    "algorithmic",
-    "kinetic_damping",
-    "geometric",
-    "initial",
-    "balance",
-)
-_PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "update")
-_COUNTS = (
-    "steps",
-    "iterations",
-    "searches",
-    "solves",
-    "factors",
-    "solver_iterations",
-    "handed_over",
-    "broken",
-)
 _CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
 _FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
+
+
+class InputVariable(NamedTuple):
+    """A variable of the input, in the words of the engine."""
+
+    group: str
+    name: str
+    kind: str
+    """``'real'``, ``'integer'``, ``'text'`` or ``'real list'``."""
+    unit: str
+    """Blank for pure numbers and texts."""
+    default: str
+    """``'required'`` if there is none."""
+    range: str
+    meaning: str
+
+
+@cache
+def engine_names(what: str) -> tuple[str, ...]:
+    """Names that the engine publishes.
+
+    Parameters
+    ----------
+    what : str
+        ``'energies'``, ``'phases'``, ``'counts'``; ``'groups'`` of the input, ``'single groups'``
+        those that may appear only once.
+    """
+    return tuple(api.engine_names(what).decode().split())
+
+
+@cache
+def input_catalogue() -> tuple[InputVariable, ...]:
+    """All variables that an input may set, group by group."""
+    rows = takewhile(bool, (api.input_catalogue(i).decode().rstrip() for i in count(1)))
+    return tuple(InputVariable(*row.split("\t")) for row in rows)
 
 
 def _checked(*result):
@@ -287,7 +299,7 @@ class Simulation:
     def energies(self) -> dict[str, float]:
         """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
         values = self._ask("energies")
-        return dict(zip(_ENERGY_NAMES, map(float, values), strict=True))
+        return dict(zip(engine_names("energies"), map(float, values), strict=True))
 
     @property
     def counts(self) -> dict[str, int]:
@@ -297,7 +309,7 @@ class Simulation:
         ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
         solver; bonds ``broken``.
         """
-        return dict(zip(_COUNTS, map(int, self._ask("run_counts")), strict=True))
+        return dict(zip(engine_names("counts"), map(int, self._ask("run_counts")), strict=True))
 
     @property
     def solver(self) -> str:
@@ -311,7 +323,7 @@ class Simulation:
         ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
         ``update`` (new state, energy audit).
         """
-        return dict(zip(_PHASES, map(float, self._ask("run_phases")), strict=True))
+        return dict(zip(engine_names("phases"), map(float, self._ask("run_phases")), strict=True))
 
     @property
     def point_motions(self) -> np.ndarray:
@@ -366,20 +378,9 @@ def changed_input(text: str, changes: dict) -> str:
     ``group={variable: value, …}`` for every group of that name.
     """
     parsed = f90nml.Parser().reads(text.removeprefix("\ufeff"))
-    once = ("run", "control", "contact", "output")
-    homes = {
-        "title": "run",
-        "normal_stiffness": "contact",
-        "shear_ratio": "contact",
-        "fixed_point_ratio": "contact",
-        "max_iterations": "contact",
-        "force_tolerance": "contact",
-        "file": "output",
-        "history_interval": "output",
-        "block_interval": "output",
-        "checkpoint_interval": "output",
-        "checkpoint_minutes": "output",
-    }
+    once = engine_names("single groups")
+    homes = {v.name: v.group for v in reversed(input_catalogue()) if v.group in once}
+    others = {v.name: v.group for v in reversed(input_catalogue()) if v.name not in homes}
     for name, value in changes.items():
         if isinstance(value, dict):
             if name not in parsed and name not in once:
@@ -388,6 +389,11 @@ def changed_input(text: str, changes: dict) -> str:
             for group in groups if isinstance(groups, list) else [groups]:
                 group.update(value)
         else:
+            if name in others:
+                raise InputError(
+                    f"{name!r} is a variable of &{others[name]}, which may appear more than once: "
+                    f"write {others[name]}={{{name!r}: …}}"
+                )
             home = homes.get(name, "control")
             group = parsed.setdefault(home, f90nml.Namelist())
             if name in ("duration", "steps"):
