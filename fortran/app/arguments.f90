@@ -6,7 +6,7 @@ module dda_arguments
    private
    public :: arguments_type, read_arguments, resume_command, usage
 
-   !> What was asked for.
+   !> The command line.
    type :: arguments_type
       character(len=:), allocatable :: command   !< 'run', 'resume', 'check', 'help' or 'version'
       character(len=:), allocatable :: file      !< input file
@@ -83,7 +83,7 @@ contains
       call get_command_argument(i, word)
    end function argument
 
-   !> What to type to go on with an interrupted run.
+   !> The command that continues an interrupted run.
    pure function resume_command(arguments) result(text)
       type(arguments_type), intent(in) :: arguments
       character(len=:), allocatable :: text
@@ -92,7 +92,7 @@ contains
       if (arguments%output /= '') text = text//' --output '//arguments%output
    end function resume_command
 
-   !> What the executable can do.
+   !> The text of --help.
    pure function usage() result(text)
       character(len=:), allocatable :: text
       character(len=*), parameter :: lines(*) = [character(len=84) :: &

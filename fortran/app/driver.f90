@@ -24,7 +24,7 @@ module dda_driver
 
 contains
 
-   !> Do what the command line asks for.
+   !> Carry out a command.
    subroutine act(arguments, error)
       type(arguments_type), intent(in) :: arguments
       type(error_type), allocatable, intent(out) :: error  !< its kind becomes the exit status

@@ -1,9 +1,8 @@
-!> Bytes that a state is written to and read back from by one and the same description of it.
+!> Serialisation of a state: one list of calls both writes it to bytes and reads it back.
 !>
-!> `serialise` writes a value or an array when the archive is being written, and reads it when it is
-!> being read: a list of calls that says what a state consists of serves both directions, so neither
-!> can forget what the other has.  Every array goes with its size; what does not fit, or is missing,
-!> is noted in `failure`, and nothing is read from there on.
+!> `serialise` writes a value or an array while the archive is being written, and reads it while the
+!> archive is being read, so that the two directions cannot differ.  Every array is preceded by its
+!> size; the first mismatch is noted in `failure`, and nothing is read after it.
 module dda_archive
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8
@@ -16,7 +15,7 @@ module dda_archive
 
    integer(long), parameter :: first_size = 65536  !< bytes
 
-   !> Bytes and how far they are written or read.
+   !> Serialised bytes, and the position in them.
    type :: archive_type
       logical :: reading = .false.
       integer(int8), allocatable :: bytes(:)
@@ -42,7 +41,7 @@ contains
       if (.not. allocated(archive%bytes)) allocate (archive%bytes(first_size))
    end subroutine write_archive
 
-   !> Read what has been written, or what `bytes` holds, from its beginning.
+   !> Read `bytes` from their beginning.
    pure subroutine read_archive(archive)
       type(archive_type), intent(inout) :: archive
 
@@ -90,7 +89,7 @@ contains
       to = from
    end subroutine copy
 
-   !> A mark between parts, which must be found again where it was put.
+   !> A label between parts of the state, checked when it is read.
    subroutine serialise_label(archive, label)
       type(archive_type), intent(inout) :: archive
       character(len=*), intent(in) :: label
@@ -190,7 +189,7 @@ contains
       text = buffer
    end subroutine serialise_text
 
-   !> Integers that must lie within limits: what they point to exists.
+   !> Integers that must lie within limits, such as indices.
    subroutine serialise_list(archive, values, lowest, highest)
       type(archive_type), intent(inout) :: archive
       integer, contiguous, intent(inout) :: values(:)
@@ -200,7 +199,7 @@ contains
       call check_list(archive, values, lowest, highest)
    end subroutine serialise_list
 
-   !> Whether a list that has been read points only to what exists.
+   !> A failure if indices that have been read exceed their limits.
    pure subroutine check_list(archive, values, lowest, highest)
       type(archive_type), intent(inout) :: archive
       integer, intent(in) :: values(:), lowest, highest

@@ -9,7 +9,7 @@ module dda_errors
    public :: error_input, error_check, error_convergence, error_solver, error_file, &
       error_interrupted
 
-   !> What went wrong, where, and what to try.
+   !> A failure: its kind, and a message that says where and what to try.
    type :: error_type
       integer :: kind                          !< one of the `error_…` constants
       character(len=:), allocatable :: message !< one sentence or more, for a person

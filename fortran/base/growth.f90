@@ -1,6 +1,6 @@
-!> Arrays that grow: what they hold stays, what is new is zero.
+!> Allocatable arrays that grow: contents are kept, new elements are zero.
 !>
-!> `grow` does nothing where there is room already; else the array at least doubles, so that
+!> `grow` does nothing if the array is large enough; else the array at least doubles, so that
 !> appending n values one by one copies fewer than 2n.
 module dda_growth
    use, intrinsic :: iso_fortran_env, only: int8
@@ -9,8 +9,8 @@ module dda_growth
    private
    public :: grow
 
-   !> Room for `room` values, or for `room` columns of `rows` values, in an allocatable array, which
-   !> need not be allocated yet.
+   !> At least so many elements, or columns of `rows` elements, in an allocatable array, which need
+   !> not be allocated yet.
    interface grow
       module procedure grow_integers, grow_reals, grow_logicals, grow_texts, grow_bytes, &
          grow_integer_columns, grow_real_columns
@@ -18,103 +18,103 @@ module dda_growth
 
 contains
 
-   pure subroutine grow_integers(list, room)
-      integer, allocatable, intent(inout) :: list(:)  !< [room or more] kept, then 0
-      integer, intent(in) :: room  !< least size
+   pure subroutine grow_integers(list, least)
+      integer, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
+      integer, intent(in) :: least  !< elements needed
       integer, allocatable :: larger(:)
       integer :: length
 
       length = 0
       if (allocated(list)) length = size(list)
-      if (allocated(list) .and. length >= room) return
-      allocate (larger(max(room, 2*length)), source=0)
+      if (allocated(list) .and. length >= least) return
+      allocate (larger(max(least, 2*length)), source=0)
       if (length > 0) larger(:length) = list
       call move_alloc(larger, list)
    end subroutine grow_integers
 
-   pure subroutine grow_reals(list, room)
-      real(wp), allocatable, intent(inout) :: list(:)  !< [room or more] kept, then 0
-      integer, intent(in) :: room  !< least size
+   pure subroutine grow_reals(list, least)
+      real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
+      integer, intent(in) :: least  !< elements needed
       real(wp), allocatable :: larger(:)
       integer :: length
 
       length = 0
       if (allocated(list)) length = size(list)
-      if (allocated(list) .and. length >= room) return
-      allocate (larger(max(room, 2*length)), source=0.0_wp)
+      if (allocated(list) .and. length >= least) return
+      allocate (larger(max(least, 2*length)), source=0.0_wp)
       if (length > 0) larger(:length) = list
       call move_alloc(larger, list)
    end subroutine grow_reals
 
-   pure subroutine grow_logicals(list, room)
-      logical, allocatable, intent(inout) :: list(:)  !< [room or more] kept, then .false.
-      integer, intent(in) :: room  !< least size
+   pure subroutine grow_logicals(list, least)
+      logical, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then .false.
+      integer, intent(in) :: least  !< elements needed
       logical, allocatable :: larger(:)
       integer :: length
 
       length = 0
       if (allocated(list)) length = size(list)
-      if (allocated(list) .and. length >= room) return
-      allocate (larger(max(room, 2*length)), source=.false.)
+      if (allocated(list) .and. length >= least) return
+      allocate (larger(max(least, 2*length)), source=.false.)
       if (length > 0) larger(:length) = list
       call move_alloc(larger, list)
    end subroutine grow_logicals
 
-   pure subroutine grow_texts(list, room)
-      character(len=*), allocatable, intent(inout) :: list(:)  !< [room or more] kept, then blank
-      integer, intent(in) :: room  !< least size
+   pure subroutine grow_texts(list, least)
+      character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then blank
+      integer, intent(in) :: least  !< elements needed
       character(len=len(list)), allocatable :: larger(:)
       integer :: length
 
       length = 0
       if (allocated(list)) length = size(list)
-      if (allocated(list) .and. length >= room) return
-      allocate (larger(max(room, 2*length)))
+      if (allocated(list) .and. length >= least) return
+      allocate (larger(max(least, 2*length)))
       larger = ''
       if (length > 0) larger(:length) = list
       call move_alloc(larger, list)
    end subroutine grow_texts
 
-   pure subroutine grow_bytes(list, room)
-      integer(int8), allocatable, intent(inout) :: list(:)  !< [room or more] kept, then 0
-      integer(long), intent(in) :: room  !< least size
+   pure subroutine grow_bytes(list, least)
+      integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
+      integer(long), intent(in) :: least  !< elements needed
       integer(int8), allocatable :: larger(:)
       integer(long) :: length
 
       length = 0
       if (allocated(list)) length = size(list, kind=long)
-      if (allocated(list) .and. length >= room) return
-      allocate (larger(max(room, 2*length)), source=0_int8)
+      if (allocated(list) .and. length >= least) return
+      allocate (larger(max(least, 2*length)), source=0_int8)
       if (length > 0) larger(:length) = list
       call move_alloc(larger, list)
    end subroutine grow_bytes
 
-   pure subroutine grow_integer_columns(list, rows, room)
-      integer, allocatable, intent(inout) :: list(:,:)  !< [rows, room or more] kept, then 0
+   pure subroutine grow_integer_columns(list, rows, least)
+      integer, allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
-      integer, intent(in) :: room  !< least number of columns
+      integer, intent(in) :: least  !< columns needed
       integer, allocatable :: larger(:,:)
       integer :: length
 
       length = 0
       if (allocated(list)) length = size(list, 2)
-      if (allocated(list) .and. length >= room) return
-      allocate (larger(rows, max(room, 2*length)), source=0)
+      if (allocated(list) .and. length >= least) return
+      allocate (larger(rows, max(least, 2*length)), source=0)
       if (length > 0) larger(:, :length) = list
       call move_alloc(larger, list)
    end subroutine grow_integer_columns
 
-   pure subroutine grow_real_columns(list, rows, room)
-      real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, room or more] kept, then 0
+   pure subroutine grow_real_columns(list, rows, least)
+      real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
-      integer, intent(in) :: room  !< least number of columns
+      integer, intent(in) :: least  !< columns needed
       real(wp), allocatable :: larger(:,:)
       integer :: length
 
       length = 0
       if (allocated(list)) length = size(list, 2)
-      if (allocated(list) .and. length >= room) return
-      allocate (larger(rows, max(room, 2*length)), source=0.0_wp)
+      if (allocated(list) .and. length >= least) return
+      allocate (larger(rows, max(least, 2*length)), source=0.0_wp)
       if (length > 0) larger(:, :length) = list
       call move_alloc(larger, list)
    end subroutine grow_real_columns

@@ -116,7 +116,7 @@ contains
       b = 0
    end function first_beyond
 
-   !> What is wrong with the size of a block in a model of some extent (m), or nothing.
+   !> Why the size of a block cannot be used in a model of some extent; blank if it can.
    pure function size_failure(vertices, extent) result(failure)
       real(wp), intent(in) :: vertices(:,:), extent
       character(len=:), allocatable :: failure

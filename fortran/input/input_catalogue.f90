@@ -310,7 +310,7 @@ contains
       if (i > 0) variable = list(i)
    end function find_variable
 
-   !> What a variable may be, in words.
+   !> The allowed values of a variable, in words.
    pure function range_of(variable) result(text)
       type(variable_type), intent(in) :: variable     !< of the catalogue
       character(len=:), allocatable :: text

@@ -1,5 +1,4 @@
-!> The groups that describe what things are made of and how the ground moves: &material, &joint,
-!> &motion.
+!> The groups of materials and motions: &material, &joint, &motion.
 module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve

@@ -1,6 +1,6 @@
 !> The samples and frames of a run so far, in a file that only grows: FILE.journal.
 !>
-!> It holds what the output will hold, in plain rows of numbers in the order of the steps.  A
+!> It holds the data of the output as rows of numbers in the order of the steps.  A
 !> checkpoint notes how far it went and its checksum up to there; a resumed run cuts it back to that
 !> mark and goes on.  While a run has it open no other run can.
 module dda_journal
@@ -14,7 +14,7 @@ module dda_journal
    use dda_errors, only: error_type, error_file, fail
    implicit none
    private
-   public :: journal_type, open_journal, empty_journal, carry_mark, return_to_mark, close_journal
+   public :: journal_type, open_journal, empty_journal, serialise_mark, return_to_mark, close_journal
    public :: append_sample, append_frame, flush_journal, journal_name
    public :: reader_type, open_reader, read_row, read_numbers, close_reader, row_sample
 
@@ -62,7 +62,7 @@ contains
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
 
-   !> Begin anew.
+   !> Remove all rows.
    subroutine empty_journal(journal, error)
       type(journal_type), intent(inout) :: journal
       type(error_type), allocatable, intent(inout) :: error
@@ -71,7 +71,7 @@ contains
    end subroutine empty_journal
 
    !> Where the journal stands, as part of a checkpoint.
-   subroutine carry_mark(archive, journal)
+   subroutine serialise_mark(archive, journal)
       type(archive_type), intent(inout) :: archive
       type(journal_type), intent(inout) :: journal
 
@@ -82,10 +82,9 @@ contains
       call serialise(archive, journal%frames)
       call serialise(archive, journal%contacts)
       call serialise(archive, journal%iterations)
-   end subroutine carry_mark
+   end subroutine serialise_mark
 
-   !> Cut the journal back to the mark that was carried; an error if it does not hold what it held
-   !> then.
+   !> Cut the journal back to the mark of a checkpoint; an error if its bytes have changed since.
    subroutine return_to_mark(journal, error)
       type(journal_type), intent(inout) :: journal
       type(error_type), allocatable, intent(inout) :: error

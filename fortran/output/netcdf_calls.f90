@@ -57,7 +57,7 @@ contains
          length, id), 'define dimension '//name)
    end function define_dimension
 
-   !> Define a variable with its unit and what it is.
+   !> Define a variable with its unit and long name.
    integer function define(dataset, name, kind, dimensions, units, meaning) result(id)
       type(dataset_type), intent(inout) :: dataset
       character(len=*), intent(in) :: name

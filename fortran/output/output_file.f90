@@ -9,7 +9,7 @@ module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type
-   use dda_byte_file, only: reserve_room, flush_file
+   use dda_byte_file, only: reserve_space, flush_file
    use dda_energy, only: energy_terms, energy_names
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
@@ -95,9 +95,8 @@ contains
       name = partial_name(file)
       if (complete) name = file
       output%dataset%file = file//'.writing'
-      ! HDF5 does not survive a disk that fills up while it writes: what it will need is asked for
-      ! before.
-      call reserve_room(output%dataset%file, room_for(journal, simulation), error)
+      ! HDF5 crashes if the disk fills up while it writes, so the space is allocated first.
+      call reserve_space(output%dataset%file, bytes_for(journal, simulation), error)
       if (.not. allocated(error)) call write_dataset(output, journal, simulation, complete, error)
       if (.not. allocated(error) .and. complete) call flush_file(output%dataset%file, error)
       if (.not. allocated(error)) then
@@ -107,8 +106,8 @@ contains
       if (allocated(error)) call remove_file(output%dataset%file)
    end subroutine write_output
 
-   !> Bytes that the file will not exceed.
-   pure integer(long) function room_for(journal, simulation) result(bytes)
+   !> Upper bound of the size of the file, bytes.
+   pure integer(long) function bytes_for(journal, simulation) result(bytes)
       type(journal_type), intent(in) :: journal
       type(simulation_type), intent(in) :: simulation
       integer :: i
@@ -118,7 +117,7 @@ contains
       do i = 1, size(simulation%model%motions)
          bytes = bytes + 2*len(simulation%model%motions(i)%source)
       end do
-   end function room_for
+   end function bytes_for
 
    subroutine write_dataset(output, journal, simulation, complete, error)
       type(output_type), intent(inout) :: output

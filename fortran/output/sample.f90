@@ -1,5 +1,5 @@
-!> What is written of a run, as plain rows of numbers: samples of points and energies, frames of
-!> blocks and contacts.
+!> The output of a run as rows of numbers: samples of points and energies, frames of blocks and
+!> contacts.
 module dda_sample
    use dda_kinds, only: wp
    use dda_blocks, only: stress_of

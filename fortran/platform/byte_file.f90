@@ -12,7 +12,7 @@ module dda_byte_file
    public :: byte_file_type, open_to_write, open_to_overwrite, open_to_append, open_to_read, &
       lock_file, size_of_file
    public :: write_bytes, read_bytes, cut_file, flush_to_system, flush_to_disk, close_file, &
-      reserve_room, flush_file
+      reserve_space, flush_file
 
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
    integer(c_int), parameter :: from_end = 2_c_int                      !< SEEK_END
@@ -122,8 +122,8 @@ contains
       call open_stream(file, name, 'wb', 'cannot be written', error)
    end subroutine open_to_write
 
-   !> A file to be written from its beginning, in the room of one that was there; `cut_file` takes
-   !> off what is left of it.
+   !> A file to be written from its beginning, over one that was there, whose blocks on the disk are
+   !> reused; `cut_file` removes what is left of it.
    subroutine open_to_overwrite(file, name, error)
       type(byte_file_type), intent(out) :: file
       character(len=*), intent(in) :: name
@@ -134,7 +134,7 @@ contains
       if (.not. c_associated(file%stream)) call open_to_write(file, name, error)
    end subroutine open_to_overwrite
 
-   !> A file that grows at its end; what it holds stays.
+   !> A file that is appended to.
    subroutine open_to_append(file, name, error)
       type(byte_file_type), intent(out) :: file
       character(len=*), intent(in) :: name
@@ -214,7 +214,7 @@ contains
          call system_failure(file, 'cannot be cut', error)
    end subroutine cut_file
 
-   !> Hand what is buffered to the system: it then outlives this process.  An error also if an
+   !> Flush the buffer to the system: the data then outlive this process.  An error also if an
    !> earlier write failed.
    subroutine flush_to_system(file, error)
       type(byte_file_type), intent(in) :: file
@@ -228,7 +228,7 @@ contains
       end if
    end subroutine flush_to_system
 
-   !> Wait until the disk has it: it then outlives the machine's power.
+   !> Flush to the disk: the data then outlive a power failure.
    subroutine flush_to_disk(file, error)
       type(byte_file_type), intent(in) :: file
       type(error_type), allocatable, intent(inout) :: error
@@ -252,8 +252,8 @@ contains
          error)
    end subroutine close_file
 
-   !> Make sure that a file of this size can be written under a name; what was there is lost.
-   subroutine reserve_room(name, bytes, error)
+   !> Allocate the disk space of a file, which replaces one of that name.
+   subroutine reserve_space(name, bytes, error)
       character(len=*), intent(in) :: name
       integer(long), intent(in) :: bytes
       type(error_type), allocatable, intent(inout) :: error
@@ -263,12 +263,12 @@ contains
       call open_to_write(file, name, error)
       if (allocated(error)) return
       status = c_posix_fallocate(c_fileno(file%stream), 0_c_long, int(bytes, c_long))
-      if (status /= 0) call fail(error, error_file, name//': there is no room for '// &
+      if (status /= 0) call fail(error, error_file, name//': there is no space for '// &
          to_text(bytes)//' bytes: '//system_message(status))
       call close_file(file, error)
-   end subroutine reserve_room
+   end subroutine reserve_space
 
-   !> Flush a closed file to the disk.
+   !> Flush a file that is not open to the disk.
    subroutine flush_file(name, error)
       character(len=*), intent(in) :: name
       type(error_type), allocatable, intent(inout) :: error
@@ -279,7 +279,7 @@ contains
       call close_file(file, error)
    end subroutine flush_file
 
-   !> What failed, and what the system says of it.
+   !> The error of a failed call, with the system's reason.
    subroutine system_failure(file, failure, error)
       type(byte_file_type), intent(in) :: file
       character(len=*), intent(in) :: failure

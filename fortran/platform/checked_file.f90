@@ -19,8 +19,7 @@ module dda_checked_file
 
 contains
 
-   !> Write an archive, in the room of a file that was there; on the disk itself if asked for, else
-   !> in the hands of the system.
+   !> Write an archive over a file of that name, flushed to the disk or only to the system.
    subroutine write_checked(name, archive, to_disk, error)
       character(len=*), intent(in) :: name
       type(archive_type), intent(in) :: archive

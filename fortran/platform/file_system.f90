@@ -1,4 +1,4 @@
-!> What Fortran does not say of files: other names, folders, room (through the C library).
+!> Operations on files that Fortran lacks: rename, exchange, remove, identity (C library).
 module dda_file_system
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
    implicit none

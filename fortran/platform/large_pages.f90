@@ -1,5 +1,5 @@
-!> Large arrays in large pages, where the system gives them to those who ask: streams through
-!> hundreds of megabytes else wait for the translation of addresses.
+!> Large pages for large arrays: streaming through hundreds of megabytes otherwise waits for the
+!> translation of addresses (TLB misses).
 module dda_large_pages
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_ptr, c_size_t
    use dda_kinds, only: long
@@ -22,8 +22,8 @@ module dda_large_pages
 
 contains
 
-   !> Ask for large pages under memory that has not been written to yet; nothing happens where that
-   !> cannot be.
+   !> Ask for large pages for memory that has not been written to yet; no effect where the system
+   !> has none.
    subroutine prefer_large_pages(memory, bytes)
       type(c_ptr), intent(in) :: memory
       integer(long), intent(in) :: bytes

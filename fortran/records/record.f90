@@ -1,4 +1,4 @@
-!> Read a recorded motion from any of the formats that strong-motion networks hand out.
+!> Read a recorded motion in any of the formats of the strong-motion networks.
 module dda_record
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dda_kinds, only: wp
@@ -60,7 +60,7 @@ contains
       call close_lines(reader)
    end subroutine read_record
 
-   !> What the caller asks for must be something that can be asked for.
+   !> Format, quantity and unit that the caller asks for must exist and agree.
    subroutine check_request(file, format, quantity, unit, given, error)
       character(len=*), intent(in) :: file, format, quantity, unit
       type(unit_type), intent(out) :: given

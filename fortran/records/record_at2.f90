@@ -9,10 +9,10 @@ module dda_record_at2
    use dda_text, only: lower_case, quoted
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_text_numbers, only: next_number, number_found
-   use dda_record_type, only: record_type, acceleration, velocity, displacement
+   use dda_record_type, only: record_type, quantity_in
    use dda_record_units, only: unit_type, find_unit
-   use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
-      expect_end, check_count, check_time_step, first_number
+   use dda_record_samples, only: read_trace, take_line, check_count, check_time_step, &
+      first_number
    implicit none
    private
    public :: is_at2, read_at2
@@ -34,16 +34,13 @@ contains
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record
       type(error_type), allocatable, intent(out) :: error
-      type(sample_list_type) :: list
       integer(long) :: samples
 
-      call read_header(reader, record, samples, error)
-      if (.not. allocated(error)) call read_values(reader, samples, 'samples', list, error)
-      if (.not. allocated(error)) call expect_end(reader, samples, error)
-      if (.not. allocated(error)) call take_values(list, record%values)
+      call read_lines(reader, record, samples, error)
+      if (.not. allocated(error)) call read_trace(reader, samples, 'samples', record%values, error)
    end subroutine read_at2
 
-   subroutine read_header(reader, record, samples, error)
+   subroutine read_lines(reader, record, samples, error)
       type(line_reader_type), intent(inout) :: reader
       type(record_type), intent(inout) :: record
       integer(long), intent(out) :: samples
@@ -62,7 +59,7 @@ contains
          end if
       end do
       call fail_at(error, reader, 'none of the first lines states NPTS, as a PEER header does')
-   end subroutine read_header
+   end subroutine read_lines
 
    !> Event and station from line 2, quantity and unit from the words of any line.
    subroutine read_title(text, line, record)
@@ -78,9 +75,7 @@ contains
       title = lower_case(text)
       at = index(title, before_unit)
       if (at == 0) return
-      if (index(title, acceleration) > 0) record%quantity = acceleration
-      if (index(title, velocity) > 0) record%quantity = velocity
-      if (index(title, displacement) > 0) record%quantity = displacement
+      if (quantity_in(title) /= '') record%quantity = quantity_in(title)
       name = adjustl(title(at + len(before_unit):))
       ! What may follow is a full stop, a comma or more words ("G. FILTER POINTS: …").
       at = scan(name//' ', ' .,;')

@@ -2,16 +2,15 @@
 !>
 !> Reference: NIED, *K-NET ASCII format* (www.kyoshin.bosai.go.jp): sampling frequency `100Hz`,
 !> duration in seconds, scale factor `2000(gal)/8388608`; acceleration in gal is the integer
-!> sample times the factor.  Raw records serialise an offset, which is left for the baseline to
-!> remove.
+!> sample times the factor.  Raw records have an offset, which is left for the baseline to remove.
 module dda_record_knet
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_text, only: quoted, to_text
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_record_type, only: record_type, acceleration
-   use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
-      expect_end, check_count, check_time_step, first_number
+   use dda_record_samples, only: read_trace, take_line, check_count, check_time_step, &
+      first_number
    implicit none
    private
    public :: is_knet, read_knet
@@ -19,12 +18,12 @@ module dda_record_knet
    integer, parameter :: header_lines = 17
    integer, parameter :: name_columns = 18
 
-   !> What the header must state.
-   type :: header_type
+   !> Values of a K-NET header.
+   type :: knet_header_type
       real(wp) :: frequency = -1.0_wp  ! samples/s
       real(wp) :: duration = -1.0_wp   ! s
       real(wp) :: factor = 0.0_wp      ! gal per count
-   end type header_type
+   end type knet_header_type
 
 contains
 
@@ -41,8 +40,7 @@ contains
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record
       type(error_type), allocatable, intent(out) :: error
-      type(header_type) :: header
-      type(sample_list_type) :: list
+      type(knet_header_type) :: header
       integer(long) :: samples
 
       record%quantity = acceleration
@@ -50,18 +48,15 @@ contains
       call read_header(reader, record, header, error)
       if (.not. allocated(error)) call check_header(reader, header, samples, record%time_step, &
          error)
-      if (.not. allocated(error)) call read_values(reader, samples, &
-         'samples (frequency × duration)', list, error)
-      if (.not. allocated(error)) call expect_end(reader, samples, error)
-      if (allocated(error)) return
-      call take_values(list, record%values)
-      call scale_counts(reader, header%factor, record%values, error)
+      if (.not. allocated(error)) call read_trace(reader, samples, &
+         'samples (frequency × duration)', record%values, error)
+      if (.not. allocated(error)) call scale_counts(reader, header%factor, record%values, error)
    end subroutine read_knet
 
    subroutine read_header(reader, record, header, error)
       type(line_reader_type), intent(inout) :: reader
       type(record_type), intent(inout) :: record
-      type(header_type), intent(out) :: header
+      type(knet_header_type), intent(out) :: header
       type(error_type), allocatable, intent(out) :: error
       character(len=:), allocatable :: text, rest
       integer :: line
@@ -79,7 +74,7 @@ contains
       type(line_reader_type), intent(in) :: reader
       character(len=*), intent(in) :: text, rest             ! the line; what stands after its name
       type(record_type), intent(inout) :: record
-      type(header_type), intent(inout) :: header
+      type(knet_header_type), intent(inout) :: header
       type(error_type), allocatable, intent(out) :: error
 
       if (index(text, 'Origin Time') == 1) then
@@ -129,7 +124,7 @@ contains
 
    subroutine check_header(reader, header, samples, time_step, error)
       type(line_reader_type), intent(in) :: reader
-      type(header_type), intent(in) :: header
+      type(knet_header_type), intent(in) :: header
       integer(long), intent(out) :: samples
       real(wp), intent(out) :: time_step                     ! s
       type(error_type), allocatable, intent(out) :: error

@@ -11,7 +11,7 @@ module dda_record_samples
       number_found, number_none, number_large
    implicit none
    private
-   public :: sample_list_type, append, take_values, read_values, expect_end, take_line, first_number
+   public :: sample_list_type, append, take_values, read_values, read_trace, take_line, first_number
    public :: check_count, check_duration, check_time_step, refuse_word, most_samples
 
    integer(long), parameter :: most_samples = 10000000_long   !< 14 hours at 200 samples/s
@@ -83,6 +83,21 @@ contains
       end do
    end subroutine read_values
 
+   !> A declared number of samples, and nothing behind them.
+   subroutine read_trace(reader, expected, what, values, error)
+      type(line_reader_type), intent(inout) :: reader      !< before the first sample
+      integer(long), intent(in) :: expected                !< how many the header declares
+      character(len=*), intent(in) :: what                 !< 'samples', … for messages
+      real(wp), allocatable, intent(out) :: values(:)      !< [samples] in the file's unit
+      type(error_type), allocatable, intent(out) :: error
+      type(sample_list_type) :: list
+
+      call read_values(reader, expected, what, list, error)
+      if (.not. allocated(error)) call expect_end(reader, expected, error)
+      if (.not. allocated(error)) call take_values(list, values)
+   end subroutine read_trace
+
+   !> The numbers of one line.
    subroutine read_row(reader, text, expected, what, list, error)
       type(line_reader_type), intent(in) :: reader
       character(len=*), intent(in) :: text

@@ -10,8 +10,8 @@ module dda_record_smc
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_text_numbers, only: whole_number
    use dda_record_type, only: record_type, acceleration, velocity, displacement
-   use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
-      expect_end, check_count, check_time_step
+   use dda_record_samples, only: sample_list_type, read_values, read_trace, take_line, &
+      check_count, check_time_step
    implicit none
    private
    public :: is_smc, read_smc
@@ -40,16 +40,13 @@ contains
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record
       type(error_type), allocatable, intent(out) :: error
-      type(sample_list_type) :: list
       integer(long) :: comments, samples
 
       call read_titles(reader, record, error)
       if (.not. allocated(error)) call read_integers(reader, comments, samples, error)
       if (.not. allocated(error)) call read_reals(reader, record%time_step, error)
       if (.not. allocated(error)) call skip_comments(reader, comments, error)
-      if (.not. allocated(error)) call read_values(reader, samples, 'samples', list, error)
-      if (.not. allocated(error)) call expect_end(reader, samples, error)
-      if (.not. allocated(error)) call take_values(list, record%values)
+      if (.not. allocated(error)) call read_trace(reader, samples, 'samples', record%values, error)
    end subroutine read_smc
 
    !> The first line names the quantity; lines 4 and 6 event and station.

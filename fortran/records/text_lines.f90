@@ -1,4 +1,4 @@
-!> Lines of a text file that nobody has vouched for.
+!> Lines of an untrusted text file.
 !>
 !> A file may be a folder, an image, a gigabyte on one line: every such thing is an error with a
 !> file name and a line number, found before it costs more than a buffer.  Line ends of any kind,
@@ -29,7 +29,7 @@ module dda_text_lines
       integer, private :: position = 1             !< next byte in the buffer
       integer, private :: filled = 0               !< bytes in the buffer
       logical, private :: after_return = .false.   !< the last line ended with a carriage return
-      logical, private :: again = .false.          !< hand out `last` once more
+      logical, private :: again = .false.          !< `next_line` returns `last` once more
       character(len=:), allocatable, private :: last !< the line last handed out
    end type line_reader_type
 
@@ -112,7 +112,7 @@ contains
       reader%last = text
    end subroutine next_line
 
-   !> Let the next `next_line` hand out the same line again.
+   !> The next call of `next_line` returns the same line again.
    subroutine put_back(reader)
       type(line_reader_type), intent(inout) :: reader
 
@@ -209,7 +209,7 @@ contains
          ' does not occur in a text file (binary, or UTF-16?)')
    end subroutine refuse_byte
 
-   !> An error of the input at the line last read: file, line number, what is wrong.
+   !> An input error at the line last read, with file and line number.
    pure subroutine fail_at(error, reader, what)
       type(error_type), allocatable, intent(out) :: error
       type(line_reader_type), intent(in) :: reader

@@ -1,7 +1,7 @@
-!> Numbers in text that nobody has vouched for.
+!> Numbers in untrusted text.
 !>
-!> Fortran's own list-directed read takes `3*5`, `/`, `NaN`, `1e400` and an empty field without a
-!> word.  Here a number is exactly: sign, digits with at most one point, exponent with E or D.
+!> Fortran's own list-directed read takes `3*5`, `/`, `NaN`, `1e400` and an empty field without an
+!> error.  Here a number is exactly: sign, digits with at most one point, exponent with E or D.
 !> Fixed-width output of old programs runs numbers together (`1.0E+0-2.0E+0`): where the caller
 !> says so, a sign directly after a complete number begins the next one.
 module dda_text_numbers
@@ -23,7 +23,7 @@ module dda_text_numbers
    integer, parameter :: exact_power = 22      ! 10**22 is the last exact power of ten
    character(len=*), parameter :: tab = achar(9)
 
-   !> What scanning found, before it becomes a value.
+   !> A scanned number before its conversion: mantissa·10^power.
    type :: scan_type
       integer(long) :: mantissa = 0    ! leading digits as an integer
       integer :: kept = 0              ! digits in the mantissa

@@ -115,7 +115,7 @@ contains
       run%writes = .false.
    end subroutine close_files
 
-   !> Begin the files anew with the first state.
+   !> New files with the first state.
    subroutine begin_files(run, error)
       type(run_type), intent(inout) :: run
       type(error_type), allocatable, intent(inout) :: error
@@ -257,7 +257,7 @@ contains
       call close_files(run)
    end subroutine end_run
 
-   !> What only an unfinished run needs; checkpoints first, as they need the journal.
+   !> Files that only an unfinished run needs; checkpoints first, as they need the journal.
    subroutine remove_leftovers(run)
       type(run_type), intent(in) :: run
 

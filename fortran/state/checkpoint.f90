@@ -15,7 +15,7 @@ module dda_checkpoint
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
-   use dda_journal, only: journal_type, carry_mark, return_to_mark, flush_journal
+   use dda_journal, only: journal_type, serialise_mark, return_to_mark, flush_journal
    use dda_model, only: model_type
    use dda_motion_curve, only: motion_curve_type
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
@@ -112,8 +112,8 @@ contains
       to_disk = is_due(checkpoints%flushing)
       call begin_task(checkpoints%flushing)
       call write_archive(checkpoints%archive)
-      call carry_identity(checkpoints, error)
-      call carry_mark(checkpoints%archive, journal)
+      call serialise_identity(checkpoints, error)
+      call serialise_mark(checkpoints%archive, journal)
       call serialise_simulation(checkpoints%archive, simulation)
       call flush_journal(journal, to_disk, error)
       if (.not. allocated(error)) call write_checked(checkpoints%coming, checkpoints%archive, &
@@ -183,12 +183,12 @@ contains
       call read_checked(name, checkpoints%archive, error)
       if (allocated(error)) return
       call read_archive(checkpoints%archive)
-      call carry_identity(checkpoints, error)
+      call serialise_identity(checkpoints, error)
       if (allocated(error)) then
          error%message = name//' '//error%message
          return
       end if
-      call carry_mark(checkpoints%archive, journal)
+      call serialise_mark(checkpoints%archive, journal)
       call serialise_simulation(checkpoints%archive, simulation)
       if (allocated(checkpoints%archive%failure)) then
          call fail(error, error_file, name//' cannot be understood: '//checkpoints%archive%failure)
@@ -197,8 +197,8 @@ contains
       end if
    end subroutine load_from
 
-   !> Who made the checkpoint; when read, it must be the same input and the same build.
-   subroutine carry_identity(checkpoints, error)
+   !> Version, build and input of a checkpoint, which must be the same when it is read.
+   subroutine serialise_identity(checkpoints, error)
       type(checkpoints_type), intent(inout) :: checkpoints
       type(error_type), allocatable, intent(inout) :: error
       character(len=:), allocatable :: maker, build
@@ -222,9 +222,9 @@ contains
       else if (motions /= checkpoints%motions) then
          call fail(error, error_file, 'was made with other records')
       end if
-   end subroutine carry_identity
+   end subroutine serialise_identity
 
-   !> Compiler and those of its options that say what it made, not where.
+   !> Compiler and its options, without those that name folders.
    pure function build_of_program() result(build)
       character(len=:), allocatable :: build
       character(len=:), allocatable :: options

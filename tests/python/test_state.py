@@ -95,7 +95,7 @@ def components(text: str, name: str) -> set[str]:
 def carrying(root):
     """The code that carries the parts of the state."""
     journal = (root / "fortran" / "io" / "journal.f90").read_text()
-    mark = re.search(r"subroutine carry_mark.*?end subroutine", journal, re.S)[0]
+    mark = re.search(r"subroutine serialise_mark.*?end subroutine", journal, re.S)[0]
     rooms = [path.read_text() for path in (root / "fortran" / "state").glob("*.f90")]
     return re.sub(r"!.*", "", "\n".join([mark, *rooms]))
 
