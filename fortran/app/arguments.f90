@@ -17,9 +17,10 @@ module dda_arguments
 
 contains
 
+   !> Read the command line; an error if it is not understood.
    subroutine read_arguments(arguments, error)
-      type(arguments_type), intent(out) :: arguments
-      type(error_type), allocatable, intent(out) :: error
+      type(arguments_type), intent(out) :: arguments  !< of the command line
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: word
       integer :: i
 
@@ -57,9 +58,9 @@ contains
 
    !> The command, then the input file.
    subroutine take_word(arguments, word, error)
-      type(arguments_type), intent(inout) :: arguments
-      character(len=*), intent(in) :: word
-      type(error_type), allocatable, intent(out) :: error
+      type(arguments_type), intent(inout) :: arguments  !< of the command line so far
+      character(len=*), intent(in) :: word  !< argument
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (arguments%command == '') then
          arguments%command = word
@@ -73,8 +74,9 @@ contains
       end if
    end subroutine take_word
 
+   !> An argument of the command line; blank behind the last one.
    function argument(i) result(word)
-      integer, intent(in) :: i
+      integer, intent(in) :: i  !< from 1
       character(len=:), allocatable :: word
       integer :: length
 
@@ -85,7 +87,7 @@ contains
 
    !> The command that continues an interrupted run.
    pure function resume_command(arguments) result(text)
-      type(arguments_type), intent(in) :: arguments
+      type(arguments_type), intent(in) :: arguments  !< of the command line
       character(len=:), allocatable :: text
 
       text = 'sitedda-native resume '//arguments%file

@@ -26,7 +26,7 @@ contains
 
    !> Carry out a command.
    subroutine act(arguments, error)
-      type(arguments_type), intent(in) :: arguments
+      type(arguments_type), intent(in) :: arguments  !< of the command line
       type(error_type), allocatable, intent(out) :: error  !< its kind becomes the exit status
 
       select case (arguments%command)
@@ -64,7 +64,7 @@ contains
 
    !> Run an input file to its end and print the results that it asks for.
    subroutine run_input(arguments, error)
-      type(arguments_type), intent(in) :: arguments
+      type(arguments_type), intent(in) :: arguments  !< of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(model_type) :: model
       type(run_type), allocatable :: run
@@ -88,8 +88,8 @@ contains
 
    !> Step until the run is done or a signal asks it to stop.
    subroutine step_to_end(run, arguments, error)
-      type(run_type), intent(inout) :: run
-      type(arguments_type), intent(in) :: arguments
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(arguments_type), intent(in) :: arguments  !< of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(progress_type) :: progress
 
@@ -112,7 +112,7 @@ contains
 
    !> Close the output also after an error, which stays the one to report.
    subroutine close_run(run, error)
-      type(run_type), intent(inout) :: run
+      type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(error_type), allocatable :: failure
 
@@ -122,7 +122,7 @@ contains
 
    !> Counts of a run, the verdict of its energy audit, its output.
    subroutine print_summary(simulation)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< at its present time
 
       call say(summary(simulation))
       if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
@@ -131,7 +131,7 @@ contains
 
    !> The peaks of the amplifications that an input asks for, from its output.
    subroutine print_amplifications(model, error)
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(spectral_peak_type) :: peak
       integer :: i

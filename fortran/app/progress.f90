@@ -19,7 +19,7 @@ contains
 
    !> The clock starts.
    subroutine start_progress(progress, time, quiet)
-      type(progress_type), intent(out) :: progress
+      type(progress_type), intent(out) :: progress  !< of this run
       real(wp), intent(in) :: time   !< s of the model
       logical, intent(in) :: quiet   !< no lines
 

@@ -33,7 +33,7 @@ contains
 
    !> An empty archive to write to.
    pure subroutine write_archive(archive)
-      type(archive_type), intent(inout) :: archive
+      type(archive_type), intent(inout) :: archive  !< written or read
 
       archive%reading = .false.
       archive%at = 0
@@ -43,7 +43,7 @@ contains
 
    !> Read `bytes` from their beginning.
    pure subroutine read_archive(archive)
-      type(archive_type), intent(inout) :: archive
+      type(archive_type), intent(inout) :: archive  !< written or read
 
       archive%reading = .true.
       archive%at = 0
@@ -52,15 +52,15 @@ contains
 
    !> From here on nothing is read; the first reason stays.
    pure subroutine fail_archive(archive, reason)
-      type(archive_type), intent(inout) :: archive
-      character(len=*), intent(in) :: reason
+      type(archive_type), intent(inout) :: archive  !< written or read
+      character(len=*), intent(in) :: reason  !< for a person
 
       if (.not. allocated(archive%failure)) archive%failure = reason
    end subroutine fail_archive
 
    !> Move bytes to or from a place in memory.
    subroutine pass(archive, place, bytes)
-      type(archive_type), intent(inout) :: archive
+      type(archive_type), intent(inout) :: archive  !< written or read
       type(c_ptr), intent(in) :: place        !< of the value
       integer(long), intent(in) :: bytes      !< of the value
       integer(int8), pointer, contiguous :: value(:)
@@ -91,8 +91,8 @@ contains
 
    !> A label between parts of the state, checked when it is read.
    subroutine serialise_label(archive, label)
-      type(archive_type), intent(inout) :: archive
-      character(len=*), intent(in) :: label
+      type(archive_type), intent(inout) :: archive  !< written or read
+      character(len=*), intent(in) :: label  !< of the part that follows
       character(len=:), allocatable :: found
 
       found = label
@@ -102,9 +102,9 @@ contains
 
    !> A number that must lie within limits.
    subroutine serialise_number(archive, value, lowest, highest)
-      type(archive_type), intent(inout) :: archive
-      integer, intent(inout) :: value
-      integer, intent(in) :: lowest, highest
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, intent(inout) :: value  !< written or read
+      integer, intent(in) :: lowest, highest  !< limits, included
 
       call serialise_integers(archive, value)
       if (value < lowest .or. value > highest) &
@@ -114,8 +114,8 @@ contains
 
    !> A size; when read, as many bytes at least must still be there.
    subroutine serialise_count(archive, count)
-      type(archive_type), intent(inout) :: archive
-      integer, intent(inout) :: count
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, intent(inout) :: count  !< written or read
       integer(long) :: limit
 
       limit = huge(count)
@@ -125,9 +125,9 @@ contains
 
    !> An array as its bytes, behind its size, which must be that of the array it is read into.
    subroutine pass_array(archive, place, items, bits)
-      type(archive_type), intent(inout) :: archive
-      type(c_ptr), intent(in) :: place
-      integer(long), intent(in) :: items
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(c_ptr), intent(in) :: place  !< address of the values
+      integer(long), intent(in) :: items  !< of the array
       integer, intent(in) :: bits        !< of an item
       integer(long), target :: bytes
       integer(long) :: wanted
@@ -139,45 +139,50 @@ contains
       call pass(archive, place, wanted)
    end subroutine pass_array
 
+   !> Default integers.
    subroutine serialise_integers(archive, values)
-      type(archive_type), intent(inout) :: archive
-      integer, contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_integers
 
+   !> 64-bit integers.
    subroutine serialise_longs(archive, values)
-      type(archive_type), intent(inout) :: archive
-      integer(long), contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer(long), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_longs
 
+   !> Double precision.
    subroutine serialise_reals(archive, values)
-      type(archive_type), intent(inout) :: archive
-      real(wp), contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      real(wp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_reals
 
+   !> Single precision.
    subroutine serialise_singles(archive, values)
-      type(archive_type), intent(inout) :: archive
-      real(sp), contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      real(sp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_singles
 
+   !> Logicals.
    subroutine serialise_logicals(archive, values)
-      type(archive_type), intent(inout) :: archive
-      logical, contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      logical, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_logicals
 
    !> A text, which takes the length it had.
    subroutine serialise_text(archive, text)
-      type(archive_type), intent(inout) :: archive
-      character(len=:), allocatable, intent(inout) :: text
+      type(archive_type), intent(inout) :: archive  !< written or read
+      character(len=:), allocatable, intent(inout) :: text  !< written or read
       character(len=:), allocatable, target :: buffer
       integer :: length
 
@@ -191,9 +196,9 @@ contains
 
    !> Integers that must lie within limits, such as indices.
    subroutine serialise_list(archive, values, lowest, highest)
-      type(archive_type), intent(inout) :: archive
-      integer, contiguous, intent(inout) :: values(:)
-      integer, intent(in) :: lowest, highest
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, contiguous, intent(inout) :: values(:)  !< written or read
+      integer, intent(in) :: lowest, highest  !< limits, included
 
       call serialise_integers(archive, values)
       call check_list(archive, values, lowest, highest)
@@ -201,8 +206,8 @@ contains
 
    !> A failure if indices that have been read exceed their limits.
    pure subroutine check_list(archive, values, lowest, highest)
-      type(archive_type), intent(inout) :: archive
-      integer, intent(in) :: values(:), lowest, highest
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, intent(in) :: values(:), lowest, highest  !< indices and their limits, included
 
       if (.not. archive%reading .or. allocated(archive%failure)) return
       if (any(values < lowest .or. values > highest)) &

@@ -26,9 +26,9 @@ contains
 
    !> Set an error.
    pure subroutine fail(error, kind, message)
-      type(error_type), allocatable, intent(out) :: error
-      integer, intent(in) :: kind
-      character(len=*), intent(in) :: message
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer, intent(in) :: kind  !< `error_…`
+      character(len=*), intent(in) :: message  !< one sentence or more, for a person
 
       error = error_type(kind, message)
    end subroutine fail

@@ -18,6 +18,7 @@ module dda_growth
 
 contains
 
+   !> Default integers.
    pure subroutine grow_integers(list, least)
       integer, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
@@ -32,6 +33,7 @@ contains
       call move_alloc(larger, list)
    end subroutine grow_integers
 
+   !> Double precision.
    pure subroutine grow_reals(list, least)
       real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
@@ -46,6 +48,7 @@ contains
       call move_alloc(larger, list)
    end subroutine grow_reals
 
+   !> Logicals.
    pure subroutine grow_logicals(list, least)
       logical, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then .false.
       integer, intent(in) :: least  !< elements needed
@@ -60,6 +63,7 @@ contains
       call move_alloc(larger, list)
    end subroutine grow_logicals
 
+   !> Texts of one length.
    pure subroutine grow_texts(list, least)
       character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then blank
       integer, intent(in) :: least  !< elements needed
@@ -75,6 +79,7 @@ contains
       call move_alloc(larger, list)
    end subroutine grow_texts
 
+   !> Bytes, of which there may be more than 2³¹.
    pure subroutine grow_bytes(list, least)
       integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer(long), intent(in) :: least  !< elements needed
@@ -89,6 +94,7 @@ contains
       call move_alloc(larger, list)
    end subroutine grow_bytes
 
+   !> Columns of default integers.
    pure subroutine grow_integer_columns(list, rows, least)
       integer, allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
@@ -104,6 +110,7 @@ contains
       call move_alloc(larger, list)
    end subroutine grow_integer_columns
 
+   !> Columns of double precision.
    pure subroutine grow_real_columns(list, rows, least)
       real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column

@@ -18,7 +18,7 @@ contains
 
    !> Whether the pause since the last execution is over.
    logical function is_due(limiter)
-      type(rate_limiter_type), intent(in) :: limiter
+      type(rate_limiter_type), intent(in) :: limiter  !< of the task
       integer(long) :: now
 
       call system_clock(now)
@@ -27,14 +27,14 @@ contains
 
    !> The task starts now.
    subroutine begin_task(limiter)
-      type(rate_limiter_type), intent(inout) :: limiter
+      type(rate_limiter_type), intent(inout) :: limiter  !< of the task
 
       call system_clock(limiter%begun)
    end subroutine begin_task
 
    !> The task has ended; its cost sets the next pause.
    subroutine end_task(limiter)
-      type(rate_limiter_type), intent(inout) :: limiter
+      type(rate_limiter_type), intent(inout) :: limiter  !< of the task
 
       call system_clock(limiter%ended)
       limiter%cost = limiter%ended - limiter%begun

@@ -14,15 +14,17 @@ module dda_text
 
 contains
 
+   !> A default integer.
    pure function integer_to_text(value) result(text)
-      integer, intent(in) :: value
+      integer, intent(in) :: value  !< any
       character(len=:), allocatable :: text
 
       text = long_to_text(int(value, long))
    end function integer_to_text
 
+   !> A 64-bit integer.
    pure function long_to_text(value) result(text)
-      integer(long), intent(in) :: value
+      integer(long), intent(in) :: value  !< any
       character(len=:), allocatable :: text
       character(len=24) :: buffer
 
@@ -32,7 +34,7 @@ contains
 
    !> Six significant digits, plain notation where it is short.
    pure function real_to_text(value) result(text)
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value  !< any
       character(len=:), allocatable :: text
       character(len=32) :: buffer
 
@@ -47,8 +49,9 @@ contains
       end if
    end function real_to_text
 
+   !> 0.5 for .5.
    pure function with_leading_zero(digits) result(text)
-      character(len=*), intent(in) :: digits
+      character(len=*), intent(in) :: digits  !< of a number
       character(len=:), allocatable :: text
 
       text = digits
@@ -58,8 +61,9 @@ contains
       end if
    end function with_leading_zero
 
+   !> 0.5 for 0.500000.
    pure function without_trailing_zeros(digits) result(text)
-      character(len=*), intent(in) :: digits
+      character(len=*), intent(in) :: digits  !< of a number
       character(len=:), allocatable :: text
       integer :: last
 
@@ -73,8 +77,9 @@ contains
       text = digits(:last)
    end function without_trailing_zeros
 
+   !> ASCII letters in lower case.
    pure function lower_case(text) result(lowered)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< any
       character(len=len(text)) :: lowered
       integer :: i, code
 
@@ -87,7 +92,7 @@ contains
 
    !> Text in quotes, blanks trimmed, cut if a hostile input made it very long.
    pure function quoted(text) result(inside)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: inside
       integer, parameter :: longest = 80
 
@@ -98,7 +103,7 @@ contains
 
    !> A text cut anywhere, without the beginning of a character of several bytes at its end (UTF-8).
    pure function whole_characters(text) result(whole)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: whole
       integer :: last
 
@@ -116,7 +121,7 @@ contains
 
    !> Bytes of the character that begins with this one.
    pure integer function length_of_character(first) result(bytes)
-      character, intent(in) :: first
+      character, intent(in) :: first  !< byte of a character
 
       bytes = 2
       if (iachar(first) >= 224) bytes = 3

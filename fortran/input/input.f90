@@ -21,9 +21,9 @@ contains
 
    !> Read a model from a file.
    subroutine read_model_file(model, file, error)
-      type(model_type), intent(out) :: model
-      character(len=*), intent(in) :: file
-      type(error_type), allocatable, intent(out) :: error
+      type(model_type), intent(out) :: model  !< as the input says
+      character(len=*), intent(in) :: file  !< path
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
 
       call read_text_file(file, text, error)
@@ -32,10 +32,10 @@ contains
 
    !> Read a model from a text; files that it names are relative to the folder of `file`.
    subroutine read_model(model, file, text, error)
-      type(model_type), intent(out) :: model
+      type(model_type), intent(out) :: model  !< as the input says
       character(len=*), intent(in) :: file   !< where the text comes from
-      character(len=*), intent(in) :: text
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: text  !< of the input
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(group_type), allocatable :: groups(:)
       character(len=name_length) :: base_motion(2)
       character(len=:), allocatable :: folder
@@ -55,9 +55,9 @@ contains
 
    !> Every group must be known, and appear once if it may not repeat.
    subroutine check_names(file, groups, error)
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i, g, seen(size(input_groups))
 
       seen = 0
@@ -76,15 +76,16 @@ contains
 
    !> The error for a group that every input must have.
    subroutine missing(error, file, group)
-      type(error_type), allocatable, intent(inout) :: error
-      character(len=*), intent(in) :: file, group
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=*), intent(in) :: file, group  !< path; name of the group
 
       if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
    end subroutine missing
 
+   !> Number of groups of a name.
    pure integer function count_groups(groups, name)
-      type(group_type), intent(in) :: groups(:)
-      character(len=*), intent(in) :: name
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      character(len=*), intent(in) :: name  !< of a group
       integer :: i
 
       count_groups = 0
@@ -93,12 +94,14 @@ contains
       end do
    end function count_groups
 
+   !> The groups that appear once.
    subroutine read_settings(model, file, groups, base_motion, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      !> names of motions, x and y, or blank
       character(len=name_length), intent(out) :: base_motion(2)
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type) :: place
       integer :: i
 
@@ -125,7 +128,7 @@ contains
 
    !> The input's name with .nc in place of .nml, in the working folder.
    pure function default_output(file) result(name)
-      character(len=*), intent(in) :: file
+      character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: name
       integer :: length
 
@@ -139,10 +142,10 @@ contains
 
    !> Materials, joints and motions.
    subroutine read_substances(model, file, folder, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file, folder
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type) :: place
       integer :: i, m, j, k
 
@@ -179,9 +182,9 @@ contains
 
    !> The last name must not have been used before.
    subroutine check_new_name(place, names, error)
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: names(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place  !< of the group
+      character(len=*), intent(in) :: names(:)  !< of all such groups so far
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       associate (last => names(size(names)))
          if (any(names(:size(names) - 1) == last)) call input_error(error, place, 'name = '// &
@@ -189,12 +192,13 @@ contains
       end associate
    end subroutine check_new_name
 
+   !> The motions of the base by name.
    subroutine resolve_base_motion(model, file, groups, base_motion, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      character(len=*), intent(in) :: base_motion(2)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      character(len=*), intent(in) :: base_motion(2)  !< names of motions, x and y, or blank
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type) :: place
       integer :: axis, i
 
@@ -210,10 +214,10 @@ contains
 
    !> Fixed points, loads and measured points.
    subroutine read_points(model, file, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type) :: place
       integer :: i, f, l, p
 
@@ -246,11 +250,12 @@ contains
       end do
    end subroutine read_points
 
+   !> The amplifications to be printed after the run.
    subroutine read_amplifications(model, file, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i, a
 
       allocate (model%amplifications(count_groups(groups, 'amplification')))

@@ -103,7 +103,7 @@ contains
 
    !> How many vertices were given.
    pure integer function last_set(vertices) result(last)
-      real(wp), intent(in) :: vertices(:,:)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
 
       last = size(vertices, 2)
       do while (last > 0)
@@ -114,9 +114,9 @@ contains
 
    !> A polygon that can be a block: enough finite vertices, counter-clockwise, simple.
    subroutine check_outline(place, vertices, error)
-      type(place_type), intent(in) :: place
-      real(wp), intent(in) :: vertices(:,:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place  !< of the group
+      real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: size_squared
 
       if (size(vertices, 2) < 3) call input_error(error, place, &

@@ -30,10 +30,10 @@ contains
 
    !> All blocks, moved so that the middle of the model is the engine's origin.
    subroutine read_bodies(model, file, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(outlines_type) :: outlines
       integer :: i
 
@@ -60,9 +60,9 @@ contains
 
    !> The blocks must fit into the memory that is free.
    subroutine check_memory(file, n, error)
-      character(len=*), intent(in) :: file
-      integer, intent(in) :: n
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file  !< path
+      integer, intent(in) :: n  !< number of blocks
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), parameter :: giga = 1.0e9_wp
       real(wp) :: needed, free
 
@@ -77,10 +77,10 @@ contains
    !> Places and sizes must be such that rounding leaves the shape of every block, generated ones
    !> too.
    subroutine check_sizes(file, groups, outlines, error)
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(outlines_type), intent(in) :: outlines
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(outlines_type), intent(in) :: outlines  !< of all blocks
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: failure
       real(wp) :: extent
       integer :: b
@@ -100,14 +100,14 @@ contains
 
    !> The larger side of the box around places, m.
    pure real(wp) function extent_of(places) result(extent)
-      real(wp), intent(in) :: places(:,:)
+      real(wp), intent(in) :: places(:,:)  !< [2, places] m
 
       extent = maxval(maxval(places, 2) - minval(places, 2))
    end function extent_of
 
    !> The first block with a vertex too far away; 0 if there is none.
    pure integer function first_beyond(outlines) result(b)
-      type(outlines_type), intent(in) :: outlines
+      type(outlines_type), intent(in) :: outlines  !< of all blocks
 
       do b = 1, outlines%n
          if (.not. all(abs(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1)) &
@@ -118,7 +118,7 @@ contains
 
    !> Why the size of a block cannot be used in a model of some extent; blank if it can.
    pure function size_failure(vertices, extent) result(failure)
-      real(wp), intent(in) :: vertices(:,:), extent
+      real(wp), intent(in) :: vertices(:,:), extent  !< [2, vertices] m; of the model, m
       character(len=:), allocatable :: failure
       real(wp) :: own
 
@@ -139,18 +139,18 @@ contains
 
    !> Length of the shortest side of a polygon, m.
    pure real(wp) function shortest_side(vertices) result(length)
-      real(wp), intent(in) :: vertices(:,:)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
 
       length = minval(norm2(cshift(vertices, 1, 2) - vertices, 1))
    end function shortest_side
 
    !> No two blocks may overlap.
    subroutine check_overlap(model, file, groups, source, error)
-      type(model_type), intent(in) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      integer, intent(in) :: source(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      integer, intent(in) :: source(:)  !< [blocks] number of the group of each
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(neighbours_type) :: near
       real(wp) :: depth
       integer :: p
@@ -172,16 +172,18 @@ contains
       end associate
    end subroutine check_overlap
 
+   !> A block in a message: number and name.
    pure function block_title(b, name) result(title)
-      integer, intent(in) :: b
-      character(len=*), intent(in) :: name
+      integer, intent(in) :: b  !< number of the block
+      character(len=*), intent(in) :: name  !< of the block, or blank
       character(len=:), allocatable :: title
 
       title = trim('block '//to_text(b)//' '//name)
    end function block_title
 
+   !> A group in a message: name and line.
    pure function place_name(group) result(name)
-      type(group_type), intent(in) :: group
+      type(group_type), intent(in) :: group  !< of the input
       character(len=:), allocatable :: name
 
       name = '&'//group%name//' (line '//to_text(group%line)//')'

@@ -27,7 +27,7 @@ contains
    !> The place of a group.
    pure function place_of_group(file, group) result(place)
       character(len=*), intent(in) :: file    !< path, for messages
-      type(group_type), intent(in) :: group
+      type(group_type), intent(in) :: group  !< of the input
       type(place_type) :: place
 
       place%group = group%name
@@ -165,7 +165,7 @@ contains
       character(len=*), intent(in) :: value                  !< as the input has it
       character(len=*), intent(in) :: names(:)               !< known ones
       character(len=*), intent(in) :: group                  !< whose names they are: 'material', …
-      integer, intent(out) :: position
+      integer, intent(out) :: position  !< in `names`
 
       position = findloc(names == value, .true., 1)
       if (position == 0) call input_error(error, place, name//' = '//quoted(value)// &

@@ -19,10 +19,10 @@ contains
 
    !> &material
    subroutine read_material(group, place, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(material_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(material_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name
       real(wp) :: density, young_modulus, poisson_ratio, initial_stress(3), initial_velocity(3)
       character(len=256) :: message
@@ -49,10 +49,10 @@ contains
 
    !> &joint
    subroutine read_joint(group, place, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(joint_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(joint_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name
       real(wp) :: friction_angle, cohesion, tensile_strength
       character(len=256) :: message
@@ -73,12 +73,12 @@ contains
 
    !> &motion: a record file, or values in the input itself.
    subroutine read_motion(group, place, folder, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
       !> that file names are relative to, '' or ending in '/'
       character(len=*), intent(in) :: folder
-      type(motion_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      type(motion_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, format, quantity, unit
       character(len=1024) :: file
       real(wp) :: time_step, values(most_values), scale, taper
@@ -121,7 +121,9 @@ contains
       call make_motion(place, record, drift_order, taper, scale, new, error)
    end subroutine read_motion
 
+   !> A path of the input, relative to the working folder.
    pure function full_path(folder, file) result(path)
+      !> folder of the input, '' or ending in '/'; path
       character(len=*), intent(in) :: folder, file
       character(len=:), allocatable :: path
 
@@ -131,12 +133,12 @@ contains
 
    !> Read the record file; its errors get the place of the group in front.
    subroutine take_file(place, path, format, quantity, unit, time_step, channel, record, error)
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: path, format, quantity, unit
-      real(wp), intent(in) :: time_step
-      integer, intent(in) :: channel
-      type(record_type), intent(out) :: record
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place  !< of the group
+      character(len=*), intent(in) :: path, format, quantity, unit  !< as the input gives them
+      real(wp), intent(in) :: time_step  !< s
+      integer, intent(in) :: channel  !< of a COSMOS file
+      type(record_type), intent(out) :: record  !< as read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(error_type), allocatable :: failure
 
       call read_record(record, path, format, quantity, unit, failure, merge(time_step, 0.0_wp, &
@@ -146,11 +148,11 @@ contains
 
    !> Values in the group are in SI units.
    subroutine take_values(place, values, time_step, quantity, unit, record, error)
-      type(place_type), intent(in) :: place
-      real(wp), intent(in) :: values(:), time_step
-      character(len=*), intent(in) :: quantity, unit
-      type(record_type), intent(out) :: record
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place  !< of the group
+      real(wp), intent(in) :: values(:), time_step  !< samples, SI; s
+      character(len=*), intent(in) :: quantity, unit  !< as the input gives them
+      type(record_type), intent(out) :: record  !< as read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: n
 
       n = count(is_set(values))
@@ -174,12 +176,12 @@ contains
    !> Acceleration, velocity and displacement from the record; drift is removed from accelerations
    !> unless the input says otherwise.
    subroutine make_motion(place, record, drift_order, taper, scale, new, error)
-      type(place_type), intent(in) :: place
-      type(record_type), intent(in) :: record
-      integer, intent(in) :: drift_order
-      real(wp), intent(in) :: taper, scale
-      type(motion_type), intent(inout) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place  !< of the group
+      type(record_type), intent(in) :: record  !< as read
+      integer, intent(in) :: drift_order  !< of the polynomial; −1: by the quantity
+      real(wp), intent(in) :: taper, scale  !< share of the record; factor
+      type(motion_type), intent(inout) :: new  !< gets its curves
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(error_type), allocatable :: failure
       type(baseline_type) :: baseline
 

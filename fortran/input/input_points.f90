@@ -22,14 +22,14 @@ contains
 
    !> The block that holds a point: the named one, else the first that does.
    subroutine find_block(place, blocks, names, origin, wanted, x, y, b, error)
-      type(place_type), intent(in) :: place
-      type(blocks_type), intent(in) :: blocks
+      type(place_type), intent(in) :: place  !< of the group
+      type(blocks_type), intent(in) :: blocks  !< of the model
       character(len=*), intent(in) :: names(:)   !< [n] of the blocks
       real(wp), intent(in) :: origin(2)          !< of the engine's coordinates, for messages
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
-      real(wp), intent(in) :: x, y
-      integer, intent(out) :: b
-      type(error_type), allocatable, intent(inout) :: error
+      real(wp), intent(in) :: x, y  !< m
+      integer, intent(out) :: b  !< its number; 0 on failure
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: point
       integer :: status
 
@@ -58,10 +58,11 @@ contains
          ' lies outside block '//quoted(wanted))
    end subroutine find_block
 
+   !> Whether a block holds a point.
    pure logical function holds(blocks, b, point)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: b
-      real(wp), intent(in) :: point(2)
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      integer, intent(in) :: b  !< number of the block
+      real(wp), intent(in) :: point(2)  !< m
 
       holds = .false.
       if (norm2(point - blocks%position(1:2, b)) > (1.0_wp + on_boundary)*blocks%radius(b)) return
@@ -71,14 +72,14 @@ contains
 
    !> &fixed_point
    subroutine read_fixed_point(group, place, blocks, names, origin, motions, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(blocks_type), intent(in) :: blocks
-      character(len=*), intent(in) :: names(:)
-      real(wp), intent(in) :: origin(2)
-      type(motion_type), intent(in) :: motions(:)
-      type(fixed_point_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
+      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(motion_type), intent(in) :: motions(:)  !< of the model
+      type(fixed_point_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: x, y
       character(len=name_length) :: block, direction, motion_x, motion_y
       character(len=256) :: message
@@ -108,9 +109,10 @@ contains
          'a motion is given in a direction that the point is not held in')
    end subroutine read_fixed_point
 
+   !> From coordinates of the input to those of the engine.
    pure subroutine to_model_origin(x, y, origin)
-      real(wp), intent(inout) :: x, y
-      real(wp), intent(in) :: origin(2)
+      real(wp), intent(inout) :: x, y  !< m, or `unset`
+      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
 
       if (is_set(x)) x = x - origin(1)
       if (is_set(y)) y = y - origin(2)
@@ -118,13 +120,13 @@ contains
 
    !> &load
    subroutine read_load(group, place, blocks, names, origin, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(blocks_type), intent(in) :: blocks
-      character(len=*), intent(in) :: names(:)
-      real(wp), intent(in) :: origin(2)
-      type(load_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
+      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(load_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: x, y, time(most_times), force_x(most_times), force_y(most_times)
       character(len=name_length) :: block
       character(len=256) :: message
@@ -160,13 +162,13 @@ contains
 
    !> &measured_point
    subroutine read_point(group, place, blocks, names, origin, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(blocks_type), intent(in) :: blocks
-      character(len=*), intent(in) :: names(:)
-      real(wp), intent(in) :: origin(2)
-      type(point_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
+      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(point_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: x, y
       character(len=name_length) :: name, block
       character(len=256) :: message
@@ -190,11 +192,11 @@ contains
 
    !> &amplification: the spectral ratio of two measured points.
    subroutine read_amplification(group, place, points, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(point_type), intent(in) :: points(:)
-      type(amplification_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(point_type), intent(in) :: points(:)  !< measured points of the model
+      type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: surface, base, direction
       real(wp) :: lowest, highest
       integer :: padding, status

@@ -14,10 +14,10 @@ contains
 
    !> &run: the title.
    subroutine read_run(group, place, run_title, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      character(len=:), allocatable, intent(out) :: run_title
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      character(len=:), allocatable, intent(out) :: run_title  !< title of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=256) :: title, message
       integer :: status
       namelist /run/ title
@@ -30,11 +30,11 @@ contains
 
    !> &control: how the run is stepped.
    subroutine read_control(group, place, settings, base_motion, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(control_type), intent(out) :: settings
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(control_type), intent(out) :: settings  !< defaults where the input is silent
       character(len=name_length), intent(out) :: base_motion(2)  !< names of motions, x and y
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: time_step, duration, steps, least_time_step, dynamic_factor, &
          max_displacement_ratio, gravity(2)
       character(len=name_length) :: time_step_control, analysis, solver, base_motion_x, &
@@ -79,10 +79,10 @@ contains
 
    !> The number of steps, from `steps` or from `duration`.
    subroutine count_steps(error, place, time_step, duration, steps)
-      type(error_type), allocatable, intent(inout) :: error
-      type(place_type), intent(in) :: place
-      real(wp), intent(in) :: time_step, duration
-      real(wp), intent(inout) :: steps
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place  !< of the group
+      real(wp), intent(in) :: time_step, duration  !< s, or `unset`
+      real(wp), intent(inout) :: steps  !< `unset` if `duration` is given
 
       if (allocated(error)) return
       if (is_set(duration) .eqv. is_set(steps)) then
@@ -103,10 +103,10 @@ contains
 
    !> &contact: springs and iteration.  A stiffness left out stays 0 and gets the model's default.
    subroutine read_contact(group, place, settings, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(contact_settings_type), intent(out) :: settings
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(contact_settings_type), intent(out) :: settings  !< defaults where the input is silent
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: normal_stiffness, shear_ratio, fixed_point_ratio, force_tolerance, &
          penetration_tolerance
       character(len=name_length) :: contact_rules
@@ -144,10 +144,10 @@ contains
 
    !> &output: where and how often.
    subroutine read_output(group, place, settings, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(output_settings_type), intent(inout) :: settings
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(output_settings_type), intent(inout) :: settings  !< with its defaults before
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=1024) :: file
       character(len=256) :: message
       integer :: history_interval, block_interval, checkpoint_interval, status

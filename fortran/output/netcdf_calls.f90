@@ -24,13 +24,13 @@ module dda_netcdf_calls
    interface
       integer function nf_put_vara_double(id, variable, start, count, values)
          import :: wp
-         integer, intent(in) :: id, variable, start(*), count(*)
-         real(wp), intent(in) :: values(*)
+         integer, intent(in) :: id, variable, start(*), count(*)  !< of the netCDF library
+         real(wp), intent(in) :: values(*)  !< in the order of the file
       end function nf_put_vara_double
 
       integer function nf_put_vara_int(id, variable, start, count, values)
-         integer, intent(in) :: id, variable, start(*), count(*)
-         integer, intent(in) :: values(*)
+         integer, intent(in) :: id, variable, start(*), count(*)  !< of the netCDF library
+         integer, intent(in) :: values(*)  !< in the order of the file
       end function nf_put_vara_int
    end interface
 
@@ -38,19 +38,20 @@ contains
 
    !> Keep the first error.
    subroutine checked(dataset, status, action)
-      type(dataset_type), intent(inout) :: dataset
-      integer, intent(in) :: status
-      character(len=*), intent(in) :: action
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      integer, intent(in) :: status  !< of a netCDF call
+      character(len=*), intent(in) :: action  !< for the message: "cannot …"
 
       if (status == nf90_noerr .or. allocated(dataset%error)) return
       call fail(dataset%error, error_file, dataset%file//': cannot '//action//': '// &
          trim(nf90_strerror(status)))
    end subroutine checked
 
+   !> Define a dimension; the result is its number.
    integer function define_dimension(dataset, name, length) result(id)
-      type(dataset_type), intent(inout) :: dataset
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: length
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< in the file
+      integer, intent(in) :: length  !< of the dimension
 
       id = -1
       if (.not. allocated(dataset%error)) call checked(dataset, nf90_def_dim(dataset%id, name, &
@@ -59,11 +60,11 @@ contains
 
    !> Define a variable with its unit and long name.
    integer function define(dataset, name, kind, dimensions, units, meaning) result(id)
-      type(dataset_type), intent(inout) :: dataset
-      character(len=*), intent(in) :: name
-      integer, intent(in) :: kind
-      integer, intent(in) :: dimensions(:)
-      character(len=*), intent(in) :: units, meaning
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< in the file
+      integer, intent(in) :: kind  !< nf90_double, …
+      integer, intent(in) :: dimensions(:)  !< netCDF dimensions, the fastest first
+      character(len=*), intent(in) :: units, meaning  !< attributes `units` and `long_name`
 
       id = -1
       if (allocated(dataset%error)) return
@@ -75,8 +76,8 @@ contains
 
    !> A text attribute of the file.
    subroutine describe(dataset, name, text)
-      type(dataset_type), intent(inout) :: dataset
-      character(len=*), intent(in) :: name, text
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      character(len=*), intent(in) :: name, text  !< of the attribute
 
       if (allocated(dataset%error)) return
       call checked(dataset, nf90_put_att(dataset%id, nf90_global, name, text), &
@@ -85,7 +86,7 @@ contains
 
    !> A text attribute of the file; blank if it has none of that name.
    function text_of(dataset, name) result(text)
-      type(dataset_type), intent(in) :: dataset
+      type(dataset_type), intent(in) :: dataset  !< open
       character(len=*), intent(in) :: name      !< of the attribute
       character(len=:), allocatable :: text
       integer :: length
@@ -97,22 +98,24 @@ contains
       if (nf90_get_att(dataset%id, nf90_global, name, text) /= nf90_noerr) text = ''
    end function text_of
 
+   !> Real numbers.
    subroutine put_real(dataset, variable, values, start, count)
-      type(dataset_type), intent(inout) :: dataset
-      integer, intent(in) :: variable
-      real(wp), contiguous, intent(in) :: values(:)
-      integer, intent(in) :: start(:), count(:)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      integer, intent(in) :: variable  !< netCDF variable
+      real(wp), contiguous, intent(in) :: values(:)  !< in the order of the file
+      integer, intent(in) :: start(:), count(:)  !< [dimensions] from 1
 
       if (allocated(dataset%error)) return
       call checked(dataset, nf_put_vara_double(dataset%id, variable, start, count, values), &
          'write '//name_of(dataset, variable))
    end subroutine put_real
 
+   !> Whole numbers.
    subroutine put_integer(dataset, variable, values, start, count)
-      type(dataset_type), intent(inout) :: dataset
-      integer, intent(in) :: variable
-      integer, contiguous, intent(in) :: values(:)
-      integer, intent(in) :: start(:), count(:)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      integer, intent(in) :: variable  !< netCDF variable
+      integer, contiguous, intent(in) :: values(:)  !< in the order of the file
+      integer, intent(in) :: start(:), count(:)  !< [dimensions] from 1
 
       if (allocated(dataset%error)) return
       call checked(dataset, nf_put_vara_int(dataset%id, variable, start, count, values), &
@@ -121,8 +124,8 @@ contains
 
    !> Name of a variable, for messages.
    function name_of(dataset, variable) result(name)
-      type(dataset_type), intent(in) :: dataset
-      integer, intent(in) :: variable
+      type(dataset_type), intent(in) :: dataset  !< open
+      integer, intent(in) :: variable  !< netCDF variable
       character(len=:), allocatable :: name
       character(len=nf90_max_name) :: buffer
 

@@ -25,7 +25,8 @@ module dda_output_file
    use dda_diagnostics, only: audit_warning
    use dda_version, only: version
    use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
-      nf90_nowrite, nf90_noerr, nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char, nf90_put_att, nf90_put_var
+      nf90_nowrite, nf90_noerr, nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char, &
+      nf90_put_att, nf90_put_var
    implicit none
    private
    public :: check_target, write_output, is_complete, partial_name
@@ -52,8 +53,9 @@ module dda_output_file
 
 contains
 
+   !> The partial output of an unfinished run.
    pure function partial_name(file) result(name)
-      character(len=*), intent(in) :: file
+      character(len=*), intent(in) :: file  !< path of the output
       character(len=:), allocatable :: name
 
       name = file//'.partial'
@@ -61,9 +63,9 @@ contains
 
    !> The output must not be a folder, the input or a record.
    subroutine check_target(file, model, error)
-      character(len=*), intent(in) :: file
-      type(model_type), intent(in) :: model
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file  !< path of the output
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: folder
       integer :: i
 
@@ -84,11 +86,11 @@ contains
 
    !> Write all that the journal holds to FILE, or to FILE.partial if the run is not complete.
    subroutine write_output(file, journal, simulation, complete, error)
-      character(len=*), intent(in) :: file
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
-      logical, intent(in) :: complete
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file  !< path of the output
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      logical, intent(in) :: complete  !< the run has reached its duration
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(output_type) :: output
       character(len=:), allocatable :: name
 
@@ -108,8 +110,8 @@ contains
 
    !> Upper bound of the size of the file, bytes.
    pure integer(long) function bytes_for(journal, simulation) result(bytes)
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
       integer :: i
 
       bytes = overhead + 2*len(simulation%model%text) + journal%bytes &
@@ -119,12 +121,13 @@ contains
       end do
    end function bytes_for
 
+   !> Create the file, write everything, close it.
    subroutine write_dataset(output, journal, simulation, complete, error)
-      type(output_type), intent(inout) :: output
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
-      logical, intent(in) :: complete
-      type(error_type), allocatable, intent(inout) :: error
+      type(output_type), intent(inout) :: output  !< file being written
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      logical, intent(in) :: complete  !< the run has reached its duration
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: unused
 
       associate (dataset => output%dataset)
@@ -143,10 +146,11 @@ contains
       end associate
    end subroutine write_dataset
 
+   !> Dimensions, variables, and the values that do not change.
    subroutine define_file(output, journal, simulation)
-      type(output_type), intent(inout) :: output
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
+      type(output_type), intent(inout) :: output  !< file being written
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
       integer :: time, point, axis, frame
 
       output%points = size(simulation%model%points)
@@ -168,9 +172,9 @@ contains
 
    !> All that is needed to repeat the run.
    subroutine describe_run(dataset, simulation, complete)
-      type(dataset_type), intent(inout) :: dataset
-      type(simulation_type), intent(in) :: simulation
-      character(len=*), intent(in) :: complete
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      character(len=*), intent(in) :: complete  !< 'yes' or 'no'
       character(len=:), allocatable :: audit
 
       call describe(dataset, 'title', simulation%model%title)
@@ -189,7 +193,7 @@ contains
 
    !> The records of a model and what was done to them, a line each.
    pure function sources_of(model) result(text)
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< as read from the input
       character(len=:), allocatable :: text
       integer :: i
 
@@ -203,7 +207,7 @@ contains
    !> Whether the output exists, is complete, and was made from this input and these records.
    logical function is_complete(file, model)
       character(len=*), intent(in) :: file      !< output
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< as read from the input
       type(dataset_type) :: dataset
 
       dataset%file = file
@@ -217,8 +221,8 @@ contains
 
    !> Samples of measured points and energies.
    subroutine define_history(output, time, point, axis)
-      type(output_type), intent(inout) :: output
-      integer, intent(in) :: time, point, axis
+      type(output_type), intent(inout) :: output  !< file being written
+      integer, intent(in) :: time, point, axis  !< netCDF dimensions
       character(len=16) :: names(energy_terms)
       integer :: i
 
@@ -244,9 +248,9 @@ contains
 
    !> States of all blocks, now and then.
    subroutine define_frames(output, frame, block, axis, blocks)
-      type(output_type), intent(inout) :: output
-      integer, intent(in) :: frame, block, axis
-      type(blocks_type), intent(in) :: blocks
+      type(output_type), intent(inout) :: output  !< file being written
+      integer, intent(in) :: frame, block, axis  !< netCDF dimensions
+      type(blocks_type), intent(in) :: blocks  !< of the model
       integer :: coordinate, component
 
       associate (dataset => output%dataset)
@@ -269,8 +273,8 @@ contains
 
    !> Contact states of all frames, one after the other.
    subroutine define_contacts(output, contacts)
-      type(output_type), intent(inout) :: output
-      integer, intent(in) :: contacts
+      type(output_type), intent(inout) :: output  !< file being written
+      integer, intent(in) :: contacts  !< number of contacts in all frames
       integer :: contact
 
       associate (dataset => output%dataset)
@@ -298,9 +302,9 @@ contains
 
    !> Names that let xarray select points and blocks, and the shape of the model.
    subroutine define_names(output, simulation, point, axis)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
-      integer, intent(in) :: point, axis
+      type(output_type), intent(inout) :: output  !< file being written
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      integer, intent(in) :: point, axis  !< netCDF dimensions
       integer :: letter
 
       associate (dataset => output%dataset)
@@ -321,9 +325,10 @@ contains
       end associate
    end subroutine define_names
 
+   !> Values that do not depend on time.
    subroutine write_constants(output, simulation)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
+      type(output_type), intent(inout) :: output  !< file being written
+      type(simulation_type), intent(in) :: simulation  !< at its present time
       integer :: i
 
       associate (dataset => output%dataset, points => simulation%model%points, &
@@ -345,7 +350,7 @@ contains
 
    !> A text whose end readers can see.
    pure function null_padded(text) result(padded)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< to pad
       character(len=len(text)) :: padded
 
       padded = trim(text)//repeat(c_null_char, len(text) - len_trim(text))
@@ -353,10 +358,10 @@ contains
 
    !> All rows of the journal, in its order.
    subroutine copy_rows(output, journal, simulation, error)
-      type(output_type), intent(inout) :: output
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
-      type(error_type), allocatable, intent(inout) :: error
+      type(output_type), intent(inout) :: output  !< file being written
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(reader_type) :: reader
       real(wp), allocatable :: sample(:), frame(:)
       integer :: kind, contacts
@@ -387,7 +392,7 @@ contains
 
    !> Write the buffered samples.
    subroutine put_samples(output)
-      type(output_type), intent(inout) :: output
+      type(output_type), intent(inout) :: output  !< file being written
       integer :: first, n, i, kind, at
 
       n = output%waiting
@@ -412,9 +417,9 @@ contains
 
    !> Write a frame: all blocks and contacts.
    subroutine put_frame(output, frame, n, vertices, contacts)
-      type(output_type), intent(inout) :: output
-      real(wp), contiguous, intent(in) :: frame(:)
-      integer, intent(in) :: n, vertices, contacts
+      type(output_type), intent(inout) :: output  !< file being written
+      real(wp), contiguous, intent(in) :: frame(:)  !< [`frame_size`]
+      integer, intent(in) :: n, vertices, contacts  !< numbers of blocks, vertices, contacts
       integer :: f, at
 
       output%frames = output%frames + 1
@@ -429,8 +434,9 @@ contains
 
    contains
 
+      !> The next numbers of the frame, as a variable.
       subroutine put_part(variable, width, count)
-         integer, intent(in) :: variable, width, count
+         integer, intent(in) :: variable, width, count  !< netCDF variable; its shape in a frame
 
          call put(output%dataset, variable, frame(at + 1:at + width*count), [1, 1, f], &
             [width, count, 1])
@@ -441,9 +447,9 @@ contains
 
    !> The columns of the contacts of a frame: the first ones are whole numbers.
    subroutine put_contacts(output, columns, n)
-      type(output_type), intent(inout) :: output
-      integer, intent(in) :: n
-      real(wp), intent(in) :: columns(n, contact_columns)
+      type(output_type), intent(inout) :: output  !< file being written
+      integer, intent(in) :: n  !< number of contacts
+      real(wp), intent(in) :: columns(n, contact_columns)  !< as of `take_contacts`
       integer, parameter :: whole = 4
       integer :: i, at(1)
 

@@ -14,8 +14,8 @@ module dda_free_memory
       !> number: none.
       integer(c_int) function getrlimit(resource, limits) bind(c, name='getrlimit')
          import :: c_int, c_long
-         integer(c_int), value :: resource
-         integer(c_long), intent(out) :: limits(2)
+         integer(c_int), value :: resource  !< RLIMIT_…
+         integer(c_long), intent(out) :: limits(2)  !< bytes: now, at most
       end function getrlimit
    end interface
 

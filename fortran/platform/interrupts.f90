@@ -15,8 +15,8 @@ module dda_interrupts
       !> C library: call a handler when a signal comes.
       type(c_funptr) function c_signal(number, handler) bind(c, name='signal')
          import :: c_funptr, c_int
-         integer(c_int), value :: number
-         type(c_funptr), value :: handler
+         integer(c_int), value :: number  !< of the signal
+         type(c_funptr), value :: handler  !< SIG_IGN or a procedure
       end function c_signal
    end interface
 
@@ -34,8 +34,9 @@ contains
       before = c_signal(file_size, ignore)
    end subroutine watch_interrupts
 
+   !> The handler: only note the signal.
    subroutine note(number) bind(c)
-      integer(c_int), value :: number
+      integer(c_int), value :: number  !< of the signal
 
       last_signal = number
    end subroutine note

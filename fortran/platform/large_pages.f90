@@ -14,9 +14,9 @@ module dda_large_pages
    interface
       integer(c_int) function c_madvise(start, length, advice) bind(c, name='madvise')
          import :: c_int, c_intptr_t, c_size_t
-         integer(c_intptr_t), value :: start
-         integer(c_size_t), value :: length
-         integer(c_int), value :: advice
+         integer(c_intptr_t), value :: start  !< address, at a page
+         integer(c_size_t), value :: length  !< bytes
+         integer(c_int), value :: advice  !< MADV_…
       end function c_madvise
    end interface
 
@@ -25,8 +25,8 @@ contains
    !> Ask for large pages for memory that has not been written to yet; no effect where the system
    !> has none.
    subroutine prefer_large_pages(memory, bytes)
-      type(c_ptr), intent(in) :: memory
-      integer(long), intent(in) :: bytes
+      type(c_ptr), intent(in) :: memory  !< its address
+      integer(long), intent(in) :: bytes  !< size
       integer(c_intptr_t) :: first, last
       integer(c_int) :: unused
 

@@ -47,7 +47,7 @@ contains
 
    !> Whether a first line is that of a COSMOS file.
    pure function is_cosmos(first) result(is)
-      character(len=*), intent(in) :: first
+      character(len=*), intent(in) :: first  !< line of the file
       logical :: is
 
       is = index(lower_case(first), '(format v') > 0
@@ -55,7 +55,7 @@ contains
 
    !> Whether a line announces samples in the manner of CSMIP.
    pure function is_cosmos_section(text) result(is)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< line of the file
       logical :: is
 
       is = index(lower_case(text), 'data equally spaced at') > 0
@@ -64,11 +64,11 @@ contains
    !> Read one section, in the file's unit: the `channel`-th with the quantity.
    subroutine read_cosmos(reader, record, quantity, channel, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
+      type(record_type), intent(inout) :: record  !< filled from the file
       character(len=*), intent(in) :: quantity               !< blank: that of the first section
       !> 1, 2, … among the sections of the quantity
       integer, intent(in) :: channel
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(state_type) :: state
       character(len=:), allocatable :: text
       logical :: found
@@ -89,11 +89,11 @@ contains
 
    !> One line at the top level of the file, and what it announces.
    subroutine take_part(reader, text, record, state, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: text
-      type(record_type), intent(inout) :: record
-      type(state_type), intent(inout) :: state
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: text  !< line of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(state_type), intent(inout) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: lowered
 
       lowered = lower_case(text)
@@ -115,8 +115,9 @@ contains
       end if
    end subroutine take_part
 
+   !> Whether a line announces samples, in either style.
    pure function is_section(lowered) result(is)
-      character(len=*), intent(in) :: lowered
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
       logical :: is
 
       is = is_cosmos_section(lowered) .or. (index(lowered, ' pts') > 0 .and. index(lowered, &
@@ -125,8 +126,8 @@ contains
 
    !> The text header: its second line names the record, its fifth the station.
    pure subroutine take_title(text, state)
-      character(len=*), intent(in) :: text
-      type(state_type), intent(inout) :: state
+      character(len=*), intent(in) :: text  !< line of the file
+      type(state_type), intent(inout) :: state  !< of the reader
 
       state%text_line = state%text_line + 1
       if (state%text_line == 2) state%title = trim(adjustl(text))
@@ -135,11 +136,11 @@ contains
 
    !> A section of samples: read it, or only count it.
    subroutine take_section(reader, lowered, record, state, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: lowered
-      type(record_type), intent(inout) :: record
-      type(state_type), intent(inout) :: state
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(state_type), intent(inout) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(section_type) :: section
 
       call read_announcement(reader, lowered, state, section, error)
@@ -154,11 +155,11 @@ contains
    !> `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)` or the CSMIP
    !> line.
    subroutine read_announcement(reader, lowered, state, section, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: lowered
-      type(state_type), intent(in) :: state
-      type(section_type), intent(out) :: section
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(state_type), intent(in) :: state  !< of the reader
+      type(section_type), intent(out) :: section  !< as announced
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=*), parameter :: before_step = 'spaced at'
       integer :: at
 
@@ -180,7 +181,7 @@ contains
 
    !> The text behind the last occurrence of a word, blank if it does not occur.
    pure function after(text, word) result(rest)
-      character(len=*), intent(in) :: text, word
+      character(len=*), intent(in) :: text, word  !< looked through; looked for
       character(len=:), allocatable :: rest
       integer :: at
 
@@ -191,19 +192,20 @@ contains
 
    !> The first word, without a suffix of the formats: `(04)`, a comma, a full stop.
    pure function unit_word(text) result(word)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< line of the file
       character(len=:), allocatable :: word
 
       word = adjustl(text)
       word = word(:scan(word//' ', ' (),.;') - 1)
    end function unit_word
 
+   !> Read the samples of a section.
    subroutine read_section(reader, section, record, state, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(section_type), intent(in) :: section
-      type(record_type), intent(inout) :: record
-      type(state_type), intent(inout) :: state
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(section_type), intent(in) :: section  !< as announced
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(state_type), intent(inout) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(unit_type) :: unit
       type(sample_list_type) :: list
       integer(long) :: samples
@@ -227,11 +229,12 @@ contains
       record%description = state%title
    end subroutine read_section
 
+   !> An error unless the section asked for has been read.
    subroutine check_found(reader, record, state, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(inout) :: record
-      type(state_type), intent(in) :: state
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(state_type), intent(in) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (allocated(record%values)) then
          record%description = record%description//' (section '//to_text(state%wanted)//' of '// &
@@ -248,9 +251,9 @@ contains
 
    !> `100 Integer-header values follow on 10 lines, Format= (10I8)`: none is needed here.
    subroutine skip_integers(reader, lowered, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: lowered
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(sample_list_type) :: list
 
       call read_header(reader, lowered, 'integer-header values', list, error)
@@ -258,10 +261,10 @@ contains
 
    !> Time step and duration; unknown ones are negative.
    subroutine read_reals(reader, lowered, state, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: lowered
-      type(state_type), intent(inout) :: state
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(state_type), intent(inout) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(sample_list_type) :: list
       real(wp), parameter :: largest = 1.0e9_wp
 
@@ -275,21 +278,24 @@ contains
       state%duration = min(list%values(duration_at), largest)
    end subroutine read_reals
 
+   !> Read the numbers that a line announces.
    subroutine read_header(reader, lowered, what, list, error)
-      type(line_reader_type), intent(inout) :: reader
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
-      type(sample_list_type), intent(out) :: list
-      type(error_type), allocatable, intent(out) :: error
+      type(sample_list_type), intent(out) :: list  !< numbers read
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: count
 
       call announced(reader, lowered, what, count, error)
       if (.not. allocated(error)) call read_values(reader, count, what, list, error)
    end subroutine read_header
 
+   !> Skip the comment lines that a line announces.
    subroutine skip_comments(reader, lowered, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: lowered
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       integer(long) :: count, line
 
@@ -303,10 +309,11 @@ contains
 
    !> The count at the beginning of an announcing line.
    subroutine announced(reader, lowered, what, count, error)
-      type(line_reader_type), intent(in) :: reader
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
-      integer(long), intent(out) :: count
-      type(error_type), allocatable, intent(out) :: error
+      integer(long), intent(out) :: count  !< as the line states it
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: value
 
       count = 0

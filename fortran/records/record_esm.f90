@@ -35,8 +35,8 @@ contains
    !> Read the one trace of an ESM file, in the file's unit.
    subroutine read_esm(reader, record, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(esm_header_type) :: header
       integer(long) :: samples
 
@@ -46,11 +46,12 @@ contains
          record%values, error)
    end subroutine read_esm
 
+   !> All lines `KEY: value`.
    subroutine read_header(reader, record, header, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(record_type), intent(inout) :: record
-      type(esm_header_type), intent(out) :: header
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(esm_header_type), intent(out) :: header  !< as read
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       logical :: found
       integer :: colon
@@ -67,12 +68,13 @@ contains
       call put_back(reader)
    end subroutine read_header
 
+   !> Take what one line of the header states.
    subroutine read_item(reader, key, value, record, header, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: key, value
-      type(record_type), intent(inout) :: record
-      type(esm_header_type), intent(inout) :: header
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: key, value  !< of a line `KEY: value`
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(esm_header_type), intent(inout) :: header  !< as read so far
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       select case (trim(adjustl(key)))
       case ('EVENT_NAME')
@@ -96,11 +98,12 @@ contains
       end select
    end subroutine read_item
 
+   !> The unit, blank if the header has none.
    subroutine read_unit(reader, value, record, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: value
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: value  !< of the line
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(unit_type) :: unit
 
       unit = find_unit(value)
@@ -111,11 +114,12 @@ contains
       end if
    end subroutine read_unit
 
+   !> The quantity; a spectrum is an error.
    subroutine read_kind(reader, value, record, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: value
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: value  !< of the line
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: kind
 
       kind = lower_case(value)
@@ -129,12 +133,13 @@ contains
       end if
    end subroutine read_kind
 
+   !> Number of samples, time step and duration must be there and agree.
    subroutine check_header(reader, record, header, samples, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(in) :: record
-      type(esm_header_type), intent(in) :: header
-      integer(long), intent(out) :: samples
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(in) :: record  !< as read
+      type(esm_header_type), intent(in) :: header  !< as read
+      integer(long), intent(out) :: samples  !< declared by the header
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       samples = 0
       if (header%count < 0.0_wp .or. record%time_step <= 0.0_wp) then

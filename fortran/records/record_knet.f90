@@ -38,8 +38,8 @@ contains
    !> Read the one trace of a K-NET file, in gal.
    subroutine read_knet(reader, record, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(knet_header_type) :: header
       integer(long) :: samples
 
@@ -53,11 +53,12 @@ contains
       if (.not. allocated(error)) call scale_counts(reader, header%factor, record%values, error)
    end subroutine read_knet
 
+   !> The 17 header lines.
    subroutine read_header(reader, record, header, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(record_type), intent(inout) :: record
-      type(knet_header_type), intent(out) :: header
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(knet_header_type), intent(out) :: header  !< as read
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text, rest
       integer :: line
 
@@ -70,12 +71,13 @@ contains
       end do
    end subroutine read_header
 
+   !> Take what one line of the header states.
    subroutine read_item(reader, text, rest, record, header, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text, rest             ! the line; what stands after its name
-      type(record_type), intent(inout) :: record
-      type(knet_header_type), intent(inout) :: header
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text, rest  !< the line; what stands after its name
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(knet_header_type), intent(inout) :: header  !< as read so far
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (index(text, 'Origin Time') == 1) then
          record%description = 'event of '//rest
@@ -94,10 +96,10 @@ contains
 
    !> `2000(gal)/8388608`
    subroutine read_factor(reader, text, factor, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
-      real(wp), intent(out) :: factor                        ! gal per count
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
+      real(wp), intent(out) :: factor  !< gal per count
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: largest = 1.0e12_wp
       real(wp) :: full_scale, counts
       integer :: slash
@@ -122,12 +124,13 @@ contains
       factor = full_scale/counts
    end subroutine read_factor
 
+   !> Time step and number of samples from frequency and duration.
    subroutine check_header(reader, header, samples, time_step, error)
-      type(line_reader_type), intent(in) :: reader
-      type(knet_header_type), intent(in) :: header
-      integer(long), intent(out) :: samples
-      real(wp), intent(out) :: time_step                     ! s
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(knet_header_type), intent(in) :: header  !< as read
+      integer(long), intent(out) :: samples  !< declared by the header
+      real(wp), intent(out) :: time_step  !< s
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: largest = 1.0e12_wp
 
       samples = 0
@@ -145,11 +148,12 @@ contains
          largest)), samples, error)
    end subroutine check_header
 
+   !> Counts to gal.
    subroutine scale_counts(reader, factor, values, error)
-      type(line_reader_type), intent(in) :: reader
-      real(wp), intent(in) :: factor
-      real(wp), intent(inout) :: values(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      real(wp), intent(in) :: factor  !< gal per count
+      real(wp), intent(inout) :: values(:)  !< [samples] counts, then gal
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       ! counts; keeps the product far from overflow
       real(wp), parameter :: largest = 1.0e12_wp
 

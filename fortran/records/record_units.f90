@@ -50,7 +50,7 @@ contains
 
    !> One spelling for all: lower case, no blanks, no power signs, seconds as `s`.
    pure function plain(text) result(short)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< as the caller or a header writes it
       character(len=:), allocatable :: short
       character(len=:), allocatable :: lowered
       integer :: i

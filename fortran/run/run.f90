@@ -40,10 +40,10 @@ contains
 
    !> Set up the simulation of a model and, if it is to write, its output with the first state.
    subroutine begin_run(run, model, writes, error)
-      type(run_type), intent(out) :: run
-      type(model_type), intent(in) :: model
-      logical, intent(in) :: writes
-      type(error_type), allocatable, intent(out) :: error
+      type(run_type), intent(out) :: run  !< with the files it writes
+      type(model_type), intent(in) :: model  !< as read from the input
+      logical, intent(in) :: writes  !< the run has an output
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call start(run%simulation, model, error)
       if (allocated(error) .or. .not. writes) return
@@ -52,12 +52,12 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine begin_run
 
-   !> Go on where the last checkpoint of the output was written; from the start if there is none; not
-   !> at all if the output is complete.
+   !> Go on where the last checkpoint of the output was written; from the start if there is none;
+   !> not at all if the output is complete.
    subroutine resume_run(run, model, error)
-      type(run_type), intent(out) :: run
-      type(model_type), intent(in) :: model
-      type(error_type), allocatable, intent(out) :: error
+      type(run_type), intent(out) :: run  !< with the files it writes
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call start(run%simulation, model, error)
       if (allocated(error)) return
@@ -80,7 +80,7 @@ contains
 
    !> Nothing is left to do.
    subroutine skip_to_end(run)
-      type(run_type), intent(inout) :: run
+      type(run_type), intent(inout) :: run  !< with the files it writes
 
       run%was_complete = .true.
       run%notice = run%simulation%model%output%file//' is complete'
@@ -94,8 +94,8 @@ contains
 
    !> Open the journal, which keeps other runs from writing the same output.
    subroutine open_files(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       associate (model => run%simulation%model)
          call check_target(model%output%file, model, error)
@@ -107,8 +107,9 @@ contains
       call system_clock(run%saved)
    end subroutine open_files
 
+   !> Close the journal, which frees the output for other runs.
    subroutine close_files(run)
-      type(run_type), intent(inout) :: run
+      type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable :: unused
 
       call close_journal(run%journal, unused)
@@ -117,8 +118,8 @@ contains
 
    !> New files with the first state.
    subroutine begin_files(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call remove_checkpoints(run%checkpoints)
       call empty_journal(run%journal, error)
@@ -129,9 +130,9 @@ contains
 
    !> Take up to `steps` steps, recording on the way; stops early when the run is done.
    subroutine continue_run(run, steps, error)
-      type(run_type), intent(inout) :: run
-      integer(long), intent(in) :: steps
-      type(error_type), allocatable, intent(out) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      integer(long), intent(in) :: steps  !< to take
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: i
 
       do i = 1, steps
@@ -146,8 +147,8 @@ contains
 
    !> Samples and frames are due at multiples of their intervals, and at the end.
    subroutine record_step(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: last, save, show
 
       last = finished(run%simulation)
@@ -163,9 +164,10 @@ contains
       if (show .and. .not. allocated(error)) call publish(run, error)
    end subroutine record_step
 
+   !> Whether an interval ends at a step.
    pure logical function due(step, interval)
-      integer(long), intent(in) :: step
-      integer, intent(in) :: interval
+      integer(long), intent(in) :: step  !< number of the step
+      integer, intent(in) :: interval  !< steps; 0: never
 
       due = .false.
       if (interval > 0) due = modulo(step, int(interval, long)) == 0
@@ -173,8 +175,8 @@ contains
 
    !> As many minutes have passed since the last checkpoint; 0 is never.
    logical function is_time(run, minutes)
-      type(run_type), intent(in) :: run
-      real(wp), intent(in) :: minutes
+      type(run_type), intent(in) :: run  !< with the files it writes
+      real(wp), intent(in) :: minutes  !< of the clock
       integer(long) :: now, rate
 
       is_time = .false.
@@ -183,17 +185,19 @@ contains
       is_time = real(now - run%saved, wp) >= 60.0_wp*minutes*real(rate, wp)
    end function is_time
 
+   !> Append a sample to the journal.
    subroutine record_sample(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call take_sample(run%simulation, run%journal%iterations, run%sample)
       call append_sample(run%journal, run%sample, error)
    end subroutine record_sample
 
+   !> Append a frame to the journal.
    subroutine record_frame(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), allocatable :: frame(:)
 
       call take_frame(run%simulation, frame)
@@ -202,8 +206,8 @@ contains
 
    !> Write the partial output, for whoever looks at the run meanwhile.
    subroutine publish(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call begin_task(run%publishing)
       call write_output(run%simulation%model%output%file, run%journal, run%simulation, .false., &
@@ -213,16 +217,16 @@ contains
 
    !> Leave nothing in the buffers of this process, which a fork would copy.
    subroutine flush_run(run, error)
-      type(run_type), intent(in) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(in) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (run%writes) call flush_journal(run%journal, .false., error)
    end subroutine flush_run
 
    !> Write a checkpoint now.
    subroutine save_run(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (.not. (run%writes .and. run%sound)) return
       call save_checkpoint(run%checkpoints, run%simulation, run%journal, error)
@@ -231,7 +235,7 @@ contains
 
    !> The duration asked for has been reached.
    pure logical function is_done(run)
-      type(run_type), intent(in) :: run
+      type(run_type), intent(in) :: run  !< with the files it writes
 
       is_done = finished(run%simulation)
    end function is_done
@@ -239,8 +243,8 @@ contains
    !> Close the output: under its own name if the run is done; else under its partial name, with a
    !> checkpoint.
    subroutine end_run(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(out) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(error_type), allocatable :: failure
 
       if (.not. run%writes) return
@@ -259,7 +263,7 @@ contains
 
    !> Files that only an unfinished run needs; checkpoints first, as they need the journal.
    subroutine remove_leftovers(run)
-      type(run_type), intent(in) :: run
+      type(run_type), intent(in) :: run  !< with the files it writes
 
       associate (file => run%simulation%model%output%file)
          call remove_checkpoints(run%checkpoints)

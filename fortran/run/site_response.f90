@@ -17,10 +17,10 @@ contains
 
    !> Peak of the ratio of the accelerations at two points of an output file.
    subroutine amplification_peak(file, wanted, peak, error)
-      character(len=*), intent(in) :: file
-      type(amplification_type), intent(in) :: wanted
-      type(spectral_peak_type), intent(out) :: peak
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: file  !< finished output
+      type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
+      type(spectral_peak_type), intent(out) :: peak  !< of the ratio
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: surface(:), base(:), frequency(:)
       complex(wp), allocatable :: ratio(:)
       real(wp) :: time_step
@@ -36,11 +36,11 @@ contains
 
    !> Acceleration of a point along an axis, and the time between samples.
    subroutine read_series(file, point, axis, series, time_step, error)
-      character(len=*), intent(in) :: file
-      integer, intent(in) :: point, axis
-      real(wp), allocatable, intent(out) :: series(:)
-      real(wp), intent(out) :: time_step
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: file  !< finished output
+      integer, intent(in) :: point, axis  !< number of the point; 1 x, 2 y
+      real(wp), allocatable, intent(out) :: series(:)  !< [samples] m/s²
+      real(wp), intent(out) :: time_step  !< s
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(dataset_type) :: dataset
       real(wp) :: last(1)
       integer :: dimension, variable, n
@@ -68,9 +68,9 @@ contains
 
    !> One line for a person.
    pure function peak_text(model, wanted, peak) result(text)
-      type(model_type), intent(in) :: model
-      type(amplification_type), intent(in) :: wanted
-      type(spectral_peak_type), intent(in) :: peak
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
+      type(spectral_peak_type), intent(in) :: peak  !< of the ratio
       character(len=:), allocatable :: text
       character(len=16) :: amplitude, frequency
 

@@ -42,9 +42,10 @@ module dda_checkpoint
 
 contains
 
+   !> Names of the files, checksums of the input.
    subroutine begin_checkpoints(checkpoints, model)
-      type(checkpoints_type), intent(out) :: checkpoints
-      type(model_type), intent(in) :: model
+      type(checkpoints_type), intent(out) :: checkpoints  !< of the output
+      type(model_type), intent(in) :: model  !< as read from the input
 
       checkpoints%newest = model%output%file//'.checkpoint'
       checkpoints%previous = checkpoints%newest//'.previous'
@@ -55,8 +56,8 @@ contains
 
    !> Checksums of all that an input says.
    subroutine digest_model(model, input, motions)
-      type(model_type), intent(in) :: model
-      integer(long), intent(out) :: input, motions
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer(long), intent(out) :: input, motions  !< checksums of the text and of the curves
       type(archive_type) :: archive
       type(motion_curve_type) :: curve
       character(len=:), allocatable :: text
@@ -80,7 +81,7 @@ contains
 
    !> There is something to resume from.
    logical function has_checkpoint(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints
+      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
       has_checkpoint = is_file(checkpoints%newest)
       if (.not. has_checkpoint) has_checkpoint = is_file(checkpoints%previous)
@@ -88,13 +89,14 @@ contains
 
    !> Remove the file that the next checkpoint would be written in.
    subroutine remove_spare(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints
+      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
       call remove_file(checkpoints%coming)
    end subroutine remove_spare
 
+   !> Remove all checkpoints of the output.
    subroutine remove_checkpoints(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints
+      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
       call remove_spare(checkpoints)
       call remove_file(checkpoints%newest)
@@ -103,10 +105,10 @@ contains
 
    !> Write a checkpoint; the older ones stay until it is whole.
    subroutine save_checkpoint(checkpoints, simulation, journal, error)
-      type(checkpoints_type), intent(inout) :: checkpoints
-      type(simulation_type), intent(inout) :: simulation
-      type(journal_type), intent(inout) :: journal
-      type(error_type), allocatable, intent(inout) :: error
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: to_disk
 
       to_disk = is_due(checkpoints%flushing)
@@ -126,10 +128,11 @@ contains
       if (to_disk) call end_task(checkpoints%flushing)
    end subroutine save_checkpoint
 
+   !> Rename the coming checkpoint to the newest one.
    subroutine put_in_place(checkpoints, on_disk, error)
-      type(checkpoints_type), intent(inout) :: checkpoints
-      logical, intent(in) :: on_disk
-      type(error_type), allocatable, intent(inout) :: error
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: done
 
       if (checkpoints%newest_on_disk) then
@@ -147,12 +150,12 @@ contains
    !> Put a run that has just been started where the newest good checkpoint says; `notice` tells
    !> which.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
-      type(checkpoints_type), intent(inout) :: checkpoints
-      type(simulation_type), intent(inout) :: simulation
-      type(journal_type), intent(inout) :: journal
-      type(model_type), intent(in) :: model
-      character(len=:), allocatable, intent(out) :: notice
-      type(error_type), allocatable, intent(inout) :: error
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=:), allocatable, intent(out) :: notice  !< which checkpoint, and why
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(error_type), allocatable :: reason
       logical :: unused
 
@@ -173,12 +176,13 @@ contains
       notice = 'from '//checkpoints%previous//', because '//reason%message
    end subroutine load_checkpoint
 
+   !> Load one file; an error if it is not whole or not of this run.
    subroutine load_from(name, checkpoints, simulation, journal, error)
-      character(len=*), intent(in) :: name
-      type(checkpoints_type), intent(inout) :: checkpoints
-      type(simulation_type), intent(inout) :: simulation
-      type(journal_type), intent(inout) :: journal
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: name  !< path
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call read_checked(name, checkpoints%archive, error)
       if (allocated(error)) return
@@ -199,8 +203,8 @@ contains
 
    !> Version, build and input of a checkpoint, which must be the same when it is read.
    subroutine serialise_identity(checkpoints, error)
-      type(checkpoints_type), intent(inout) :: checkpoints
-      type(error_type), allocatable, intent(inout) :: error
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: maker, build
       integer(long) :: input, motions
 

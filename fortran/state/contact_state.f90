@@ -14,10 +14,10 @@ contains
 
    !> All of a list: the next step inherits from it, and frames are written from it.
    subroutine serialise_contacts(archive, contacts, blocks, neighbours, joints)
-      type(archive_type), intent(inout) :: archive
-      type(contacts_type), intent(inout) :: contacts
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(contacts_type), intent(inout) :: contacts  !< written or read
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(neighbours_type), intent(in) :: neighbours  !< of the last search
       integer, intent(in) :: joints  !< joint materials
       integer :: n, vertices
 
@@ -38,10 +38,11 @@ contains
       call serialise_responses(archive, contacts, n)
    end subroutine serialise_contacts
 
+   !> Gaps, normals and lever arms.
    subroutine serialise_geometry(archive, contacts, n)
-      type(archive_type), intent(inout) :: archive
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: n
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(contacts_type), intent(inout) :: contacts  !< written or read
+      integer, intent(in) :: n  !< number of contacts
 
       call serialise(archive, contacts%gap(:n))
       call serialise(archive, contacts%normal(:, :n))
@@ -51,10 +52,11 @@ contains
       call serialise(archive, contacts%shear_e(:, :n))
    end subroutine serialise_geometry
 
+   !> State variables that steps inherit.
    subroutine serialise_history(archive, contacts, n)
-      type(archive_type), intent(inout) :: archive
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: n
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(contacts_type), intent(inout) :: contacts  !< written or read
+      integer, intent(in) :: n  !< number of contacts
 
       call serialise(archive, contacts%state(:n))
       call serialise(archive, contacts%bonded(:n))
@@ -66,10 +68,11 @@ contains
       call serialise(archive, contacts%stretch(:n))
    end subroutine serialise_history
 
+   !> Results of the last step.
    subroutine serialise_responses(archive, contacts, n)
-      type(archive_type), intent(inout) :: archive
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: n
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(contacts_type), intent(inout) :: contacts  !< written or read
+      integer, intent(in) :: n  !< number of contacts
 
       call serialise(archive, contacts%slide_force(:n))
       call serialise(archive, contacts%slip_sign(:n))
@@ -88,9 +91,9 @@ contains
 
    !> Pairs and probes of the last search, which the geometry of now would not give again.
    subroutine serialise_neighbours(archive, neighbours, blocks)
-      type(archive_type), intent(inout) :: archive
-      type(neighbours_type), intent(inout) :: neighbours
-      type(blocks_type), intent(in) :: blocks
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(neighbours_type), intent(inout) :: neighbours  !< written or read
+      type(blocks_type), intent(in) :: blocks  !< of the model
       integer :: pairs, probes, edges
 
       call serialise_label(archive, 'neighbours')

@@ -85,7 +85,8 @@ class Simulation:
         Output file; True: where the input says; None: no file is written.
     resume : bool
         Go on from the last checkpoint of the output, which must be of the same input with the same
-        changes; from the start if there is none.  `notice` tells which.
+        changes; from the start if there is none.  If the output is complete there is nothing left
+        to do, and the blocks are where they were at the start.  `notice` tells which.
     **changes
         Variables to change in the input, as ``time_step=5e-4`` or, where more than one group has
         a variable of that name, ``contact={"normal_stiffness": 1e12}``.
@@ -441,7 +442,7 @@ def resume(
     """Go on with a run that ended early, from the last checkpoint of its output.
 
     The result has the same bits as that of a run that was never interrupted.  Without a
-    checkpoint it begins at the start.
+    checkpoint it begins at the start; an output that is complete is only read.
 
     Parameters
     ----------
@@ -468,13 +469,13 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
         with Simulation(file, output=target, resume=resume, **changes) as simulation:
             complete = _to_end(simulation, progress, stop)
             where = simulation.finish()
-            summary = simulation.summary
             if simulation.warning:
                 warnings.warn(simulation.warning, AuditWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
         with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
             history = dataset.load()
+    summary = history.attrs["step_control"]
     return Run(history, complete, None if output is None else where, summary)
 
 
