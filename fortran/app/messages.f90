@@ -15,11 +15,10 @@ contains
       call write_line(output_unit, line)
    end subroutine say
 
-   !> A line on the standard error, behind all that has been said before.
+   !> A line on the standard error, behind all that has been said, since that has been flushed.
    subroutine warn(line)
       character(len=*), intent(in) :: line   !< without its line end
 
-      flush (output_unit)
       call write_line(error_unit, line)
    end subroutine warn
 

@@ -23,13 +23,11 @@ contains
       integer, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
       integer, allocatable :: larger(:)
-      integer :: length
 
-      length = 0
-      if (allocated(list)) length = size(list)
-      if (allocated(list) .and. length >= least) return
-      allocate (larger(max(least, 2*length)), source=0)
-      if (length > 0) larger(:length) = list
+      if (.not. allocated(list)) allocate (list(0))
+      if (size(list) >= least) return
+      allocate (larger(max(least, 2*size(list))), source=0)
+      larger(:size(list)) = list
       call move_alloc(larger, list)
    end subroutine grow_integers
 
@@ -38,13 +36,11 @@ contains
       real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
       real(wp), allocatable :: larger(:)
-      integer :: length
 
-      length = 0
-      if (allocated(list)) length = size(list)
-      if (allocated(list) .and. length >= least) return
-      allocate (larger(max(least, 2*length)), source=0.0_wp)
-      if (length > 0) larger(:length) = list
+      if (.not. allocated(list)) allocate (list(0))
+      if (size(list) >= least) return
+      allocate (larger(max(least, 2*size(list))), source=0.0_wp)
+      larger(:size(list)) = list
       call move_alloc(larger, list)
    end subroutine grow_reals
 
@@ -53,13 +49,11 @@ contains
       logical, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then .false.
       integer, intent(in) :: least  !< elements needed
       logical, allocatable :: larger(:)
-      integer :: length
 
-      length = 0
-      if (allocated(list)) length = size(list)
-      if (allocated(list) .and. length >= least) return
-      allocate (larger(max(least, 2*length)), source=.false.)
-      if (length > 0) larger(:length) = list
+      if (.not. allocated(list)) allocate (list(0))
+      if (size(list) >= least) return
+      allocate (larger(max(least, 2*size(list))), source=.false.)
+      larger(:size(list)) = list
       call move_alloc(larger, list)
    end subroutine grow_logicals
 
@@ -68,14 +62,12 @@ contains
       character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then blank
       integer, intent(in) :: least  !< elements needed
       character(len=len(list)), allocatable :: larger(:)
-      integer :: length
 
-      length = 0
-      if (allocated(list)) length = size(list)
-      if (allocated(list) .and. length >= least) return
-      allocate (larger(max(least, 2*length)))
+      if (.not. allocated(list)) allocate (list(0))
+      if (size(list) >= least) return
+      allocate (larger(max(least, 2*size(list))))
       larger = ''
-      if (length > 0) larger(:length) = list
+      larger(:size(list)) = list
       call move_alloc(larger, list)
    end subroutine grow_texts
 
@@ -84,13 +76,11 @@ contains
       integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer(long), intent(in) :: least  !< elements needed
       integer(int8), allocatable :: larger(:)
-      integer(long) :: length
 
-      length = 0
-      if (allocated(list)) length = size(list, kind=long)
-      if (allocated(list) .and. length >= least) return
-      allocate (larger(max(least, 2*length)), source=0_int8)
-      if (length > 0) larger(:length) = list
+      if (.not. allocated(list)) allocate (list(0))
+      if (size(list, kind=long) >= least) return
+      allocate (larger(max(least, 2*size(list, kind=long))), source=0_int8)
+      larger(:size(list, kind=long)) = list
       call move_alloc(larger, list)
    end subroutine grow_bytes
 
@@ -100,13 +90,11 @@ contains
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
       integer, allocatable :: larger(:,:)
-      integer :: length
 
-      length = 0
-      if (allocated(list)) length = size(list, 2)
-      if (allocated(list) .and. length >= least) return
-      allocate (larger(rows, max(least, 2*length)), source=0)
-      if (length > 0) larger(:, :length) = list
+      if (.not. allocated(list)) allocate (list(rows, 0))
+      if (size(list, 2) >= least) return
+      allocate (larger(rows, max(least, 2*size(list, 2))), source=0)
+      larger(:, :size(list, 2)) = list
       call move_alloc(larger, list)
    end subroutine grow_integer_columns
 
@@ -116,13 +104,11 @@ contains
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
       real(wp), allocatable :: larger(:,:)
-      integer :: length
 
-      length = 0
-      if (allocated(list)) length = size(list, 2)
-      if (allocated(list) .and. length >= least) return
-      allocate (larger(rows, max(least, 2*length)), source=0.0_wp)
-      if (length > 0) larger(:, :length) = list
+      if (.not. allocated(list)) allocate (list(rows, 0))
+      if (size(list, 2) >= least) return
+      allocate (larger(rows, max(least, 2*size(list, 2))), source=0.0_wp)
+      larger(:, :size(list, 2)) = list
       call move_alloc(larger, list)
    end subroutine grow_real_columns
 

@@ -5,9 +5,10 @@ module dda_interrupts
    private
    public :: watch_interrupts, stop_requested
 
-   !> on Linux
+   !> SIGINT, SIGUSR1, SIGTERM, SIGXFSZ of Linux
    integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, &
       file_size = 25_c_int
+   integer(c_intptr_t), parameter :: ignored = 1_c_intptr_t   !< SIG_IGN
 
    integer(c_int), volatile, save :: last_signal = 0
 
@@ -27,7 +28,7 @@ contains
    subroutine watch_interrupts()
       type(c_funptr) :: before, ignore
 
-      ignore = transfer(1_c_intptr_t, ignore)
+      ignore = transfer(ignored, ignore)
       before = c_signal(interrupt, c_funloc(note))
       before = c_signal(user, c_funloc(note))
       before = c_signal(terminate, c_funloc(note))

@@ -7,7 +7,6 @@ module test_input
    use dda_errors, only: error_file, error_input, error_type
    use dda_input, only: read_model, read_model_file
    use dda_model, only: contact_distance, default_stiffness, half_size, model_type
-   use dda_motion, only: motion_named
    use models, only: rock
    use record_files, only: remove_scratch, scratch_name, write_scratch
    use testing, only: case, check, check_close, check_fails, check_no_error
@@ -211,8 +210,6 @@ contains
          absolute=1.0e-15_wp)
       call check(index(model%motions(2)%source, 'velocity') > 0, 'source: '// &
          model%motions(2)%source)
-      call check(motion_named(model%motions, 'q') == 2 .and. motion_named(model%motions, 'r') &
-         == 0, 'found by name')
    end subroutine motions
 
    !> Map coordinates: the engine works round the middle, nothing is lost.
