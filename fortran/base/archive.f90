@@ -58,7 +58,7 @@ contains
       if (.not. allocated(archive%failure)) archive%failure = reason
    end subroutine fail_archive
 
-   !> Move bytes to or from a place in memory.
+   !> Copy bytes from an address to the archive, or back.
    subroutine pass(archive, place, bytes)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(c_ptr), intent(in) :: place        !< of the value

@@ -46,7 +46,7 @@ contains
       low_byte = int(iand(word, 255_long))
    end function low_byte
 
-   !> Go on with more bytes.
+   !> Update a checksum by more bytes.
    pure subroutine add_bytes(checksum, bytes)
       type(checksum_type), intent(inout) :: checksum  !< of the bytes so far
       integer(int8), contiguous, intent(in) :: bytes(:)  !< [bytes]

@@ -101,7 +101,7 @@ contains
          name)
    end subroutine read_block
 
-   !> How many vertices were given.
+   !> Number of vertices given.
    pure integer function last_set(vertices) result(last)
       real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
 

@@ -16,7 +16,7 @@ module dda_input_group
    real(wp), parameter :: unset = -huge(1.0_wp)
    integer, parameter :: name_length = 64
 
-   !> Where a value stands.
+   !> Place of a group in the input, for messages.
    type :: place_type
       character(len=:), allocatable :: group  !< name
       character(len=:), allocatable :: text   !< "FILE, group &name (line N)"

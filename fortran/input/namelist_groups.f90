@@ -107,7 +107,7 @@ contains
       line = line + lines
    end subroutine take_group
 
-   !> Where the group that begins at `first` closes; 0 if it does not before the next one begins.
+   !> Position of the slash that closes the group at `first`; 0 if the next group begins before.
    pure subroutine find_close(text, first, last, lines)
       character(len=*), intent(in) :: text  !< of the input
       integer, intent(in) :: first  !< position of its &

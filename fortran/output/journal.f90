@@ -23,7 +23,7 @@ module dda_journal
    integer, parameter :: word = storage_size(0.0_wp)/8  !< bytes of a number
    integer(long), parameter :: piece = 1048576          !< bytes read at a time
 
-   !> How far a journal goes, and the sum of its bytes up to there.
+   !> A journal: its length, the checksum of its bytes, numbers of its rows.
    type :: journal_type
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
@@ -33,7 +33,7 @@ module dda_journal
       integer :: iterations = 0     !< most of a step since the last sample
    end type journal_type
 
-   !> A journal that is being read, up to where it is known to go.
+   !> A journal that is being read, up to its known length.
    type :: reader_type
       type(byte_file_type) :: file
       integer(long) :: left = 0     !< bytes
@@ -72,7 +72,7 @@ contains
       call cut_file(journal%file, 0_long, error)
    end subroutine empty_journal
 
-   !> Where the journal stands, as part of a checkpoint.
+   !> Length and checksum of the journal, as part of a checkpoint.
    subroutine serialise_mark(archive, journal)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(journal_type), intent(inout) :: journal  !< of the run
@@ -152,7 +152,7 @@ contains
       journal%bytes = journal%bytes + size(bytes)
    end subroutine append
 
-   !> Let all rows so far outlive the process, or also the machine's power.
+   !> Flush all rows to the system, or to the disk.
    subroutine flush_journal(journal, to_disk, error)
       type(journal_type), intent(in) :: journal  !< of the run
       logical, intent(in) :: to_disk  !< else only to the system
@@ -173,7 +173,7 @@ contains
       call close_file(journal%file, error)
    end subroutine close_journal
 
-   !> Read a journal from its beginning to where it stands.
+   !> Open a journal to be read from its beginning.
    subroutine open_reader(reader, journal, error)
       type(reader_type), intent(out) :: reader  !< of the journal
       type(journal_type), intent(in) :: journal  !< of the run

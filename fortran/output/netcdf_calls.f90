@@ -36,7 +36,7 @@ module dda_netcdf_calls
 
 contains
 
-   !> Keep the first error.
+   !> Note the error of a call, unless there was one before.
    subroutine checked(dataset, status, action)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       integer, intent(in) :: status  !< of a netCDF call

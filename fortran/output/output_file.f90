@@ -1,9 +1,8 @@
 !> The output of a run: a netCDF-4 file that xarray opens as it is.
 !>
-!> It is always written as a whole from the journal, under a name of its own, and then renamed: to
-!> FILE when the run is complete, now and then before that to FILE.partial.  So whoever opens
-!> either, at any moment, finds a file that is whole, and a run that dies while it writes leaves the
-!> last one as it was.
+!> It is always written as a whole from the journal, under a third name, and then renamed: to FILE
+!> when the run is complete, from time to time before that to FILE.partial.  Either can therefore be
+!> opened at any moment, and a run that dies while it writes leaves the last one as it was.
 module dda_output_file
    use, intrinsic :: iso_c_binding, only: c_null_char
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version

@@ -81,7 +81,7 @@ contains
       call take_contacts(simulation%contacts(simulation%now), contacts, frame(at + 1:))
    end subroutine take_frame
 
-   !> Put numbers behind the last ones.
+   !> Append numbers to a frame.
    pure subroutine place(frame, at, values, count)
       real(wp), intent(inout) :: frame(:)  !< [`frame_size`]
       integer, intent(inout) :: at  !< numbers in the frame so far

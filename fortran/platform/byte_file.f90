@@ -1,5 +1,5 @@
-!> A file of bytes, through the C library: every write that fails is known at once, and can be
-!> flushed to the disk.
+!> A file of bytes, through the C library, which reports every failed write and can flush to the
+!> disk.
 module dda_byte_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_loc, c_long, &
       c_null_char, c_null_ptr, c_ptr, c_size_t
@@ -163,7 +163,7 @@ contains
       if (.not. c_associated(file%stream)) call system_failure(file, failure, error)
    end subroutine open_stream
 
-   !> Keep other processes from locking the file; .false. if one of them has done so.
+   !> Lock the file against other processes; .false. if one of them has locked it.
    logical function lock_file(file) result(locked)
       type(byte_file_type), intent(in) :: file  !< open
 

@@ -37,14 +37,14 @@ module dda_file_system
 
 contains
 
-   !> Give a file another name, atomically; .false. if that fails.
+   !> Rename a file atomically; .false. on failure.
    logical function rename_file(from, to) result(done)
       character(len=*), intent(in) :: from, to  !< paths
 
       done = c_rename(from//c_null_char, to//c_null_char) == 0
    end function rename_file
 
-   !> Let two files have each other's name, atomically; .false. if one is not there or the file
+   !> Exchange the names of two files atomically; .false. if one is not there or the file
    !> system cannot do it.
    logical function exchange_files(first, second) result(done)
       character(len=*), intent(in) :: first, second  !< paths
@@ -61,7 +61,7 @@ contains
       unused = c_unlink(name//c_null_char)
    end subroutine remove_file
 
-   !> Both names lead to one existing file.
+   !> Whether two paths lead to the same existing file.
    logical function same_file(first, second) result(same)
       character(len=*), intent(in) :: first, second  !< paths
       character(len=longest_path) :: first_path, second_path

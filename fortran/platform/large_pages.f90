@@ -8,7 +8,7 @@ module dda_large_pages
    public :: prefer_large_pages
 
    integer(c_intptr_t), parameter :: page = 4096_c_intptr_t
-   !> MADV_HUGEPAGE of Linux; no other system minds
+   !> MADV_HUGEPAGE of Linux; other systems ignore it
    integer(c_int), parameter :: huge_page = 14_c_int
 
    interface

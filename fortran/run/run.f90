@@ -204,7 +204,7 @@ contains
       call append_frame(run%journal, frame, run%simulation%contacts(run%simulation%now)%n, error)
    end subroutine record_frame
 
-   !> Write the partial output, for whoever looks at the run meanwhile.
+   !> Write the partial output, which can be read during the run.
    subroutine publish(run, error)
       type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -215,7 +215,7 @@ contains
       call end_task(run%publishing)
    end subroutine publish
 
-   !> Leave nothing in the buffers of this process, which a fork would copy.
+   !> Flush the buffers of this process, which a fork would copy.
    subroutine flush_run(run, error)
       type(run_type), intent(in) :: run  !< with the files it writes
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays

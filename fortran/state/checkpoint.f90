@@ -1,12 +1,11 @@
 !> Checkpoints of a run: FILE.checkpoint, and FILE.checkpoint.previous until it has been replaced.
 !>
-!> A checkpoint is written under a third name and then changes names with the newest, so that at
-!> every moment a whole one is there; the older of the two is written over next, as making and
-!> removing files takes the system longer than all else.  A checkpoint says which input, records,
-!> version and build made it, and is taken by no other.  Each outlives the process; flushing to the
-!> disk, which only a failing machine asks for, is done as often as it costs little of the run's
-!> time, and a checkpoint on the disk becomes the previous one, which is never written over, only
-!> when the next is on the disk as well.
+!> A checkpoint is written under a third name and then exchanged with the newest, so that a whole
+!> one exists at every moment; the older of the two is overwritten next, as creating and removing
+!> files costs more than the write itself.  A checkpoint names its input, records, version and
+!> build, and is refused by any other.  Each outlives the process.  Flushing to the disk, which only
+!> a failing machine needs, is rate-limited; a checkpoint on the disk becomes the previous one,
+!> which is never overwritten, only when the next is on the disk as well.
 module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
@@ -147,8 +146,7 @@ contains
          checkpoints%newest)
    end subroutine put_in_place
 
-   !> Put a run that has just been started where the newest good checkpoint says; `notice` tells
-   !> which.
+   !> Set a run that has just been started to the state of the newest good checkpoint.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(simulation_type), intent(inout) :: simulation  !< written or read
