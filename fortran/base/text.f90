@@ -142,15 +142,15 @@ contains
       end do
    end function joined
 
-   !> The position of the word that is spelt most like another, 0 if none is spelt alike: at most a
-   !> third of its letters differ (Levenshtein 1966).
+   !> The position of the word that is spelt most like another, 0 if none is spelt alike: about a
+   !> third of its letters may differ (Levenshtein 1966).
    pure integer function closest(word, words) result(best)
       character(len=*), intent(in) :: word       !< looked for
       character(len=*), intent(in) :: words(:)   !< known ones, trailing blanks ignored
       integer :: i, difference, least
 
       best = 0
-      least = max(1, min(len_trim(word), 64)/3) + 1
+      least = max(1, (min(len_trim(word), 64) + 1)/3) + 1
       do i = 1, size(words)
          difference = edits(lower_case(trim(word(:min(len(word), 64)))), trim(words(i)))
          if (difference < least) best = i
