@@ -1,12 +1,12 @@
 !> The command line of the native executable.
 module dda_arguments
    use dda_errors, only: error_type, error_input, fail
-   use dda_text, only: quoted
+   use dda_text, only: joined, quoted
    implicit none
    private
    public :: arguments_type, read_arguments, resume_command, usage
 
-   !> What was asked for.
+   !> The command line.
    type :: arguments_type
       character(len=:), allocatable :: command   !< 'run', 'resume', 'check', 'help' or 'version'
       character(len=:), allocatable :: file      !< input file
@@ -17,9 +17,10 @@ module dda_arguments
 
 contains
 
+   !> Read the command line; an error if it is not understood.
    subroutine read_arguments(arguments, error)
-      type(arguments_type), intent(out) :: arguments
-      type(error_type), allocatable, intent(out) :: error
+      type(arguments_type), intent(out) :: arguments  !< of the command line
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: word
       integer :: i
 
@@ -57,24 +58,25 @@ contains
 
    !> The command, then the input file.
    subroutine take_word(arguments, word, error)
-      type(arguments_type), intent(inout) :: arguments
-      character(len=*), intent(in) :: word
-      type(error_type), allocatable, intent(out) :: error
+      type(arguments_type), intent(inout) :: arguments  !< of the command line so far
+      character(len=*), intent(in) :: word  !< argument
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (arguments%command == '') then
          arguments%command = word
          if (.not. any(word == [character(len=6) :: 'run', 'resume', 'check'])) &
             call fail(error, error_input, 'there is no command '//quoted(word)// &
             '; use run, resume or check')
-      else if (arguments%file == '' .and. word(1:1) /= '-') then
+      else if (arguments%file == '' .and. index(word, '-') /= 1) then
          arguments%file = word
       else
          call fail(error, error_input, 'the argument '//quoted(word)//' is not understood')
       end if
    end subroutine take_word
 
+   !> An argument of the command line; blank behind the last one.
    function argument(i) result(word)
-      integer, intent(in) :: i
+      integer, intent(in) :: i  !< from 1
       character(len=:), allocatable :: word
       integer :: length
 
@@ -83,24 +85,32 @@ contains
       call get_command_argument(i, word)
    end function argument
 
-   !> What to type to go on with an interrupted run.
+   !> The command that continues an interrupted run.
    pure function resume_command(arguments) result(text)
-      type(arguments_type), intent(in) :: arguments
+      type(arguments_type), intent(in) :: arguments  !< of the command line
       character(len=:), allocatable :: text
 
       text = 'sitedda-native resume '//arguments%file
       if (arguments%output /= '') text = text//' --output '//arguments%output
    end function resume_command
 
-   function usage() result(text)
+   !> The text of --help.
+   pure function usage() result(text)
       character(len=:), allocatable :: text
+      character(len=*), parameter :: lines(*) = [character(len=84) :: &
+         'usage: sitedda-native run FILE.nml [options]      run an input', &
+         '       sitedda-native resume FILE.nml [options]   go on with a run that ended early', &
+         '       sitedda-native check FILE.nml              what the run will meet', &
+         'options:', &
+         '  -o, --output FILE.nc   the output, in place of the one that the input names', &
+         '      --check            check first, and do not start if the check fails', &
+         '  -q, --quiet            no progress lines', &
+         '  -h, --help             this text', &
+         '      --version          the version', &
+         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close,', &
+         '  4 linear solver, 5 file, 6 interrupted: resume goes on']
 
-      text = 'usage: sitedda-native run FILE.nml [--output FILE.nc] [--check] [--quiet]'// &
-         new_line('a')//'       sitedda-native resume FILE.nml [--output FILE.nc] [--quiet]'// &
-         new_line('a')//'       sitedda-native check FILE.nml'//new_line('a')// &
-         '       sitedda-native --help | --version'//new_line('a')// &
-         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not close, 4 '// &
-         'linear solver, 5 file, '//'6 interrupted: resume goes on'
+      text = joined(lines, new_line('a'))
    end function usage
 
 end module dda_arguments

@@ -1,6 +1,7 @@
 !> Progress lines for a log file: share done, time left.
 module dda_progress
    use dda_kinds, only: wp, long
+   use dda_messages, only: say
    implicit none
    private
    public :: progress_type, start_progress, show_progress
@@ -16,10 +17,11 @@ module dda_progress
 
 contains
 
+   !> The clock starts.
    subroutine start_progress(progress, time, quiet)
-      type(progress_type), intent(out) :: progress
-      real(wp), intent(in) :: time  !< s of the model
-      logical, intent(in) :: quiet
+      type(progress_type), intent(out) :: progress  !< of this run
+      real(wp), intent(in) :: time   !< s of the model
+      logical, intent(in) :: quiet   !< no lines
 
       progress%quiet = quiet
       progress%first = time
@@ -29,10 +31,11 @@ contains
 
    !> A line, if it is time for one or the run is at its end.
    subroutine show_progress(progress, time, duration)
-      type(progress_type), intent(inout) :: progress
+      type(progress_type), intent(inout) :: progress     !< of this run
       real(wp), intent(in) :: time, duration  !< s of the model
       integer(long) :: now
       real(wp) :: spent, left
+      character(len=160) :: line
 
       if (progress%quiet) return
       call system_clock(now)
@@ -40,8 +43,9 @@ contains
       progress%shown = now
       spent = real(now - progress%begun, wp)/real(progress%rate, wp)
       left = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
-      print '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)', 't = ', time, ' of ', duration, ' s, ', &
-         100*time/duration, ' %, spent ', spent, ' s, left ', left, ' s'
+      write (line, '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)') 't = ', time, ' of ', duration, &
+         ' s, ', 100*time/duration, ' %, spent ', spent, ' s, left ', left, ' s'
+      call say(trim(line))
    end subroutine show_progress
 
 end module dda_progress

@@ -1,21 +1,21 @@
-!> Bytes that a state is written to and read back from by one and the same description of it.
+!> Serialisation of a state: one list of calls both writes it to bytes and reads it back.
 !>
-!> `serialise` writes a value or an array when the archive is being written, and reads it when it is
-!> being read: a list of calls that says what a state consists of serves both directions, so neither
-!> can forget what the other has.  Every array goes with its size; what does not fit, or is missing,
-!> is noted in `failure`, and nothing is read from there on.
+!> `serialise` writes a value or an array while the archive is being written, and reads it while the
+!> archive is being read, so that the two directions cannot differ.  Every array is preceded by its
+!> size; the first mismatch is noted in `failure`, and nothing is read after it.
 module dda_archive
-   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_size_t
+   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8
+   use dda_growth, only: grow
    use dda_kinds, only: wp, sp, long
    implicit none
    private
    public :: archive_type, write_archive, read_archive, serialise, serialise_label, &
       serialise_number, serialise_count, serialise_list, check_list, fail_archive
 
-   integer(long), parameter :: first_room = 65536
+   integer(long), parameter :: first_size = 65536  !< bytes
 
-   !> Bytes and how far they are written or read.
+   !> Serialised bytes, and the position in them.
    type :: archive_type
       logical :: reading = .false.
       integer(int8), allocatable :: bytes(:)
@@ -29,29 +29,21 @@ module dda_archive
          serialise_logicals, serialise_text
    end interface serialise
 
-   interface
-      type(c_ptr) function c_memcpy(to, from, bytes) bind(c, name='memcpy')
-         import :: c_ptr, c_size_t
-         type(c_ptr), value :: to, from
-         integer(c_size_t), value :: bytes
-      end function c_memcpy
-   end interface
-
 contains
 
    !> An empty archive to write to.
    pure subroutine write_archive(archive)
-      type(archive_type), intent(inout) :: archive
+      type(archive_type), intent(inout) :: archive  !< written or read
 
       archive%reading = .false.
       archive%at = 0
       if (allocated(archive%failure)) deallocate (archive%failure)
-      if (.not. allocated(archive%bytes)) allocate (archive%bytes(first_room))
+      if (.not. allocated(archive%bytes)) allocate (archive%bytes(first_size))
    end subroutine write_archive
 
-   !> Read what has been written, or what `bytes` holds, from its beginning.
+   !> Read `bytes` from their beginning.
    pure subroutine read_archive(archive)
-      type(archive_type), intent(inout) :: archive
+      type(archive_type), intent(inout) :: archive  !< written or read
 
       archive%reading = .true.
       archive%at = 0
@@ -60,48 +52,47 @@ contains
 
    !> From here on nothing is read; the first reason stays.
    pure subroutine fail_archive(archive, reason)
-      type(archive_type), intent(inout) :: archive
-      character(len=*), intent(in) :: reason
+      type(archive_type), intent(inout) :: archive  !< written or read
+      character(len=*), intent(in) :: reason  !< for a person
 
       if (.not. allocated(archive%failure)) archive%failure = reason
    end subroutine fail_archive
 
-   !> Move bytes to or from a place in memory.
+   !> Copy bytes from an address to the archive, or back.
    subroutine pass(archive, place, bytes)
-      type(archive_type), target, intent(inout) :: archive
-      type(c_ptr), intent(in) :: place
-      integer(long), intent(in) :: bytes
-      type(c_ptr) :: unused
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(c_ptr), intent(in) :: place        !< of the value
+      integer(long), intent(in) :: bytes      !< of the value
+      integer(int8), pointer, contiguous :: value(:)
 
       if (allocated(archive%failure) .or. bytes == 0) return
-      if (archive%reading) then
-         if (bytes > size(archive%bytes, kind=long) - archive%at) then
+      call c_f_pointer(place, value, [bytes])
+      associate (first => archive%at + 1, last => archive%at + bytes)
+         if (.not. archive%reading) then
+            call grow(archive%bytes, last)
+            call copy(value, archive%bytes(first:last))
+         else if (last <= size(archive%bytes, kind=long)) then
+            call copy(archive%bytes(first:last), value)
+         else
             call fail_archive(archive, 'it ends too early')
             return
          end if
-         unused = c_memcpy(place, c_loc(archive%bytes(archive%at + 1)), int(bytes, c_size_t))
-      else
-         call make_room(archive, archive%at + bytes)
-         unused = c_memcpy(c_loc(archive%bytes(archive%at + 1)), place, int(bytes, c_size_t))
-      end if
+      end associate
       archive%at = archive%at + bytes
    end subroutine pass
 
-   pure subroutine make_room(archive, bytes)
-      type(archive_type), intent(inout) :: archive
-      integer(long), intent(in) :: bytes
-      integer(int8), allocatable :: larger(:)
+   !> Copy bytes between places that do not overlap.
+   pure subroutine copy(from, to)
+      integer(int8), contiguous, intent(in) :: from(:)     !< [bytes]
+      integer(int8), contiguous, intent(inout) :: to(:)    !< [bytes]
 
-      if (size(archive%bytes, kind=long) >= bytes) return
-      allocate (larger(2*bytes))
-      larger(:archive%at) = archive%bytes(:archive%at)
-      call move_alloc(larger, archive%bytes)
-   end subroutine make_room
+      to = from
+   end subroutine copy
 
-   !> A mark between parts, which must be found again where it was put.
+   !> A label between parts of the state, checked when it is read.
    subroutine serialise_label(archive, label)
-      type(archive_type), intent(inout) :: archive
-      character(len=*), intent(in) :: label
+      type(archive_type), intent(inout) :: archive  !< written or read
+      character(len=*), intent(in) :: label  !< of the part that follows
       character(len=:), allocatable :: found
 
       found = label
@@ -111,9 +102,9 @@ contains
 
    !> A number that must lie within limits.
    subroutine serialise_number(archive, value, lowest, highest)
-      type(archive_type), intent(inout) :: archive
-      integer, intent(inout) :: value
-      integer, intent(in) :: lowest, highest
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, intent(inout) :: value  !< written or read
+      integer, intent(in) :: lowest, highest  !< limits, included
 
       call serialise_integers(archive, value)
       if (value < lowest .or. value > highest) &
@@ -123,8 +114,8 @@ contains
 
    !> A size; when read, as many bytes at least must still be there.
    subroutine serialise_count(archive, count)
-      type(archive_type), intent(inout) :: archive
-      integer, intent(inout) :: count
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, intent(inout) :: count  !< written or read
       integer(long) :: limit
 
       limit = huge(count)
@@ -134,9 +125,9 @@ contains
 
    !> An array as its bytes, behind its size, which must be that of the array it is read into.
    subroutine pass_array(archive, place, items, bits)
-      type(archive_type), intent(inout) :: archive
-      type(c_ptr), intent(in) :: place
-      integer(long), intent(in) :: items
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(c_ptr), intent(in) :: place  !< address of the values
+      integer(long), intent(in) :: items  !< of the array
       integer, intent(in) :: bits        !< of an item
       integer(long), target :: bytes
       integer(long) :: wanted
@@ -148,45 +139,50 @@ contains
       call pass(archive, place, wanted)
    end subroutine pass_array
 
+   !> Default integers.
    subroutine serialise_integers(archive, values)
-      type(archive_type), intent(inout) :: archive
-      integer, contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_integers
 
+   !> 64-bit integers.
    subroutine serialise_longs(archive, values)
-      type(archive_type), intent(inout) :: archive
-      integer(long), contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer(long), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_longs
 
+   !> Double precision.
    subroutine serialise_reals(archive, values)
-      type(archive_type), intent(inout) :: archive
-      real(wp), contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      real(wp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_reals
 
+   !> Single precision.
    subroutine serialise_singles(archive, values)
-      type(archive_type), intent(inout) :: archive
-      real(sp), contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      real(sp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_singles
 
+   !> Logicals.
    subroutine serialise_logicals(archive, values)
-      type(archive_type), intent(inout) :: archive
-      logical, contiguous, target, intent(inout) :: values(..)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      logical, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_logicals
 
    !> A text, which takes the length it had.
    subroutine serialise_text(archive, text)
-      type(archive_type), intent(inout) :: archive
-      character(len=:), allocatable, intent(inout) :: text
+      type(archive_type), intent(inout) :: archive  !< written or read
+      character(len=:), allocatable, intent(inout) :: text  !< written or read
       character(len=:), allocatable, target :: buffer
       integer :: length
 
@@ -198,20 +194,20 @@ contains
       text = buffer
    end subroutine serialise_text
 
-   !> Integers that must lie within limits: what they point to exists.
+   !> Integers that must lie within limits, such as indices.
    subroutine serialise_list(archive, values, lowest, highest)
-      type(archive_type), intent(inout) :: archive
-      integer, contiguous, intent(inout) :: values(:)
-      integer, intent(in) :: lowest, highest
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, contiguous, intent(inout) :: values(:)  !< written or read
+      integer, intent(in) :: lowest, highest  !< limits, included
 
       call serialise_integers(archive, values)
       call check_list(archive, values, lowest, highest)
    end subroutine serialise_list
 
-   !> Whether a list that has been read points only to what exists.
+   !> A failure if indices that have been read exceed their limits.
    pure subroutine check_list(archive, values, lowest, highest)
-      type(archive_type), intent(inout) :: archive
-      integer, intent(in) :: values(:), lowest, highest
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer, intent(in) :: values(:), lowest, highest  !< indices and their limits, included
 
       if (.not. archive%reading .or. allocated(archive%failure)) return
       if (any(values < lowest .or. values > highest)) &

@@ -18,8 +18,9 @@ module dda_checksum
 
 contains
 
+   !> The checksum of no bytes, with its tables.
    pure subroutine begin_checksum(checksum)
-      type(checksum_type), intent(out) :: checksum
+      type(checksum_type), intent(out) :: checksum  !< of no bytes
       integer :: byte, bit, behind
       integer(long) :: rest
 
@@ -38,16 +39,17 @@ contains
       end do
    end subroutine begin_checksum
 
+   !> The lowest eight bits of a word.
    pure integer function low_byte(word)
-      integer(long), intent(in) :: word
+      integer(long), intent(in) :: word  !< eight bytes
 
       low_byte = int(iand(word, 255_long))
    end function low_byte
 
-   !> Go on with more bytes.
+   !> Update a checksum by more bytes.
    pure subroutine add_bytes(checksum, bytes)
-      type(checksum_type), intent(inout) :: checksum
-      integer(int8), contiguous, intent(in) :: bytes(:)
+      type(checksum_type), intent(inout) :: checksum  !< of the bytes so far
+      integer(int8), contiguous, intent(in) :: bytes(:)  !< [bytes]
       integer(long) :: rest, i, whole
 
       rest = not(checksum%value)
@@ -70,7 +72,7 @@ contains
 
    !> The sum of some bytes.
    pure integer(long) function checksum_of(bytes) result(value)
-      integer(int8), contiguous, intent(in) :: bytes(:)
+      integer(int8), contiguous, intent(in) :: bytes(:)  !< [bytes]
       type(checksum_type) :: checksum
 
       call begin_checksum(checksum)

@@ -9,7 +9,7 @@ module dda_errors
    public :: error_input, error_check, error_convergence, error_solver, error_file, &
       error_interrupted
 
-   !> What went wrong, where, and what to try.
+   !> A failure: its kind, and a message that says where and what to try.
    type :: error_type
       integer :: kind                          !< one of the `error_…` constants
       character(len=:), allocatable :: message !< one sentence or more, for a person
@@ -26,9 +26,9 @@ contains
 
    !> Set an error.
    pure subroutine fail(error, kind, message)
-      type(error_type), allocatable, intent(out) :: error
-      integer, intent(in) :: kind
-      character(len=*), intent(in) :: message
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer, intent(in) :: kind  !< `error_…`
+      character(len=*), intent(in) :: message  !< one sentence or more, for a person
 
       error = error_type(kind, message)
    end subroutine fail

@@ -1,4 +1,4 @@
-!> Number kinds and the few constants that every room shares.
+!> Number kinds and mathematical constants.
 module dda_kinds
    use, intrinsic :: iso_fortran_env, only: int64, real32, real64
    implicit none

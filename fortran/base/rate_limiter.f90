@@ -1,41 +1,43 @@
-!> A task that may take a small share of a run's time, however long it takes: it waits in proportion
-!> to what it cost.
+!> Rate limiter for a side task, such as writing a checkpoint: the pause after it is proportional to
+!> its cost, so that it takes a bounded share of the run time.
 module dda_rate_limiter
    use dda_kinds, only: long
    implicit none
    private
    public :: rate_limiter_type, is_due, begin_task, end_task
 
-   !> Clock counts, but for the ratio.
+   !> Times are clock counts.
    type :: rate_limiter_type
-      !> times its own cost between the end of a task and the next one
+      !> pause over cost
       integer :: cost_ratio = 100
       integer(long) :: begun = 0, ended = 0
-      integer(long) :: cost = 0    !< of the last time
+      integer(long) :: cost = 0    !< of the last execution
    end type rate_limiter_type
 
 contains
 
-   !> Enough time has passed since the last time.
-   logical function is_due(pace)
-      type(rate_limiter_type), intent(in) :: pace
+   !> Whether the pause since the last execution is over.
+   logical function is_due(limiter)
+      type(rate_limiter_type), intent(in) :: limiter  !< of the task
       integer(long) :: now
 
       call system_clock(now)
-      is_due = now - pace%ended >= pace%cost_ratio*pace%cost
+      is_due = now - limiter%ended >= limiter%cost_ratio*limiter%cost
    end function is_due
 
-   subroutine begin_task(pace)
-      type(rate_limiter_type), intent(inout) :: pace
+   !> The task starts now.
+   subroutine begin_task(limiter)
+      type(rate_limiter_type), intent(inout) :: limiter  !< of the task
 
-      call system_clock(pace%begun)
+      call system_clock(limiter%begun)
    end subroutine begin_task
 
-   subroutine end_task(pace)
-      type(rate_limiter_type), intent(inout) :: pace
+   !> The task has ended; its cost sets the next pause.
+   subroutine end_task(limiter)
+      type(rate_limiter_type), intent(inout) :: limiter  !< of the task
 
-      call system_clock(pace%ended)
-      pace%cost = pace%ended - pace%begun
+      call system_clock(limiter%ended)
+      limiter%cost = limiter%ended - limiter%begun
    end subroutine end_task
 
 end module dda_rate_limiter

@@ -3,7 +3,7 @@ module dda_text
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: to_text, lower_case, quoted, whole_characters
+   public :: to_text, lower_case, quoted, whole_characters, joined, closest
 
    !> A number written in as few characters as a reader needs.
    interface to_text
@@ -14,15 +14,17 @@ module dda_text
 
 contains
 
+   !> A default integer.
    pure function integer_to_text(value) result(text)
-      integer, intent(in) :: value
+      integer, intent(in) :: value  !< any
       character(len=:), allocatable :: text
 
       text = long_to_text(int(value, long))
    end function integer_to_text
 
+   !> A 64-bit integer.
    pure function long_to_text(value) result(text)
-      integer(long), intent(in) :: value
+      integer(long), intent(in) :: value  !< any
       character(len=:), allocatable :: text
       character(len=24) :: buffer
 
@@ -32,7 +34,7 @@ contains
 
    !> Six significant digits, plain notation where it is short.
    pure function real_to_text(value) result(text)
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value  !< any
       character(len=:), allocatable :: text
       character(len=32) :: buffer
 
@@ -47,8 +49,9 @@ contains
       end if
    end function real_to_text
 
+   !> 0.5 for .5.
    pure function with_leading_zero(digits) result(text)
-      character(len=*), intent(in) :: digits
+      character(len=*), intent(in) :: digits  !< of a number
       character(len=:), allocatable :: text
 
       text = digits
@@ -58,8 +61,9 @@ contains
       end if
    end function with_leading_zero
 
+   !> 0.5 for 0.500000.
    pure function without_trailing_zeros(digits) result(text)
-      character(len=*), intent(in) :: digits
+      character(len=*), intent(in) :: digits  !< of a number
       character(len=:), allocatable :: text
       integer :: last
 
@@ -73,8 +77,9 @@ contains
       text = digits(:last)
    end function without_trailing_zeros
 
+   !> ASCII letters in lower case.
    pure function lower_case(text) result(lowered)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< any
       character(len=len(text)) :: lowered
       integer :: i, code
 
@@ -87,7 +92,7 @@ contains
 
    !> Text in quotes, blanks trimmed, cut if a hostile input made it very long.
    pure function quoted(text) result(inside)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: inside
       integer, parameter :: longest = 80
 
@@ -98,7 +103,7 @@ contains
 
    !> A text cut anywhere, without the beginning of a character of several bytes at its end (UTF-8).
    pure function whole_characters(text) result(whole)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: whole
       integer :: last
 
@@ -116,11 +121,59 @@ contains
 
    !> Bytes of the character that begins with this one.
    pure integer function length_of_character(first) result(bytes)
-      character, intent(in) :: first
+      character, intent(in) :: first  !< byte of a character
 
       bytes = 2
       if (iachar(first) >= 224) bytes = 3
       if (iachar(first) >= 240) bytes = 4
    end function length_of_character
+
+   !> Words in one text, with something between them.
+   pure function joined(words, between) result(text)
+      character(len=*), intent(in) :: words(:)   !< trailing blanks are dropped
+      character(len=*), intent(in) :: between    !< ', ' for example
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ''
+      do i = 1, size(words)
+         if (i > 1) text = text//between
+         text = text//trim(words(i))
+      end do
+   end function joined
+
+   !> The position of the word that is spelt most like another, 0 if none is spelt alike: about a
+   !> third of its letters may differ (Levenshtein 1966).
+   pure integer function closest(word, words) result(best)
+      character(len=*), intent(in) :: word       !< looked for
+      character(len=*), intent(in) :: words(:)   !< known ones, trailing blanks ignored
+      integer :: i, difference, least
+
+      best = 0
+      least = max(1, (min(len_trim(word), 64) + 1)/3) + 1
+      do i = 1, size(words)
+         difference = edits(lower_case(trim(word(:min(len(word), 64)))), trim(words(i)))
+         if (difference < least) best = i
+         least = min(least, difference)
+      end do
+   end function closest
+
+   !> Letters to insert, remove or replace to make one word another.
+   pure integer function edits(a, b)
+      character(len=*), intent(in) :: a, b       !< trailing blanks count
+      integer :: cost(0:len(b)), diagonal, above, i, j
+
+      cost = [(j, j=0, len(b))]
+      do i = 1, len(a)
+         diagonal = cost(0)
+         cost(0) = i
+         do j = 1, len(b)
+            above = cost(j)
+            cost(j) = min(above + 1, cost(j - 1) + 1, diagonal + merge(0, 1, a(i:i) == b(j:j)))
+            diagonal = above
+         end do
+      end do
+      edits = cost(len(b))
+   end function edits
 
 end module dda_text

@@ -2,33 +2,28 @@
 module dda_input
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
-   use dda_input_group, only: place_type, place_of_group, input_error, name_length
+   use dda_input_group, only: place_type, place_of_group, input_error, require_name, &
+      name_length
+   use dda_input_catalogue, only: input_groups, unknown_group
    use dda_input_bodies, only: read_bodies
    use dda_input_materials, only: read_material, read_joint, read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
    use dda_input_settings, only: read_run, read_control, read_contact, read_output
    use dda_model, only: model_type, default_stiffness
-   use dda_motion, only: motion_named
    use dda_namelist_groups, only: group_type, split_groups
-   use dda_text, only: quoted, to_text
+   use dda_text, only: quoted
    use dda_text_file, only: read_text_file
    implicit none
    private
    public :: read_model_file, read_model
 
-   character(len=*), parameter :: once(4) = [character(len=7) :: 'run', 'control', 'contact', &
-      'output']
-   character(len=*), parameter :: repeated(11) = [character(len=14) :: 'material', 'joint', &
-      'motion', 'block', 'layers', 'drums', 'wall', 'fixed_point', 'load', 'measured_point', &
-      'amplification']
-
 contains
 
    !> Read a model from a file.
    subroutine read_model_file(model, file, error)
-      type(model_type), intent(out) :: model
-      character(len=*), intent(in) :: file
-      type(error_type), allocatable, intent(out) :: error
+      type(model_type), intent(out) :: model  !< as the input says
+      character(len=*), intent(in) :: file  !< path
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
 
       call read_text_file(file, text, error)
@@ -37,10 +32,10 @@ contains
 
    !> Read a model from a text; files that it names are relative to the folder of `file`.
    subroutine read_model(model, file, text, error)
-      type(model_type), intent(out) :: model
+      type(model_type), intent(out) :: model  !< as the input says
       character(len=*), intent(in) :: file   !< where the text comes from
-      character(len=*), intent(in) :: text
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: text  !< of the input
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(group_type), allocatable :: groups(:)
       character(len=name_length) :: base_motion(2)
       character(len=:), allocatable :: folder
@@ -58,43 +53,39 @@ contains
       if (.not. allocated(error)) call read_amplifications(model, file, groups, error)
    end subroutine read_model
 
-   !> Every group must be known, those of the run itself at most once.
+   !> Every group must be known, and appear once if it may not repeat.
    subroutine check_names(file, groups, error)
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
-      integer :: i, seen(size(once))
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i, g, seen(size(input_groups))
 
       seen = 0
       do i = 1, size(groups)
-         where (once == groups(i)%name) seen = seen + 1
-         if (any(seen > 1)) call input_error(error, place_of_group(file, groups(i)), &
-            'this group may appear only once')
-         if (any(once == groups(i)%name) .or. any(repeated == groups(i)%name)) cycle
-         call input_error(error, place_of_group(file, groups(i)), &
-            'there is no such group; known are '//known_groups())
+         g = findloc(input_groups%name == groups(i)%name, .true., 1)
+         if (g == 0) then
+            call input_error(error, place_of_group(file, groups(i)), unknown_group(groups(i)%name))
+            return
+         end if
+         seen(g) = seen(g) + 1
+         if (seen(g) > 1 .and. .not. input_groups(g)%repeats) call input_error(error, &
+            place_of_group(file, groups(i)), 'this group may appear only once')
       end do
-      if (.not. allocated(error) .and. seen(2) == 0) call fail(error, error_input, file// &
-         ': the group &control is missing')
+      if (count_groups(groups, 'control') == 0) call missing(error, file, 'the group &control')
    end subroutine check_names
 
-   pure function known_groups() result(list)
-      character(len=:), allocatable :: list
-      integer :: i
+   !> The error for a group that every input must have.
+   subroutine missing(error, file, group)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=*), intent(in) :: file, group  !< path; name of the group
 
-      list = ''
-      do i = 1, size(once)
-         list = list//'&'//trim(once(i))//', '
-      end do
-      do i = 1, size(repeated)
-         list = list//'&'//trim(repeated(i))//merge(', ', '  ', i < size(repeated))
-      end do
-      list = trim(list)
-   end function known_groups
+      if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
+   end subroutine missing
 
+   !> Number of groups of a name.
    pure integer function count_groups(groups, name)
-      type(group_type), intent(in) :: groups(:)
-      character(len=*), intent(in) :: name
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      character(len=*), intent(in) :: name  !< of a group
       integer :: i
 
       count_groups = 0
@@ -103,12 +94,14 @@ contains
       end do
    end function count_groups
 
+   !> The groups that appear once.
    subroutine read_settings(model, file, groups, base_motion, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      !> names of motions, x and y, or blank
       character(len=name_length), intent(out) :: base_motion(2)
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type) :: place
       integer :: i
 
@@ -138,7 +131,7 @@ contains
 
    !> The input's name with .nc in place of .nml, in the working folder.
    pure function default_output(file) result(name)
-      character(len=*), intent(in) :: file
+      character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: name
       integer :: length
 
@@ -152,17 +145,17 @@ contains
 
    !> Materials, joints and motions.
    subroutine read_substances(model, file, folder, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file, folder
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type) :: place
       integer :: i, m, j, k
 
       allocate (model%materials(count_groups(groups, 'material')), &
          model%joints(count_groups(groups, 'joint')), model%motions(count_groups(groups, 'motion')))
-      if (size(model%materials) == 0) call fail(error, error_input, file//': there is no &material')
-      if (size(model%joints) == 0) call fail(error, error_input, file//': there is no &joint')
+      if (size(model%materials) == 0) call missing(error, file, 'the group &material')
+      if (size(model%joints) == 0) call missing(error, file, 'the group &joint')
       m = 0
       j = 0
       k = 0
@@ -192,9 +185,9 @@ contains
 
    !> The last name must not have been used before.
    subroutine check_new_name(place, names, error)
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: names(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place  !< of the group
+      character(len=*), intent(in) :: names(:)  !< of all such groups so far
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       associate (last => names(size(names)))
          if (any(names(:size(names) - 1) == last)) call input_error(error, place, 'name = '// &
@@ -202,12 +195,13 @@ contains
       end associate
    end subroutine check_new_name
 
+   !> The motions of the base by name.
    subroutine resolve_base_motion(model, file, groups, base_motion, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      character(len=*), intent(in) :: base_motion(2)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      character(len=*), intent(in) :: base_motion(2)  !< names of motions, x and y, or blank
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type) :: place
       integer :: axis, i
 
@@ -216,19 +210,17 @@ contains
       end do
       do axis = 1, 2
          if (base_motion(axis) == '') cycle
-         model%control%base_motion(axis) = motion_named(model%motions, base_motion(axis))
-         if (model%control%base_motion(axis) == 0) call input_error(error, place, 'base_motion_'// &
-            merge('x', 'y', axis == 1)//' = '//quoted(base_motion(axis))// &
-            ' is not the name of a &motion')
+         call require_name(error, place, 'base_motion_'//merge('x', 'y', axis == 1), &
+            base_motion(axis), model%motions%name, 'motion', model%control%base_motion(axis))
       end do
    end subroutine resolve_base_motion
 
    !> Fixed points, loads and measured points.
    subroutine read_points(model, file, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type) :: place
       integer :: i, f, l, p
 
@@ -261,11 +253,12 @@ contains
       end do
    end subroutine read_points
 
+   !> The amplifications to be printed after the run.
    subroutine read_amplifications(model, file, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i, a
 
       allocate (model%amplifications(count_groups(groups, 'amplification')))

@@ -2,9 +2,9 @@
 module dda_input_blocks
    use dda_kinds, only: wp
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, read_error, require_positive, &
-      require_finite, unset, is_set, name_length, require_within
-   use dda_material, only: material_type, joint_type
+   use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
+      require_name, unset, is_set, name_length
+   use dda_model, only: model_type
    use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall
    use dda_polygon, only: area_of, is_simple
    use dda_text, only: quoted, to_text
@@ -13,78 +13,75 @@ module dda_input_blocks
    public :: read_blocks, is_block_group
 
    integer, parameter :: most_vertices = 512
-   integer, parameter :: most_blocks = 2000000
+   integer, parameter :: most_blocks = 2000000   !< of a group
    !> of the name of generated blocks, which get a number
    integer, parameter :: longest_stem = name_length - 8
 
 contains
 
+   !> Whether a group makes blocks.
    pure logical function is_block_group(name)
-      character(len=*), intent(in) :: name
+      character(len=*), intent(in) :: name       !< of the group
 
       is_block_group = any(name == [character(len=6) :: 'block', 'layers', 'drums', 'wall'])
    end function is_block_group
 
    !> Any of the block groups.
-   subroutine read_blocks(name, group, place, source, materials, joints, outlines, error)
-      character(len=*), intent(in) :: name, group
-      type(place_type), intent(in) :: place
-      integer, intent(in) :: source            !< number of the group
-      type(material_type), intent(in) :: materials(:)
-      type(joint_type), intent(in) :: joints(:)
-      type(outlines_type), intent(inout) :: outlines
-      type(error_type), allocatable, intent(inout) :: error
+   subroutine read_blocks(text, place, source, model, outlines, error)
+      character(len=*), intent(in) :: text       !< of the group
+      type(place_type), intent(in) :: place      !< of the group
+      integer, intent(in) :: source              !< number of the group
+      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      select case (name)
+      select case (place%group)
       case ('block')
-         call read_block(group, place, source, materials, joints, outlines, error)
+         call read_block(text, place, source, model, outlines, error)
       case ('layers')
-         call read_layers(group, place, source, materials, joints, outlines, error)
+         call read_layers(text, place, source, model, outlines, error)
       case ('drums')
-         call read_drums(group, place, source, materials, joints, outlines, error)
+         call read_drums(text, place, source, model, outlines, error)
       case ('wall')
-         call read_wall(group, place, source, materials, joints, outlines, error)
+         call read_wall(text, place, source, model, outlines, error)
       end select
    end subroutine read_blocks
 
    !> Positions of a material and a joint by name; a blank name takes the only or first one.
-   subroutine resolve(place, material, joint, materials, joints, m, j, error)
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: material, joint
-      type(material_type), intent(in) :: materials(:)
-      type(joint_type), intent(in) :: joints(:)
-      integer, intent(out) :: m, j
-      type(error_type), allocatable, intent(inout) :: error
+   subroutine resolve(place, material, joint, model, m, j, error)
+      type(place_type), intent(in) :: place      !< of the group
+      character(len=*), intent(in) :: material, joint        !< names, or blank
+      type(model_type), intent(in) :: model      !< with its materials and joints
+      integer, intent(out) :: m, j               !< positions in the model's lists
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      m = findloc(materials%name == material, .true., 1)
-      j = findloc(joints%name == joint, .true., 1)
-      if (material == '') m = 1
-      if (joint == '') j = 1
-      if (m == 0) call input_error(error, place, 'material = '//quoted(material)// &
-         ' is not the name of a &material')
-      if (j == 0) call input_error(error, place, 'joint = '//quoted(joint)// &
-         ' is not the name of a &joint')
+      m = 1
+      j = 1
+      if (material /= '') call require_name(error, place, 'material', material, &
+         model%materials%name, 'material', m)
+      if (joint /= '') call require_name(error, place, 'joint', joint, model%joints%name, 'joint', &
+         j)
    end subroutine resolve
 
-   !> Generated names must have room for their number.
+   !> Generated names must leave space for their number.
    subroutine check_stem(place, name, error)
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place      !< of the group
+      character(len=*), intent(in) :: name       !< as the input has it
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (len_trim(name) > longest_stem) call input_error(error, place, 'name = '//quoted(name)// &
          ' is too long: at most '//to_text(longest_stem)// &
          ' characters, since the blocks get numbers')
    end subroutine check_stem
 
-   subroutine read_block(group, place, source, materials, joints, outlines, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      integer, intent(in) :: source
-      type(material_type), intent(in) :: materials(:)
-      type(joint_type), intent(in) :: joints(:)
-      type(outlines_type), intent(inout) :: outlines
-      type(error_type), allocatable, intent(inout) :: error
+   !> &block: one polygon.
+   subroutine read_block(text, place, source, model, outlines, error)
+      character(len=*), intent(in) :: text       !< of the group
+      type(place_type), intent(in) :: place      !< of the group
+      integer, intent(in) :: source              !< number of the group
+      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, material, joint
       real(wp) :: vertices(2, most_vertices)
       character(len=256) :: message
@@ -95,18 +92,18 @@ contains
       material = ''
       joint = ''
       vertices = unset
-      read (group, nml=block, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
-      call resolve(place, material, joint, materials, joints, m, j, error)
+      read (text, nml=block, iostat=status, iomsg=message)
+      call check_read(error, place, status, message)
+      call resolve(place, material, joint, model, m, j, error)
       count = last_set(vertices)
       call check_outline(place, vertices(:, :count), error)
       if (.not. allocated(error)) call add_outline(outlines, vertices(:, :count), m, j, source, &
          name)
    end subroutine read_block
 
-   !> How many vertices were given.
+   !> Number of vertices given.
    pure integer function last_set(vertices) result(last)
-      real(wp), intent(in) :: vertices(:,:)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
 
       last = size(vertices, 2)
       do while (last > 0)
@@ -117,14 +114,14 @@ contains
 
    !> A polygon that can be a block: enough finite vertices, counter-clockwise, simple.
    subroutine check_outline(place, vertices, error)
-      type(place_type), intent(in) :: place
-      real(wp), intent(in) :: vertices(:,:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place  !< of the group
+      real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: size_squared
 
       if (size(vertices, 2) < 3) call input_error(error, place, &
          'vertices: '//to_text(size(vertices, 2))//' given, a block needs at least 3')
-      call require_finite(error, place, 'vertices', reshape(vertices, [size(vertices)]))
+      call require_list(error, place, 'vertices', reshape(vertices, [size(vertices)]))
       if (allocated(error)) return
       size_squared = maxval(maxval(vertices, 2) - minval(vertices, 2))**2
       if (.not. is_simple(vertices)) then
@@ -137,14 +134,14 @@ contains
       end if
    end subroutine check_outline
 
-   subroutine read_layers(group, place, source, materials, joints, outlines, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      integer, intent(in) :: source
-      type(material_type), intent(in) :: materials(:)
-      type(joint_type), intent(in) :: joints(:)
-      type(outlines_type), intent(inout) :: outlines
-      type(error_type), allocatable, intent(inout) :: error
+   !> &layers: a stack of equal layers.
+   subroutine read_layers(text, place, source, model, outlines, error)
+      character(len=*), intent(in) :: text       !< of the group
+      type(place_type), intent(in) :: place      !< of the group
+      integer, intent(in) :: source              !< number of the group
+      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, material, joint
       real(wp) :: left, bottom, width, thickness
       character(len=256) :: message
@@ -159,27 +156,24 @@ contains
       width = unset
       thickness = unset
       count = 1
-      read (group, nml=layers, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
-      call require_finite(error, place, 'left', [left])
-      call require_finite(error, place, 'bottom', [bottom])
-      call require_positive(error, place, 'width', width)
-      call require_positive(error, place, 'thickness', thickness)
-      call require_within(error, place, 'count', real(count, wp), 1.0_wp, real(most_blocks, wp))
+      read (text, nml=layers, iostat=status, iomsg=message)
+      call check_read(error, place, status, message)
+      call require(error, place, 'left bottom width thickness count', &
+         [left, bottom, width, thickness, real(count, wp)])
       call check_stem(place, name, error)
-      call resolve(place, material, joint, materials, joints, m, j, error)
+      call resolve(place, material, joint, model, m, j, error)
       if (.not. allocated(error)) call add_layers(outlines, left, bottom, width, thickness, count, &
          m, j, source, name)
    end subroutine read_layers
 
-   subroutine read_drums(group, place, source, materials, joints, outlines, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      integer, intent(in) :: source
-      type(material_type), intent(in) :: materials(:)
-      type(joint_type), intent(in) :: joints(:)
-      type(outlines_type), intent(inout) :: outlines
-      type(error_type), allocatable, intent(inout) :: error
+   !> &drums: a column of drums, tapering from `width` to `top_width`.
+   subroutine read_drums(text, place, source, model, outlines, error)
+      character(len=*), intent(in) :: text       !< of the group
+      type(place_type), intent(in) :: place      !< of the group
+      integer, intent(in) :: source              !< number of the group
+      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, material, joint
       real(wp) :: centre, bottom, width, top_width, height
       character(len=256) :: message
@@ -195,29 +189,25 @@ contains
       top_width = unset
       height = unset
       count = 1
-      read (group, nml=drums, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
-      call require_finite(error, place, 'centre', [centre])
-      call require_finite(error, place, 'bottom', [bottom])
-      call require_positive(error, place, 'width', width)
+      read (text, nml=drums, iostat=status, iomsg=message)
+      call check_read(error, place, status, message)
       if (.not. is_set(top_width)) top_width = width
-      call require_positive(error, place, 'top_width', top_width)
-      call require_positive(error, place, 'height', height)
-      call require_within(error, place, 'count', real(count, wp), 1.0_wp, real(most_blocks, wp))
+      call require(error, place, 'centre bottom width top_width height count', &
+         [centre, bottom, width, top_width, height, real(count, wp)])
       call check_stem(place, name, error)
-      call resolve(place, material, joint, materials, joints, m, j, error)
+      call resolve(place, material, joint, model, m, j, error)
       if (.not. allocated(error)) call add_drums(outlines, centre, bottom, height, &
          [width, top_width], count, m, j, source, name)
    end subroutine read_drums
 
-   subroutine read_wall(group, place, source, materials, joints, outlines, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      integer, intent(in) :: source
-      type(material_type), intent(in) :: materials(:)
-      type(joint_type), intent(in) :: joints(:)
-      type(outlines_type), intent(inout) :: outlines
-      type(error_type), allocatable, intent(inout) :: error
+   !> &wall: running bond.
+   subroutine read_wall(text, place, source, model, outlines, error)
+      character(len=*), intent(in) :: text       !< of the group
+      type(place_type), intent(in) :: place      !< of the group
+      integer, intent(in) :: source              !< number of the group
+      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, material, joint
       real(wp) :: left, bottom, brick_length, brick_height
       character(len=256) :: message
@@ -234,17 +224,15 @@ contains
       brick_height = unset
       bricks = 1
       courses = 1
-      read (group, nml=wall, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
-      call require_finite(error, place, 'left', [left])
-      call require_finite(error, place, 'bottom', [bottom])
-      call require_positive(error, place, 'brick_length', brick_length)
-      call require_positive(error, place, 'brick_height', brick_height)
-      call require_within(error, place, 'bricks', real(bricks, wp), 1.0_wp, 1.0e6_wp)
-      call require_within(error, place, 'courses', real(courses, wp), 1.0_wp, &
-         real(most_blocks, wp)/max(bricks, 1))
+      read (text, nml=wall, iostat=status, iomsg=message)
+      call check_read(error, place, status, message)
+      call require(error, place, 'left bottom brick_length brick_height bricks courses', &
+         [left, bottom, brick_length, brick_height, real(bricks, wp), real(courses, wp)])
+      if (courses > most_blocks/max(bricks, 1)) call input_error(error, place, 'courses = '// &
+         to_text(courses)//' of '//to_text(bricks)//' bricks are more than '// &
+         to_text(most_blocks)//' blocks')
       call check_stem(place, name, error)
-      call resolve(place, material, joint, materials, joints, m, j, error)
+      call resolve(place, material, joint, model, m, j, error)
       if (.not. allocated(error)) call add_wall(outlines, left, bottom, &
          [brick_length, brick_height], bricks, courses, m, j, source, name)
    end subroutine read_wall

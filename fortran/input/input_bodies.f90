@@ -30,16 +30,16 @@ contains
 
    !> All blocks, moved so that the middle of the model is the engine's origin.
    subroutine read_bodies(model, file, groups, error)
-      type(model_type), intent(inout) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(inout) :: model  !< filled group by group
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(outlines_type) :: outlines
       integer :: i
 
       do i = 1, size(groups)
-         if (is_block_group(groups(i)%name)) call read_blocks(groups(i)%name, groups(i)%text, &
-            place_of_group(file, groups(i)), i, model%materials, model%joints, outlines, error)
+         if (is_block_group(groups(i)%name)) call read_blocks(groups(i)%text, &
+            place_of_group(file, groups(i)), i, model, outlines, error)
          if (allocated(error)) return
       end do
       if (outlines%n == 0) call fail(error, error_input, file// &
@@ -60,9 +60,9 @@ contains
 
    !> The blocks must fit into the memory that is free.
    subroutine check_memory(file, n, error)
-      character(len=*), intent(in) :: file
-      integer, intent(in) :: n
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file  !< path
+      integer, intent(in) :: n  !< number of blocks
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), parameter :: giga = 1.0e9_wp
       real(wp) :: needed, free
 
@@ -77,37 +77,37 @@ contains
    !> Places and sizes must be such that rounding leaves the shape of every block, generated ones
    !> too.
    subroutine check_sizes(file, groups, outlines, error)
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      type(outlines_type), intent(in) :: outlines
-      type(error_type), allocatable, intent(inout) :: error
-      character(len=:), allocatable :: trouble
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(outlines_type), intent(in) :: outlines  !< of all blocks
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=:), allocatable :: failure
       real(wp) :: extent
       integer :: b
 
       extent = extent_of(outlines%vertices(:, :outlines%n_vertices))
       b = first_beyond(outlines)
-      trouble = ''
-      if (b > 0) trouble = ' reaches farther than '//to_text(farthest)//' m from the origin'
-      do while (trouble == '' .and. b < outlines%n)
+      failure = ''
+      if (b > 0) failure = ' reaches farther than '//to_text(farthest)//' m from the origin'
+      do while (failure == '' .and. b < outlines%n)
          b = b + 1
-         trouble = size_trouble(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1), &
+         failure = size_failure(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1), &
             extent)
       end do
-      if (trouble /= '') call input_error(error, place_of_group(file, groups(outlines%source(b))), &
-         block_title(b, outlines%name(b))//trouble)
+      if (failure /= '') call input_error(error, place_of_group(file, groups(outlines%source(b))), &
+         block_title(b, outlines%name(b))//failure)
    end subroutine check_sizes
 
    !> The larger side of the box around places, m.
    pure real(wp) function extent_of(places) result(extent)
-      real(wp), intent(in) :: places(:,:)
+      real(wp), intent(in) :: places(:,:)  !< [2, places] m
 
       extent = maxval(maxval(places, 2) - minval(places, 2))
    end function extent_of
 
    !> The first block with a vertex too far away; 0 if there is none.
    pure integer function first_beyond(outlines) result(b)
-      type(outlines_type), intent(in) :: outlines
+      type(outlines_type), intent(in) :: outlines  !< of all blocks
 
       do b = 1, outlines%n
          if (.not. all(abs(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1)) &
@@ -116,41 +116,41 @@ contains
       b = 0
    end function first_beyond
 
-   !> What is wrong with the size of a block in a model of some extent (m), or nothing.
-   pure function size_trouble(vertices, extent) result(trouble)
-      real(wp), intent(in) :: vertices(:,:), extent
-      character(len=:), allocatable :: trouble
+   !> Why the size of a block cannot be used in a model of some extent; blank if it can.
+   pure function size_failure(vertices, extent) result(failure)
+      real(wp), intent(in) :: vertices(:,:), extent  !< [2, vertices] m; of the model, m
+      character(len=:), allocatable :: failure
       real(wp) :: own
 
       own = extent_of(vertices)
-      trouble = ''
+      failure = ''
       if (own < least_extent) then
-         trouble = ' measures '//to_text(own)//' m, less than '//to_text(least_extent)//' m'
+         failure = ' measures '//to_text(own)//' m, less than '//to_text(least_extent)//' m'
       else if (own < least_share*extent) then
-         trouble = ' measures '//to_text(own)//' m, too little beside the '//to_text(extent)// &
+         failure = ' measures '//to_text(own)//' m, too little beside the '//to_text(extent)// &
             ' m of the model'
       else if (.not. area_of(vertices) > least_area*own**2) then
-         trouble = ' has no area'
+         failure = ' has no area'
       else if (.not. shortest_side(vertices) > least_side*extent) then
-         trouble = ' has a side of '//to_text(shortest_side(vertices))// &
+         failure = ' has a side of '//to_text(shortest_side(vertices))// &
             ' m, too little beside the '//to_text(extent)//' m of the model'
       end if
-   end function size_trouble
+   end function size_failure
 
    !> Length of the shortest side of a polygon, m.
    pure real(wp) function shortest_side(vertices) result(length)
-      real(wp), intent(in) :: vertices(:,:)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
 
       length = minval(norm2(cshift(vertices, 1, 2) - vertices, 1))
    end function shortest_side
 
    !> No two blocks may overlap.
    subroutine check_overlap(model, file, groups, source, error)
-      type(model_type), intent(in) :: model
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: groups(:)
-      integer, intent(in) :: source(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      integer, intent(in) :: source(:)  !< [blocks] number of the group of each
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(neighbours_type) :: near
       real(wp) :: depth
       integer :: p
@@ -172,16 +172,18 @@ contains
       end associate
    end subroutine check_overlap
 
+   !> A block in a message: number and name.
    pure function block_title(b, name) result(title)
-      integer, intent(in) :: b
-      character(len=*), intent(in) :: name
+      integer, intent(in) :: b  !< number of the block
+      character(len=*), intent(in) :: name  !< of the block, or blank
       character(len=:), allocatable :: title
 
       title = trim('block '//to_text(b)//' '//name)
    end function block_title
 
+   !> A group in a message: name and line.
    pure function place_name(group) result(name)
-      type(group_type), intent(in) :: group
+      type(group_type), intent(in) :: group  !< of the input
       character(len=:), allocatable :: name
 
       name = '&'//group%name//' (line '//to_text(group%line)//')'

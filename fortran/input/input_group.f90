@@ -1,66 +1,74 @@
-!> Small words for reading one group: where it stands, complaints that name it, checks of values.
+!> Tools for reading one group: its place in the file, input errors that name it, checks of its
+!> values against the catalogue.
 module dda_input_group
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
+   use dda_input_catalogue, only: variable_type, find_variable, unknown_variable, above_zero, &
+      usable
    use dda_namelist_groups, only: group_type
    use dda_text, only: to_text, quoted, lower_case
    implicit none
    private
-   public :: place_type, place_of_group, input_error, read_error, require_positive, &
-      require_within, require_finite
-   public :: unset, is_set, name_length
+   public :: place_type, place_of_group, input_error, check_read, require, require_list, &
+      require_choice, require_name, unset, is_set, name_length
 
    !> stands in a variable that the input does not mention
    real(wp), parameter :: unset = -huge(1.0_wp)
    integer, parameter :: name_length = 64
 
-   !> Where a value stands.
+   !> Place of a group in the input, for messages.
    type :: place_type
+      character(len=:), allocatable :: group  !< name
       character(len=:), allocatable :: text   !< "FILE, group &name (line N)"
    end type place_type
 
 contains
 
+   !> The place of a group.
    pure function place_of_group(file, group) result(place)
-      character(len=*), intent(in) :: file
-      type(group_type), intent(in) :: group
+      character(len=*), intent(in) :: file    !< path, for messages
+      type(group_type), intent(in) :: group  !< of the input
       type(place_type) :: place
 
+      place%group = group%name
       place%text = file//', group &'//group%name//' (line '//to_text(group%line)//')'
    end function place_of_group
 
+   !> Whether the input gives a value.
    pure logical elemental function is_set(value)
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value           !< `unset` before the group was read
 
       is_set = value /= unset
    end function is_set
 
    !> An input error at a place.
    pure subroutine input_error(error, place, message)
-      type(error_type), allocatable, intent(inout) :: error
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: message
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place                  !< of the group
+      character(len=*), intent(in) :: message                !< a sentence without its full stop
 
       if (.not. allocated(error)) call fail(error, error_input, place%text//': '//message)
    end subroutine input_error
 
-   !> What a failed namelist read means, in words.
-   pure subroutine read_error(error, place, message)
-      type(error_type), allocatable, intent(inout) :: error
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: message  !< iomsg of the read
+   !> A namelist read that failed, in words.
+   pure subroutine check_read(error, place, status, message)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place                  !< of the group
+      integer, intent(in) :: status                          !< iostat of the read
+      character(len=*), intent(in) :: message                !< iomsg of the read
       character(len=*), parameter :: bad_data = 'Bad data for namelist object '
       character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
       character(len=*), parameter :: unknown = 'Cannot match namelist object name '
 
+      if (status == 0) return
       if (index(message, unknown) == 1) then
          if (verify(lower_case(message(len(unknown) + 1:len(unknown) + 1)), letters) > 0) then
             call input_error(error, place, quoted(message(len(unknown) + 1:))// &
                ' cannot be read here: it is no value of the variable before it, or one more '// &
                'than that variable holds')
          else
-            call input_error(error, place, 'there is no variable '// &
-               quoted(message(len(unknown) + 1:))//' in this group')
+            call input_error(error, place, &
+               unknown_variable(place%group, lower_case(trim(message(len(unknown) + 1:)))))
          end if
       else if (index(message, bad_data) == 1) then
          call input_error(error, place, 'the values of '//quoted(message(len(bad_data) + 1:))// &
@@ -73,51 +81,95 @@ contains
       else
          call input_error(error, place, trim(message))
       end if
-   end subroutine read_error
+   end subroutine check_read
 
-   pure subroutine require_positive(error, place, name, value)
-      type(error_type), allocatable, intent(inout) :: error
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: name
-      real(wp), intent(in) :: value
+   !> Numbers that must be given and lie within the limits of the catalogue.
+   pure subroutine require(error, place, names, values)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place                  !< of the group
+      character(len=*), intent(in) :: names                  !< of the variables: 'x y …'
+      real(wp), intent(in) :: values(:)                      !< one of each, in their units
+      integer :: i, first, last
 
-      if (allocated(error)) return
-      if (.not. is_set(value)) then
-         call input_error(error, place, name//' is missing')
-      else if (.not. (value > 0.0_wp .and. value <= huge(value))) then
-         call input_error(error, place, name//' = '//to_text(value)//' must be a positive number')
-      end if
-   end subroutine require_positive
+      first = 1
+      do i = 1, size(values)
+         last = first + index(names(first:)//' ', ' ') - 2
+         if (is_set(values(i))) then
+            call check_number(error, place, find_variable(place%group, names(first:last)), &
+               values(i))
+         else
+            call input_error(error, place, names(first:last)//' is missing')
+         end if
+         first = last + 2
+      end do
+   end subroutine require
 
-   pure subroutine require_within(error, place, name, value, low, high)
-      type(error_type), allocatable, intent(inout) :: error
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: name
-      real(wp), intent(in) :: value, low, high
-
-      if (allocated(error)) return
-      if (.not. (value >= low .and. value <= high)) call input_error(error, place, &
-         name//' = '//to_text(value)//' must lie between '//to_text(low)//' and '//to_text(high))
-   end subroutine require_within
-
-   pure subroutine require_finite(error, place, name, values)
-      type(error_type), allocatable, intent(inout) :: error
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: name
-      real(wp), intent(in) :: values(:)
+   !> The values of one variable: all given, all within its limits.
+   pure subroutine require_list(error, place, name, values)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place                  !< of the group
+      character(len=*), intent(in) :: name                   !< of the variable
+      real(wp), intent(in) :: values(:)                      !< in its unit
+      type(variable_type) :: variable
       integer :: i
 
+      variable = find_variable(place%group, name)
+      if (.not. all(is_set(values))) call input_error(error, place, name//': a value is left out')
       do i = 1, size(values)
          if (allocated(error)) return
-         if (.not. is_set(values(i)) .and. size(values) > 1) then
-            call input_error(error, place, name//': a value is left out')
-         else if (.not. is_set(values(i))) then
-            call input_error(error, place, name//' is missing')
-         else if (.not. abs(values(i)) <= 1.0e30_wp) then
-            call input_error(error, place, name//' = '//to_text(values(i))// &
-               ' is not a usable number')
-         end if
+         call check_number(error, place, variable, values(i))
       end do
-   end subroutine require_finite
+   end subroutine require_list
+
+   !> A number must lie within the limits of its variable.
+   pure subroutine check_number(error, place, variable, value)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place                  !< of the group
+      type(variable_type), intent(in) :: variable            !< of the catalogue
+      real(wp), intent(in) :: value                          !< in its unit
+      character(len=:), allocatable :: stated
+
+      if (allocated(error)) return
+      stated = trim(variable%name)//' = '//to_text(value)
+      if (.not. abs(value) <= usable) then
+         call input_error(error, place, stated//' is not a usable number')
+      else if (variable%lowest > 0.0_wp .and. variable%kind == 'real' .and. value <= 0.0_wp) then
+         call input_error(error, place, stated//' must be a positive number')
+      else if (variable%lowest == above_zero) then
+         return
+      else if (value < variable%lowest .or. value > variable%highest) then
+         call input_error(error, place, stated//' must lie between '//to_text(variable%lowest)// &
+            ' and '//to_text(variable%highest))
+      end if
+   end subroutine check_number
+
+   !> A word must be one of those that the catalogue allows.
+   pure subroutine require_choice(error, place, name, value)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place                  !< of the group
+      character(len=*), intent(in) :: name                   !< of the variable
+      character(len=*), intent(in) :: value                  !< as the input has it
+      type(variable_type) :: variable
+
+      variable = find_variable(place%group, name)
+      if (scan(value, "'") > 0 .or. index(variable%allowed, "'"//trim(value)//"'") == 0) &
+         call input_error(error, place, name//' = '//quoted(value)//' must be one of '// &
+         trim(variable%allowed))
+   end subroutine require_choice
+
+   !> The position of a name among those it may refer to; 0 and an input error if it is none.
+   pure subroutine require_name(error, place, name, value, names, group, position)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place                  !< of the group
+      character(len=*), intent(in) :: name                   !< of the variable
+      character(len=*), intent(in) :: value                  !< as the input has it
+      character(len=*), intent(in) :: names(:)               !< known ones
+      character(len=*), intent(in) :: group                  !< whose names they are: 'material', …
+      integer, intent(out) :: position  !< in `names`
+
+      position = findloc(names == value, .true., 1)
+      if (position == 0) call input_error(error, place, name//' = '//quoted(value)// &
+         ' is not the name of a &'//group)
+   end subroutine require_name
 
 end module dda_input_group

@@ -3,8 +3,8 @@
 module dda_input_integration
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, require_within, is_set
-   use dda_scheme, only: integration_names, default_theta, scheme_type
+   use dda_input_group, only: place_type, input_error, require, require_choice, is_set
+   use dda_scheme, only: default_theta, scheme_type
    use dda_scheme_response, only: forced_damping, theta_for_damping
    use dda_settings, only: control_type
    use dda_text, only: quoted, to_text
@@ -23,11 +23,8 @@ contains
       real(wp), intent(in) :: ratio, frequency       !< damping ratio at a frequency (Hz), or unset
       type(control_type), intent(inout) :: settings
 
-      if (.not. any(integration == integration_names)) then
-         call input_error(error, place, 'integration = '//quoted(integration)// &
-            " must be 'dda', 'midpoint', 'theta' or 'backward_euler'")
-         return
-      end if
+      call require_choice(error, place, 'integration', integration)
+      if (allocated(error)) return
       if (integration /= 'theta' .and. (is_set(theta) .or. is_set(ratio) .or. is_set(frequency))) &
          call input_error(error, place, "theta, damping_ratio and damping_frequency need "// &
          "integration = 'theta', not "//quoted(integration))
@@ -39,7 +36,7 @@ contains
       settings%theta = default_theta
       if (is_set(theta)) settings%theta = theta
       if (is_set(ratio)) call match_damping(error, place, ratio, frequency, settings)
-      call require_within(error, place, 'theta', settings%theta, 0.5_wp, 1.0_wp)
+      call require(error, place, 'theta', [settings%theta])
       if (settings%dynamic_factor < 1.0_wp .and. any(integration == [character(len=14) :: &
          'midpoint', 'theta'])) call input_error(error, place, 'dynamic_factor = '// &
          to_text(settings%dynamic_factor)//" needs integration = 'dda' or 'backward_euler': "// &
@@ -56,8 +53,8 @@ contains
       real(wp) :: omega
 
       omega = 2.0_wp*pi*frequency
-      call require_within(error, place, 'damping_ratio', ratio, 0.0_wp, 10.0_wp)
-      if (.not. (frequency > 0.0_wp .and. omega*settings%time_step < pi)) &
+      call require(error, place, 'damping_ratio damping_frequency', [ratio, frequency])
+      if (omega*settings%time_step >= pi) &
          call input_error(error, place, 'damping_frequency = '//to_text(frequency)// &
          ' must lie between 0 and 1/(2 time_step) = '//to_text(0.5_wp/settings%time_step)//' Hz')
       if (allocated(error)) return

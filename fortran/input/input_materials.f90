@@ -1,11 +1,10 @@
-!> The groups that describe what things are made of and how the ground moves: &material, &joint,
-!> &motion.
+!> The groups of materials and motions: &material, &joint, &motion.
 module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, read_error, require_positive, &
-      require_within, require_finite, unset, is_set, name_length
+   use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
+      require_choice, unset, is_set, name_length
    use dda_material, only: material_type, joint_type
    use dda_motion, only: motion_type
    use dda_record, only: record_type, read_record
@@ -20,10 +19,10 @@ contains
 
    !> &material
    subroutine read_material(group, place, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(material_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(material_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name
       real(wp) :: density, young_modulus, poisson_ratio, initial_stress(3), initial_velocity(3)
       character(len=256) :: message
@@ -38,26 +37,22 @@ contains
       initial_stress = 0.0_wp
       initial_velocity = 0.0_wp
       read (group, nml=material, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
-      call require_positive(error, place, 'density', density)
-      call require_positive(error, place, 'young_modulus', young_modulus)
-      call require_finite(error, place, 'poisson_ratio', [poisson_ratio])
-      call require_within(error, place, 'poisson_ratio', poisson_ratio, -0.99_wp, 0.499_wp)
-      call require_finite(error, place, 'initial_stress', initial_stress)
-      call require_finite(error, place, 'initial_velocity', initial_velocity)
-      call require_within(error, place, 'density', density, 1.0e-15_wp, 1.0e15_wp)
-      call require_within(error, place, 'young_modulus', young_modulus, 1.0e-6_wp, 1.0e18_wp)
+      call require(error, place, 'density young_modulus poisson_ratio', &
+         [density, young_modulus, poisson_ratio])
+      call require_list(error, place, 'initial_stress', initial_stress)
+      call require_list(error, place, 'initial_velocity', initial_velocity)
       new = material_type(name, density, young_modulus, poisson_ratio, initial_stress, &
          initial_velocity)
    end subroutine read_material
 
    !> &joint
    subroutine read_joint(group, place, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(joint_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(joint_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name
       real(wp) :: friction_angle, cohesion, tensile_strength
       character(len=256) :: message
@@ -69,23 +64,21 @@ contains
       cohesion = 0.0_wp
       tensile_strength = 0.0_wp
       read (group, nml=joint, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
-      if (.not. is_set(friction_angle)) call input_error(error, place, 'friction_angle is missing')
-      call require_within(error, place, 'friction_angle', friction_angle, 0.0_wp, 89.0_wp)
-      call require_within(error, place, 'cohesion', cohesion, 0.0_wp, 1.0e15_wp)
-      call require_within(error, place, 'tensile_strength', tensile_strength, 0.0_wp, 1.0e15_wp)
+      call require(error, place, 'friction_angle cohesion tensile_strength', &
+         [friction_angle, cohesion, tensile_strength])
       new = joint_type(name, friction_angle, cohesion, tensile_strength)
    end subroutine read_joint
 
    !> &motion: a record file, or values in the input itself.
    subroutine read_motion(group, place, folder, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
       !> that file names are relative to, '' or ending in '/'
       character(len=*), intent(in) :: folder
-      type(motion_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      type(motion_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, format, quantity, unit
       character(len=1024) :: file
       real(wp) :: time_step, values(most_values), scale, taper
@@ -107,14 +100,12 @@ contains
       drift_order = -1
       channel = 1
       read (group, nml=motion, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
       if (name == '') call input_error(error, place, 'name is missing')
-      call require_within(error, place, 'scale', scale, -1.0e9_wp, 1.0e9_wp)
-      call require_within(error, place, 'taper', taper, 0.0_wp, 1.0_wp)
-      if (drift_order /= -1) call require_within(error, place, 'drift_order', &
-         real(drift_order, wp), 0.0_wp, 2.0_wp)
-      if (is_set(time_step)) call require_positive(error, place, 'time_step', time_step)
+      call require(error, place, 'scale taper', [scale, taper])
+      if (drift_order /= -1) call require(error, place, 'drift_order', [real(drift_order, wp)])
+      if (is_set(time_step)) call require(error, place, 'time_step', [time_step])
       if ((file == '') .eqv. .not. is_set(values(1))) call input_error(error, place, &
          'give either file or values')
       if (allocated(error)) return
@@ -130,7 +121,9 @@ contains
       call make_motion(place, record, drift_order, taper, scale, new, error)
    end subroutine read_motion
 
+   !> A path of the input, relative to the working folder.
    pure function full_path(folder, file) result(path)
+      !> folder of the input, '' or ending in '/'; path
       character(len=*), intent(in) :: folder, file
       character(len=:), allocatable :: path
 
@@ -140,36 +133,34 @@ contains
 
    !> Read the record file; its errors get the place of the group in front.
    subroutine take_file(place, path, format, quantity, unit, time_step, channel, record, error)
-      type(place_type), intent(in) :: place
-      character(len=*), intent(in) :: path, format, quantity, unit
-      real(wp), intent(in) :: time_step
-      integer, intent(in) :: channel
-      type(record_type), intent(out) :: record
-      type(error_type), allocatable, intent(inout) :: error
-      type(error_type), allocatable :: trouble
+      type(place_type), intent(in) :: place  !< of the group
+      character(len=*), intent(in) :: path, format, quantity, unit  !< as the input gives them
+      real(wp), intent(in) :: time_step  !< s
+      integer, intent(in) :: channel  !< of a COSMOS file
+      type(record_type), intent(out) :: record  !< as read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable :: failure
 
-      call read_record(record, path, format, quantity, unit, trouble, merge(time_step, 0.0_wp, &
+      call read_record(record, path, format, quantity, unit, failure, merge(time_step, 0.0_wp, &
          is_set(time_step)), channel)
-      if (allocated(trouble)) call input_error(error, place, trouble%message)
+      if (allocated(failure)) call input_error(error, place, failure%message)
    end subroutine take_file
 
    !> Values in the group are in SI units.
    subroutine take_values(place, values, time_step, quantity, unit, record, error)
-      type(place_type), intent(in) :: place
-      real(wp), intent(in) :: values(:), time_step
-      character(len=*), intent(in) :: quantity, unit
-      type(record_type), intent(out) :: record
-      type(error_type), allocatable, intent(inout) :: error
+      type(place_type), intent(in) :: place  !< of the group
+      real(wp), intent(in) :: values(:), time_step  !< samples, SI; s
+      character(len=*), intent(in) :: quantity, unit  !< as the input gives them
+      type(record_type), intent(out) :: record  !< as read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: n
 
       n = count(is_set(values))
-      call require_positive(error, place, 'time_step', time_step)
-      call require_finite(error, place, 'values', values(:n))
+      call require(error, place, 'time_step', [time_step])
+      call require_list(error, place, 'values', values(:n))
       if (n < 2) call input_error(error, place, &
          'values holds too few samples: at least 2 are needed')
-      if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', &
-         'displacement'])) call input_error(error, place, 'quantity = '//quoted(quantity)// &
-         " must be 'acceleration', 'velocity' or 'displacement'")
+      call require_choice(error, place, 'quantity', quantity)
       if (unit /= '' .and. unit /= 'm' .and. unit /= 'm/s' .and. unit /= 'm/s2') &
          call input_error(error, place, 'unit = '//quoted(unit)// &
          ': values in the input are in m, m/s or m/s2')
@@ -185,23 +176,23 @@ contains
    !> Acceleration, velocity and displacement from the record; drift is removed from accelerations
    !> unless the input says otherwise.
    subroutine make_motion(place, record, drift_order, taper, scale, new, error)
-      type(place_type), intent(in) :: place
-      type(record_type), intent(in) :: record
-      integer, intent(in) :: drift_order
-      real(wp), intent(in) :: taper, scale
-      type(motion_type), intent(inout) :: new
-      type(error_type), allocatable, intent(inout) :: error
-      type(error_type), allocatable :: trouble
+      type(place_type), intent(in) :: place  !< of the group
+      type(record_type), intent(in) :: record  !< as read
+      integer, intent(in) :: drift_order  !< of the polynomial; −1: by the quantity
+      real(wp), intent(in) :: taper, scale  !< share of the record; factor
+      type(motion_type), intent(inout) :: new  !< gets its curves
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable :: failure
       type(baseline_type) :: baseline
 
       baseline%taper = taper
       baseline%scale = scale
       baseline%order = drift_order
       if (drift_order == -1) baseline%order = merge(2, 0, record%quantity == 'acceleration')
-      call make_motion_curve(new%curve, record%quantity, record%values, record%time_step, trouble, &
+      call make_motion_curve(new%curve, record%quantity, record%values, record%time_step, failure, &
          baseline)
-      if (allocated(trouble)) then
-         call input_error(error, place, trouble%message)
+      if (allocated(failure)) then
+         call input_error(error, place, failure%message)
          return
       end if
       new%file = record%file

@@ -4,9 +4,9 @@ module dda_input_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, read_error, require_finite, &
-      require_positive, require_within, unset, is_set, name_length
-   use dda_motion, only: motion_type, motion_named
+   use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
+      require_choice, require_name, unset, is_set, name_length
+   use dda_motion, only: motion_type
    use dda_polygon, only: contains_point
    use dda_settings, only: amplification_type
    use dda_support, only: fixed_point_type, load_type, point_type
@@ -22,20 +22,19 @@ contains
 
    !> The block that holds a point: the named one, else the first that does.
    subroutine find_block(place, blocks, names, origin, wanted, x, y, b, error)
-      type(place_type), intent(in) :: place
-      type(blocks_type), intent(in) :: blocks
+      type(place_type), intent(in) :: place  !< of the group
+      type(blocks_type), intent(in) :: blocks  !< of the model
       character(len=*), intent(in) :: names(:)   !< [n] of the blocks
       real(wp), intent(in) :: origin(2)          !< of the engine's coordinates, for messages
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
-      real(wp), intent(in) :: x, y
-      integer, intent(out) :: b
-      type(error_type), allocatable, intent(inout) :: error
+      real(wp), intent(in) :: x, y  !< m
+      integer, intent(out) :: b  !< its number; 0 on failure
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: point
       integer :: status
 
       b = 0
-      call require_finite(error, place, 'x', [x])
-      call require_finite(error, place, 'y', [y])
+      call require(error, place, 'x y', [x, y])
       if (allocated(error)) return
       point = 'the point ('//to_text(x + origin(1))//', '//to_text(y + origin(2))//')'
       if (wanted == '') then
@@ -59,10 +58,11 @@ contains
          ' lies outside block '//quoted(wanted))
    end subroutine find_block
 
+   !> Whether a block holds a point.
    pure logical function holds(blocks, b, point)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: b
-      real(wp), intent(in) :: point(2)
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      integer, intent(in) :: b  !< number of the block
+      real(wp), intent(in) :: point(2)  !< m
 
       holds = .false.
       if (norm2(point - blocks%position(1:2, b)) > (1.0_wp + on_boundary)*blocks%radius(b)) return
@@ -72,14 +72,14 @@ contains
 
    !> &fixed_point
    subroutine read_fixed_point(group, place, blocks, names, origin, motions, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(blocks_type), intent(in) :: blocks
-      character(len=*), intent(in) :: names(:)
-      real(wp), intent(in) :: origin(2)
-      type(motion_type), intent(in) :: motions(:)
-      type(fixed_point_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
+      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(motion_type), intent(in) :: motions(:)  !< of the model
+      type(fixed_point_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: x, y
       character(len=name_length) :: block, direction, motion_x, motion_y
       character(len=256) :: message
@@ -93,53 +93,40 @@ contains
       motion_x = ''
       motion_y = ''
       read (group, nml=fixed_point, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
       call to_model_origin(x, y, origin)
       call find_block(place, blocks, names, origin, block, x, y, new%block, error)
-      if (.not. any(direction == [character(len=2) :: 'xy', 'x', 'y'])) &
-         call input_error(error, place, 'direction = '//quoted(direction)// &
-         " must be 'x', 'y' or 'xy'")
+      call require_choice(error, place, 'direction', direction)
       if (allocated(error)) return
       new%held = [index(direction, 'x') > 0, index(direction, 'y') > 0]
       new%place = [x, y]
       new%reference = reference_of(blocks, new%block, new%place)
-      call find_motion(place, motions, 'motion_x', motion_x, new%motion(1), error)
-      call find_motion(place, motions, 'motion_y', motion_y, new%motion(2), error)
+      if (motion_x /= '') call require_name(error, place, 'motion_x', motion_x, motions%name, &
+         'motion', new%motion(1))
+      if (motion_y /= '') call require_name(error, place, 'motion_y', motion_y, motions%name, &
+         'motion', new%motion(2))
       if (any(new%motion > 0 .and. .not. new%held)) call input_error(error, place, &
          'a motion is given in a direction that the point is not held in')
    end subroutine read_fixed_point
 
+   !> From coordinates of the input to those of the engine.
    pure subroutine to_model_origin(x, y, origin)
-      real(wp), intent(inout) :: x, y
-      real(wp), intent(in) :: origin(2)
+      real(wp), intent(inout) :: x, y  !< m, or `unset`
+      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
 
       if (is_set(x)) x = x - origin(1)
       if (is_set(y)) y = y - origin(2)
    end subroutine to_model_origin
 
-   subroutine find_motion(place, motions, variable, name, motion, error)
-      type(place_type), intent(in) :: place
-      type(motion_type), intent(in) :: motions(:)
-      character(len=*), intent(in) :: variable, name
-      integer, intent(out) :: motion
-      type(error_type), allocatable, intent(inout) :: error
-
-      motion = 0
-      if (name == '') return
-      motion = motion_named(motions, name)
-      if (motion == 0) call input_error(error, place, variable//' = '//quoted(name)// &
-         ' is not the name of a &motion')
-   end subroutine find_motion
-
    !> &load
    subroutine read_load(group, place, blocks, names, origin, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(blocks_type), intent(in) :: blocks
-      character(len=*), intent(in) :: names(:)
-      real(wp), intent(in) :: origin(2)
-      type(load_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
+      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(load_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: x, y, time(most_times), force_x(most_times), force_y(most_times)
       character(len=name_length) :: block
       character(len=256) :: message
@@ -153,16 +140,16 @@ contains
       force_x = unset
       force_y = unset
       read (group, nml=load, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
       call to_model_origin(x, y, origin)
       call find_block(place, blocks, names, origin, block, x, y, new%block, error)
       n = count(is_set(time))
       if (n < 2) call input_error(error, place, 'time: at least 2 values are needed')
       if (.not. any(is_set(force_x))) force_x(:n) = 0.0_wp
       if (.not. any(is_set(force_y))) force_y(:n) = 0.0_wp
-      call require_finite(error, place, 'time', time(:n))
-      call require_finite(error, place, 'force_x', force_x(:n))
-      call require_finite(error, place, 'force_y', force_y(:n))
+      call require_list(error, place, 'time', time(:n))
+      call require_list(error, place, 'force_x', force_x(:n))
+      call require_list(error, place, 'force_y', force_y(:n))
       if (count(is_set(force_x)) /= n .or. count(is_set(force_y)) /= n) &
          call input_error(error, place, 'force_x and force_y must have as many values as time ('// &
          to_text(n)//')')
@@ -175,13 +162,13 @@ contains
 
    !> &measured_point
    subroutine read_point(group, place, blocks, names, origin, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(blocks_type), intent(in) :: blocks
-      character(len=*), intent(in) :: names(:)
-      real(wp), intent(in) :: origin(2)
-      type(point_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
+      real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      type(point_type), intent(out) :: new  !< as the group says
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: x, y
       character(len=name_length) :: name, block
       character(len=256) :: message
@@ -193,7 +180,7 @@ contains
       y = unset
       block = ''
       read (group, nml=measured_point, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
       call to_model_origin(x, y, origin)
       call find_block(place, blocks, names, origin, block, x, y, new%block, error)
       if (name == '') call input_error(error, place, 'name is missing')
@@ -205,11 +192,11 @@ contains
 
    !> &amplification: the spectral ratio of two measured points.
    subroutine read_amplification(group, place, points, new, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(point_type), intent(in) :: points(:)
-      type(amplification_type), intent(out) :: new
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(point_type), intent(in) :: points(:)  !< measured points of the model
+      type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: surface, base, direction
       real(wp) :: lowest, highest
       integer :: padding, status
@@ -223,21 +210,18 @@ contains
       highest = unset
       padding = new%padding
       read (group, nml=amplification, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
-      call require_positive(error, place, 'lowest', lowest)
-      call require_positive(error, place, 'highest', highest)
+      call check_read(error, place, status, message)
+      call require(error, place, 'lowest highest padding', [lowest, highest, real(padding, wp)])
+      call require_choice(error, place, 'direction', direction)
       if (highest <= lowest) call input_error(error, place, 'highest must be above lowest')
-      call require_within(error, place, 'padding', real(padding, wp), 1.0_wp, 64.0_wp)
-      if (.not. any(direction == ['x', 'y'])) call input_error(error, place, &
-         'direction = '//quoted(direction)//" must be 'x' or 'y'")
       if (allocated(error)) return
-      new = amplification_type(findloc(points%name == surface, .true., 1), &
-         findloc(points%name == base, .true., 1), merge(1, 2, direction == 'x'), lowest, highest, &
-         padding)
-      if (new%surface == 0) call input_error(error, place, 'surface = '//quoted(surface)// &
-         ' is not a &measured_point')
-      if (new%base == 0) call input_error(error, place, 'base = '//quoted(base)// &
-         ' is not a &measured_point')
+      call require_name(error, place, 'surface', surface, points%name, 'measured_point', &
+         new%surface)
+      call require_name(error, place, 'base', base, points%name, 'measured_point', new%base)
+      new%axis = index('xy', trim(direction))
+      new%lowest = lowest
+      new%highest = highest
+      new%padding = padding
    end subroutine read_amplification
 
 end module dda_input_points

@@ -2,44 +2,41 @@
 module dda_input_settings
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, read_error, require_positive, &
-      require_within, require_finite, unset, is_set, name_length
+   use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
+      require_choice, unset, is_set, name_length
    use dda_input_integration, only: check_integration
+   use dda_linear_solver, only: current_name
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
-   use dda_linear_solver, only: is_solver_name, solver_names
-   use dda_text, only: quoted, to_text
+   use dda_text, only: to_text
    implicit none
    private
    public :: read_run, read_control, read_contact, read_output
-
-   real(wp), parameter :: most_steps = 1.0e12_wp
-   real(wp), parameter :: least_step = 1.0e-15_wp, most_step = 1.0e9_wp  !< s; 2M/Δt² stays a number
 
 contains
 
    !> &run: the title.
    subroutine read_run(group, place, run_title, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      character(len=:), allocatable, intent(out) :: run_title
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      character(len=:), allocatable, intent(out) :: run_title  !< title of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=256) :: title, message
       integer :: status
       namelist /run/ title
 
       title = ''
       read (group, nml=run, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
       run_title = trim(title)
    end subroutine read_run
 
    !> &control: how the run is stepped.
    subroutine read_control(group, place, settings, base_motion, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(control_type), intent(out) :: settings
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(control_type), intent(out) :: settings  !< defaults where the input is silent
       character(len=name_length), intent(out) :: base_motion(2)  !< names of motions, x and y
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: time_step, duration, steps, least_time_step, dynamic_factor, &
          max_displacement_ratio, gravity(2), theta, damping_ratio, damping_frequency
       character(len=name_length) :: time_step_control, analysis, solver, base_motion_x, &
@@ -67,25 +64,18 @@ contains
       damping_ratio = unset
       damping_frequency = unset
       read (group, nml=control, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
-      call require_positive(error, place, 'time_step', time_step)
-      call require_within(error, place, 'time_step', time_step, least_step, most_step)
-      call require_within(error, place, 'dynamic_factor', dynamic_factor, 0.0_wp, 1.0_wp)
-      call require_within(error, place, 'max_displacement_ratio', max_displacement_ratio, &
-         1.0e-8_wp, 1.0_wp)
-      call require_finite(error, place, 'gravity', gravity)
-      if (.not. is_set(least_time_step)) least_time_step = 1.0e-6_wp*time_step
-      call require_positive(error, place, 'least_time_step', least_time_step)
-      if (.not. is_solver_name(solver)) call input_error(error, place, 'solver = '// &
-         quoted(solver)//' is not known; there are'//listed(solver_names))
+      if (.not. is_set(least_time_step) .and. is_set(time_step)) &
+         least_time_step = 1.0e-6_wp*time_step
+      call require(error, place, 'time_step dynamic_factor max_displacement_ratio '// &
+         'least_time_step', [time_step, dynamic_factor, max_displacement_ratio, least_time_step])
+      call require_list(error, place, 'gravity', gravity)
+      solver = current_name(solver)
+      call require_choice(error, place, 'solver', solver)
+      call require_choice(error, place, 'time_step_control', time_step_control)
+      call require_choice(error, place, 'analysis', analysis)
       call count_steps(error, place, time_step, duration, steps)
-      if (.not. any(time_step_control == [character(len=8) :: 'fixed', 'adaptive'])) &
-         call input_error(error, place, 'time_step_control = '//quoted(time_step_control)// &
-         " must be 'fixed' or 'adaptive'")
-      if (.not. any(analysis == [character(len=12) :: 'plane_stress', 'plane_strain'])) &
-         call input_error(error, place, 'analysis = '//quoted(analysis)// &
-         " must be 'plane_stress' or 'plane_strain'")
       if (allocated(error)) return
 
       settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
@@ -97,23 +87,12 @@ contains
       base_motion = [base_motion_x, base_motion_y]
    end subroutine read_control
 
-   pure function listed(names) result(list)
-      character(len=*), intent(in) :: names(:)
-      character(len=:), allocatable :: list
-      integer :: i
-
-      list = ''
-      do i = 1, size(names)
-         list = list//merge(', ', '  ', i > 1)//trim(names(i))
-      end do
-   end function listed
-
    !> The number of steps, from `steps` or from `duration`.
    subroutine count_steps(error, place, time_step, duration, steps)
-      type(error_type), allocatable, intent(inout) :: error
-      type(place_type), intent(in) :: place
-      real(wp), intent(in) :: time_step, duration
-      real(wp), intent(inout) :: steps
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place  !< of the group
+      real(wp), intent(in) :: time_step, duration  !< s, or `unset`
+      real(wp), intent(inout) :: steps  !< `unset` if `duration` is given
 
       if (allocated(error)) return
       if (is_set(duration) .eqv. is_set(steps)) then
@@ -121,23 +100,23 @@ contains
          return
       end if
       if (is_set(duration)) then
-         call require_positive(error, place, 'duration', duration)
+         call require(error, place, 'duration', [duration])
          if (allocated(error)) return
          steps = anint(duration/time_step)
          if (steps < 1.0_wp) call input_error(error, place, &
             'duration = '//to_text(duration)//' is shorter than one time_step')
       end if
-      call require_within(error, place, 'steps', steps, 1.0_wp, most_steps)
+      call require(error, place, 'steps', [steps])
       if (steps /= aint(steps)) call input_error(error, place, 'steps = '//to_text(steps)// &
          ' must be a whole number')
    end subroutine count_steps
 
    !> &contact: springs and iteration.  A stiffness left out stays 0 and gets the model's default.
    subroutine read_contact(group, place, settings, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(contact_settings_type), intent(out) :: settings
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(contact_settings_type), intent(out) :: settings  !< defaults where the input is silent
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: normal_stiffness, shear_ratio, fixed_point_ratio, force_tolerance, &
          penetration_tolerance
       character(len=name_length) :: contact_rules
@@ -155,26 +134,19 @@ contains
       penetration_tolerance = settings%penetration_tolerance
       max_iterations = settings%max_iterations
       read (group, nml=contact, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
       if (is_set(normal_stiffness)) then
-         call require_within(error, place, 'normal_stiffness', normal_stiffness, 1.0e-3_wp, &
-            1.0e18_wp)
+         call require(error, place, 'normal_stiffness', [normal_stiffness])
          settings%normal_stiffness = normal_stiffness
       end if
-      call require_within(error, place, 'shear_ratio', shear_ratio, 1.0e-3_wp, 1.0e6_wp)
-      call require_within(error, place, 'fixed_point_ratio', fixed_point_ratio, 1.0e-6_wp, 1.0e6_wp)
-      call require_within(error, place, 'force_tolerance', force_tolerance, 1.0e-15_wp, 1.0e-2_wp)
-      call require_within(error, place, 'penetration_tolerance', penetration_tolerance, 0.0_wp, &
-         1.0e3_wp)
-      call require_within(error, place, 'max_iterations', real(max_iterations, wp), 2.0_wp, &
-         1.0e4_wp)
+      call require(error, place, 'shear_ratio fixed_point_ratio force_tolerance '// &
+         'penetration_tolerance max_iterations', [shear_ratio, fixed_point_ratio, &
+         force_tolerance, penetration_tolerance, real(max_iterations, wp)])
+      call require_choice(error, place, 'contact_rules', contact_rules)
       settings%shear_ratio = shear_ratio
       settings%fixed_point_ratio = fixed_point_ratio
       settings%force_tolerance = force_tolerance
-      if (.not. any(contact_rules == [character(len=10) :: 'consistent', 'original'])) &
-         call input_error(error, place, 'contact_rules = '//quoted(contact_rules)// &
-         " must be 'consistent' or 'original'")
       settings%original_rules = contact_rules == 'original'
       settings%penetration_tolerance = penetration_tolerance
       settings%max_iterations = max_iterations
@@ -182,10 +154,10 @@ contains
 
    !> &output: where and how often.
    subroutine read_output(group, place, settings, error)
-      character(len=*), intent(in) :: group
-      type(place_type), intent(in) :: place
-      type(output_settings_type), intent(inout) :: settings
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(output_settings_type), intent(inout) :: settings  !< with its defaults before
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=1024) :: file
       character(len=256) :: message
       integer :: history_interval, block_interval, checkpoint_interval, status
@@ -199,15 +171,11 @@ contains
       checkpoint_interval = settings%checkpoint_interval
       checkpoint_minutes = settings%checkpoint_minutes
       read (group, nml=output, iostat=status, iomsg=message)
-      if (status /= 0) call read_error(error, place, message)
+      call check_read(error, place, status, message)
 
-      call require_within(error, place, 'history_interval', real(history_interval, wp), 1.0_wp, &
-         1.0e9_wp)
-      call require_within(error, place, 'block_interval', real(block_interval, wp), 0.0_wp, &
-         1.0e9_wp)
-      call require_within(error, place, 'checkpoint_interval', real(checkpoint_interval, wp), &
-         0.0_wp, 1.0e9_wp)
-      call require_within(error, place, 'checkpoint_minutes', checkpoint_minutes, 0.0_wp, 1.0e6_wp)
+      call require(error, place, 'history_interval block_interval checkpoint_interval '// &
+         'checkpoint_minutes', [real(wp) :: history_interval, block_interval, &
+         checkpoint_interval, checkpoint_minutes])
       if (file /= '') settings%file = trim(file)
       settings%history_interval = history_interval
       settings%block_interval = block_interval

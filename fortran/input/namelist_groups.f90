@@ -21,9 +21,9 @@ contains
    !> Cut `text` into groups.  Anything outside groups but comments and blanks is an error.
    subroutine split_groups(file, text, groups, error)
       character(len=*), intent(in) :: file  !< for messages
-      character(len=*), intent(in) :: text
-      type(group_type), allocatable, intent(out) :: groups(:)
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: text  !< of the input
+      type(group_type), allocatable, intent(out) :: groups(:)  !< in the order of the text
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: at, line, count
 
       allocate (groups(16))
@@ -56,8 +56,8 @@ contains
 
    !> Move past blanks, line ends and comments.
    pure subroutine skip_blank(text, at, line)
-      character(len=*), intent(in) :: text
-      integer, intent(inout) :: at, line
+      character(len=*), intent(in) :: text  !< of the input
+      integer, intent(inout) :: at, line  !< position in the text, line number
 
       do while (at <= len(text))
          select case (text(at:at))
@@ -77,8 +77,8 @@ contains
 
    !> Move to the end of the line.
    pure subroutine skip_comment(text, at)
-      character(len=*), intent(in) :: text
-      integer, intent(inout) :: at
+      character(len=*), intent(in) :: text  !< of the input
+      integer, intent(inout) :: at  !< position in the text
       integer :: length
 
       length = index(text(at:), newline)
@@ -87,10 +87,10 @@ contains
 
    !> Take one group up to its closing slash.
    subroutine take_group(file, text, at, line, group, error)
-      character(len=*), intent(in) :: file, text
-      integer, intent(inout) :: at, line
-      type(group_type), intent(out) :: group
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: file, text  !< path, for messages; text of the input
+      integer, intent(inout) :: at, line  !< position in the text, line number
+      type(group_type), intent(out) :: group  !< its name, text and line
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: length, last, lines
 
       group%line = line
@@ -107,11 +107,11 @@ contains
       line = line + lines
    end subroutine take_group
 
-   !> Where the group that begins at `first` closes; 0 if it does not before the next one begins.
+   !> Position of the slash that closes the group at `first`; 0 if the next group begins before.
    pure subroutine find_close(text, first, last, lines)
-      character(len=*), intent(in) :: text
-      integer, intent(in) :: first
-      integer, intent(out) :: last, lines
+      character(len=*), intent(in) :: text  !< of the input
+      integer, intent(in) :: first  !< position of its &
+      integer, intent(out) :: last, lines  !< position of its slash; line ends up to there
       character :: quote
       integer :: at
 
@@ -143,7 +143,7 @@ contains
 
    !> A group's text without comments, line ends and tabs.
    pure function on_one_line(text) result(copy)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< of the input
       character(len=:), allocatable :: copy
       character :: quote
       integer :: at, length
@@ -171,8 +171,9 @@ contains
       copy = copy(:length)
    end function on_one_line
 
+   !> The first word of a text, for messages.
    pure function first_word(text) result(word)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< of the input
       character(len=:), allocatable :: word
       integer :: length
 
@@ -180,7 +181,9 @@ contains
       word = whole_characters(text(:min(length, 40)))
    end function first_word
 
+   !> Space for twice as many groups.
    subroutine double(groups)
+      !> twice as many elements afterwards
       type(group_type), allocatable, intent(inout) :: groups(:)
       type(group_type), allocatable :: larger(:)
       integer :: i

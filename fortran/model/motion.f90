@@ -3,7 +3,7 @@ module dda_motion
    use dda_baseline, only: motion_curve_type
    implicit none
    private
-   public :: motion_type, motion_named
+   public :: motion_type
 
    !> A motion of the ground or of a support.
    type :: motion_type
@@ -13,19 +13,5 @@ module dda_motion
       character(len=:), allocatable :: source
       type(motion_curve_type) :: curve
    end type motion_type
-
-contains
-
-   !> Position of the motion with a name; 0 if there is none.
-   pure integer function motion_named(motions, name) result(found)
-      type(motion_type), intent(in) :: motions(:)
-      character(len=*), intent(in) :: name
-      integer :: i
-
-      found = 0
-      do i = 1, size(motions)
-         if (motions(i)%name == name) found = i
-      end do
-   end function motion_named
 
 end module dda_motion

@@ -1,6 +1,6 @@
 !> The samples and frames of a run so far, in a file that only grows: FILE.journal.
 !>
-!> It holds what the output will hold, in plain rows of numbers in the order of the steps.  A
+!> It holds the data of the output as rows of numbers in the order of the steps.  A
 !> checkpoint notes how far it went and its checksum up to there; a resumed run cuts it back to that
 !> mark and goes on.  While a run has it open no other run can.
 module dda_journal
@@ -14,15 +14,16 @@ module dda_journal
    use dda_errors, only: error_type, error_file, fail
    implicit none
    private
-   public :: journal_type, open_journal, empty_journal, carry_mark, return_to_mark, close_journal
-   public :: append_sample, append_frame, flush_journal, journal_name
+   public :: journal_type, open_journal, empty_journal, close_journal
+   public :: serialise_mark, return_to_mark, append_sample, append_frame, flush_journal, &
+      journal_name
    public :: reader_type, open_reader, read_row, read_numbers, close_reader, row_sample
 
    integer, parameter :: row_sample = 1, row_frame = 2
    integer, parameter :: word = storage_size(0.0_wp)/8  !< bytes of a number
    integer(long), parameter :: piece = 1048576          !< bytes read at a time
 
-   !> How far a journal goes, and the sum of its bytes up to there.
+   !> A journal: its length, the checksum of its bytes, numbers of its rows.
    type :: journal_type
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
@@ -32,7 +33,7 @@ module dda_journal
       integer :: iterations = 0     !< most of a step since the last sample
    end type journal_type
 
-   !> A journal that is being read, up to where it is known to go.
+   !> A journal that is being read, up to its known length.
    type :: reader_type
       type(byte_file_type) :: file
       integer(long) :: left = 0     !< bytes
@@ -40,8 +41,9 @@ module dda_journal
 
 contains
 
+   !> The journal of an output.
    pure function journal_name(output) result(name)
-      character(len=*), intent(in) :: output
+      character(len=*), intent(in) :: output  !< path of the output
       character(len=:), allocatable :: name
 
       name = output//'.journal'
@@ -49,9 +51,9 @@ contains
 
    !> Open the journal of an output; an error if another run has it.
    subroutine open_journal(journal, output, error)
-      type(journal_type), intent(out) :: journal
-      character(len=*), intent(in) :: output
-      type(error_type), allocatable, intent(inout) :: error
+      type(journal_type), intent(out) :: journal  !< open and locked
+      character(len=*), intent(in) :: output  !< path of the output
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: locked
 
       call begin_checksum(journal%checksum)
@@ -62,18 +64,18 @@ contains
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
 
-   !> Begin anew.
+   !> Remove all rows.
    subroutine empty_journal(journal, error)
-      type(journal_type), intent(inout) :: journal
-      type(error_type), allocatable, intent(inout) :: error
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call cut_file(journal%file, 0_long, error)
    end subroutine empty_journal
 
-   !> Where the journal stands, as part of a checkpoint.
-   subroutine carry_mark(archive, journal)
-      type(archive_type), intent(inout) :: archive
-      type(journal_type), intent(inout) :: journal
+   !> Length and checksum of the journal, as part of a checkpoint.
+   subroutine serialise_mark(archive, journal)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(journal_type), intent(inout) :: journal  !< of the run
 
       call serialise_label(archive, 'journal')
       call serialise(archive, journal%bytes)
@@ -82,13 +84,12 @@ contains
       call serialise(archive, journal%frames)
       call serialise(archive, journal%contacts)
       call serialise(archive, journal%iterations)
-   end subroutine carry_mark
+   end subroutine serialise_mark
 
-   !> Cut the journal back to the mark that was carried; an error if it does not hold what it held
-   !> then.
+   !> Cut the journal back to the mark of a checkpoint; an error if its bytes have changed since.
    subroutine return_to_mark(journal, error)
-      type(journal_type), intent(inout) :: journal
-      type(error_type), allocatable, intent(inout) :: error
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(int8), allocatable :: bytes(:)
@@ -113,10 +114,11 @@ contains
       call cut_file(journal%file, journal%bytes, error)
    end subroutine return_to_mark
 
+   !> Append a sample.
    subroutine append_sample(journal, sample, error)
-      type(journal_type), intent(inout) :: journal
-      real(wp), contiguous, intent(in) :: sample(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(journal_type), intent(inout) :: journal  !< of the run
+      real(wp), contiguous, intent(in) :: sample(:)  !< [`sample_size`]
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call append(journal, [real(wp) :: row_sample, 0], error)
       call append(journal, sample, error)
@@ -124,11 +126,12 @@ contains
       journal%iterations = 0
    end subroutine append_sample
 
+   !> Append a frame.
    subroutine append_frame(journal, frame, contacts, error)
-      type(journal_type), intent(inout) :: journal
-      real(wp), contiguous, intent(in) :: frame(:)
-      integer, intent(in) :: contacts
-      type(error_type), allocatable, intent(inout) :: error
+      type(journal_type), intent(inout) :: journal  !< of the run
+      real(wp), contiguous, intent(in) :: frame(:)  !< [`frame_size`]
+      integer, intent(in) :: contacts  !< number of contacts of the frame
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call append(journal, [real(wp) :: row_frame, contacts], error)
       call append(journal, frame, error)
@@ -136,10 +139,11 @@ contains
       journal%contacts = journal%contacts + contacts
    end subroutine append_frame
 
+   !> Append numbers and include them in the checksum.
    subroutine append(journal, numbers, error)
-      type(journal_type), intent(inout) :: journal
-      real(wp), contiguous, target, intent(in) :: numbers(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(journal_type), intent(inout) :: journal  !< of the run
+      real(wp), contiguous, target, intent(in) :: numbers(:)  !< [numbers] of a row
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer(int8), pointer, contiguous :: bytes(:)
 
       call c_f_pointer(c_loc(numbers), bytes, [word*size(numbers)])
@@ -148,11 +152,11 @@ contains
       journal%bytes = journal%bytes + size(bytes)
    end subroutine append
 
-   !> Let all rows so far outlive the process, or also the machine's power.
+   !> Flush all rows to the system, or to the disk.
    subroutine flush_journal(journal, to_disk, error)
-      type(journal_type), intent(in) :: journal
-      logical, intent(in) :: to_disk
-      type(error_type), allocatable, intent(inout) :: error
+      type(journal_type), intent(in) :: journal  !< of the run
+      logical, intent(in) :: to_disk  !< else only to the system
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (to_disk) then
          call flush_to_disk(journal%file, error)
@@ -161,18 +165,19 @@ contains
       end if
    end subroutine flush_journal
 
+   !> Close the journal, which lets other runs have it.
    subroutine close_journal(journal, error)
-      type(journal_type), intent(inout) :: journal
-      type(error_type), allocatable, intent(inout) :: error
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call close_file(journal%file, error)
    end subroutine close_journal
 
-   !> Read a journal from its beginning to where it stands.
+   !> Open a journal to be read from its beginning.
    subroutine open_reader(reader, journal, error)
-      type(reader_type), intent(out) :: reader
-      type(journal_type), intent(in) :: journal
-      type(error_type), allocatable, intent(inout) :: error
+      type(reader_type), intent(out) :: reader  !< of the journal
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call flush_to_system(journal%file, error)
       if (.not. allocated(error)) call open_to_read(reader%file, journal%file%name, error)
@@ -181,9 +186,9 @@ contains
 
    !> The kind of the next row, 0 at the end, and how many contacts it has.
    subroutine read_row(reader, kind, contacts, error)
-      type(reader_type), intent(inout) :: reader
-      integer, intent(out) :: kind, contacts
-      type(error_type), allocatable, intent(inout) :: error
+      type(reader_type), intent(inout) :: reader  !< of the journal
+      integer, intent(out) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: head(2)
 
       kind = 0
@@ -195,10 +200,11 @@ contains
       contacts = nint(head(2))
    end subroutine read_row
 
+   !> The next numbers of a row.
    subroutine read_numbers(reader, numbers, error)
-      type(reader_type), intent(inout) :: reader
-      real(wp), contiguous, target, intent(out) :: numbers(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(reader_type), intent(inout) :: reader  !< of the journal
+      real(wp), contiguous, target, intent(out) :: numbers(:)  !< [numbers] of a row
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer(int8), pointer, contiguous :: bytes(:)
 
       call c_f_pointer(c_loc(numbers), bytes, [word*size(numbers)])
@@ -206,9 +212,10 @@ contains
       reader%left = reader%left - size(bytes)
    end subroutine read_numbers
 
+   !> Close the file.
    subroutine close_reader(reader, error)
-      type(reader_type), intent(inout) :: reader
-      type(error_type), allocatable, intent(inout) :: error
+      type(reader_type), intent(inout) :: reader  !< of the journal
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call close_file(reader%file, error)
    end subroutine close_reader

@@ -1,33 +1,34 @@
 !> The output of a run: a netCDF-4 file that xarray opens as it is.
 !>
-!> It is always written as a whole from the journal, under a name of its own, and then renamed: to
-!> FILE when the run is complete, now and then before that to FILE.partial.  So whoever opens
-!> either, at any moment, finds a file that is whole, and a run that dies while it writes leaves the
-!> last one as it was.
+!> It is always written as a whole from the journal, under a third name, and then renamed: to FILE
+!> when the run is complete, from time to time before that to FILE.partial.  Either can therefore be
+!> opened at any moment, and a run that dies while it writes leaves the last one as it was.
 module dda_output_file
    use, intrinsic :: iso_c_binding, only: c_null_char
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type
-   use dda_byte_file, only: reserve_room, settle_file
+   use dda_byte_file, only: reserve_space, flush_file
    use dda_energy, only: energy_terms
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       close_reader, row_sample
    use dda_model, only: model_type
-   use dda_netcdf_calls, only: dataset_type, checked, define, define_dimension, describe, put
+   use dda_netcdf_calls, only: dataset_type, checked, define, define_dimension, describe, put, &
+      text_of
    use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
    use dda_simulation, only: simulation_type, summary
    use dda_linear_solver, only: work_done
    use dda_text, only: quoted
    use dda_diagnostics, only: audit_warning
    use dda_version, only: version
-   use netcdf, only: nf90_create, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
-      nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char, nf90_put_att, nf90_put_var
+   use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
+      nf90_nowrite, nf90_noerr, nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char, &
+      nf90_put_att, nf90_put_var
    implicit none
    private
-   public :: check_target, write_output, partial_name
+   public :: check_target, write_output, is_complete, partial_name
 
    integer, parameter :: buffered = 1024          !< samples between writes
    integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
@@ -51,8 +52,9 @@ module dda_output_file
 
 contains
 
+   !> The partial output of an unfinished run.
    pure function partial_name(file) result(name)
-      character(len=*), intent(in) :: file
+      character(len=*), intent(in) :: file  !< path of the output
       character(len=:), allocatable :: name
 
       name = file//'.partial'
@@ -60,9 +62,9 @@ contains
 
    !> The output must not be a folder, the input or a record.
    subroutine check_target(file, model, error)
-      character(len=*), intent(in) :: file
-      type(model_type), intent(in) :: model
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file  !< path of the output
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: folder
       integer :: i
 
@@ -83,22 +85,21 @@ contains
 
    !> Write all that the journal holds to FILE, or to FILE.partial if the run is not complete.
    subroutine write_output(file, journal, simulation, complete, error)
-      character(len=*), intent(in) :: file
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
-      logical, intent(in) :: complete
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: file  !< path of the output
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      logical, intent(in) :: complete  !< the run has reached its duration
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(output_type) :: output
       character(len=:), allocatable :: name
 
       name = partial_name(file)
       if (complete) name = file
       output%dataset%file = file//'.writing'
-      ! HDF5 does not survive a disk that fills up while it writes: what it will need is asked for
-      ! before.
-      call reserve_room(output%dataset%file, room_for(journal, simulation), error)
+      ! HDF5 crashes if the disk fills up while it writes, so the space is allocated first.
+      call reserve_space(output%dataset%file, bytes_for(journal, simulation), error)
       if (.not. allocated(error)) call write_dataset(output, journal, simulation, complete, error)
-      if (.not. allocated(error) .and. complete) call settle_file(output%dataset%file, error)
+      if (.not. allocated(error) .and. complete) call flush_file(output%dataset%file, error)
       if (.not. allocated(error)) then
          if (.not. rename_file(output%dataset%file, name)) call fail(error, error_file, &
             output%dataset%file//' cannot be renamed to '//name)
@@ -106,10 +107,10 @@ contains
       if (allocated(error)) call remove_file(output%dataset%file)
    end subroutine write_output
 
-   !> Bytes that the file will not exceed.
-   pure integer(long) function room_for(journal, simulation) result(bytes)
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
+   !> Upper bound of the size of the file, bytes.
+   pure integer(long) function bytes_for(journal, simulation) result(bytes)
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
       integer :: i
 
       bytes = overhead + 2*len(simulation%model%text) + journal%bytes &
@@ -117,14 +118,15 @@ contains
       do i = 1, size(simulation%model%motions)
          bytes = bytes + 2*len(simulation%model%motions(i)%source)
       end do
-   end function room_for
+   end function bytes_for
 
+   !> Create the file, write everything, close it.
    subroutine write_dataset(output, journal, simulation, complete, error)
-      type(output_type), intent(inout) :: output
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
-      logical, intent(in) :: complete
-      type(error_type), allocatable, intent(inout) :: error
+      type(output_type), intent(inout) :: output  !< file being written
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      logical, intent(in) :: complete  !< the run has reached its duration
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: unused
 
       associate (dataset => output%dataset)
@@ -143,10 +145,11 @@ contains
       end associate
    end subroutine write_dataset
 
+   !> Dimensions, variables, and the values that do not change.
    subroutine define_file(output, journal, simulation)
-      type(output_type), intent(inout) :: output
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
+      type(output_type), intent(inout) :: output  !< file being written
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
       integer :: time, point, axis, frame
 
       output%points = size(simulation%model%points)
@@ -168,23 +171,17 @@ contains
 
    !> All that is needed to repeat the run.
    subroutine describe_run(dataset, simulation, complete)
-      type(dataset_type), intent(inout) :: dataset
-      type(simulation_type), intent(in) :: simulation
-      character(len=*), intent(in) :: complete
-      integer :: i
-      character(len=:), allocatable :: motions, audit
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      character(len=*), intent(in) :: complete  !< 'yes' or 'no'
+      character(len=:), allocatable :: audit
 
-      motions = ''
-      do i = 1, size(simulation%model%motions)
-         if (i > 1) motions = motions//new_line('a')
-         motions = motions//simulation%model%motions(i)%source
-      end do
       call describe(dataset, 'title', simulation%model%title)
       call describe(dataset, 'source', 'sitedda '//version)
       call describe(dataset, 'compiler', compiler_version()//' '//compiler_options())
       call describe(dataset, 'input_file', simulation%model%file)
       call describe(dataset, 'input_text', simulation%model%text)
-      call describe(dataset, 'motions', motions)
+      call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
       audit = audit_warning(simulation)
       if (audit == '') audit = 'balances'
@@ -193,10 +190,38 @@ contains
       call describe(dataset, 'complete', trim(complete))
    end subroutine describe_run
 
+   !> The records of a model and what was done to them, a line each.
+   pure function sources_of(model) result(text)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ''
+      do i = 1, size(model%motions)
+         if (i > 1) text = text//new_line('a')
+         text = text//model%motions(i)%source
+      end do
+   end function sources_of
+
+   !> Whether the output exists, is complete, and was made from this input and these records.
+   logical function is_complete(file, model)
+      character(len=*), intent(in) :: file      !< output
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(dataset_type) :: dataset
+
+      dataset%file = file
+      is_complete = nf90_open(file, nf90_nowrite, dataset%id) == nf90_noerr
+      if (.not. is_complete) return
+      is_complete = text_of(dataset, 'complete') == 'yes' &
+         .and. text_of(dataset, 'input_text') == model%text &
+         .and. text_of(dataset, 'motions') == sources_of(model)
+      call checked(dataset, nf90_close(dataset%id), 'close the file')
+   end function is_complete
+
    !> Samples of measured points and energies.
    subroutine define_history(output, time, point, axis)
-      type(output_type), intent(inout) :: output
-      integer, intent(in) :: time, point, axis
+      type(output_type), intent(inout) :: output  !< file being written
+      integer, intent(in) :: time, point, axis  !< netCDF dimensions
       integer :: i
 
       associate (dataset => output%dataset)
@@ -220,9 +245,9 @@ contains
 
    !> States of all blocks, now and then.
    subroutine define_frames(output, frame, block, axis, blocks)
-      type(output_type), intent(inout) :: output
-      integer, intent(in) :: frame, block, axis
-      type(blocks_type), intent(in) :: blocks
+      type(output_type), intent(inout) :: output  !< file being written
+      integer, intent(in) :: frame, block, axis  !< netCDF dimensions
+      type(blocks_type), intent(in) :: blocks  !< of the model
       integer :: coordinate, component
 
       associate (dataset => output%dataset)
@@ -245,8 +270,8 @@ contains
 
    !> Contact states of all frames, one after the other.
    subroutine define_contacts(output, contacts)
-      type(output_type), intent(inout) :: output
-      integer, intent(in) :: contacts
+      type(output_type), intent(inout) :: output  !< file being written
+      integer, intent(in) :: contacts  !< number of contacts in all frames
       integer :: contact
 
       associate (dataset => output%dataset)
@@ -274,9 +299,9 @@ contains
 
    !> Names that let xarray select points and blocks, and the shape of the model.
    subroutine define_names(output, simulation, point, axis)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
-      integer, intent(in) :: point, axis
+      type(output_type), intent(inout) :: output  !< file being written
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      integer, intent(in) :: point, axis  !< netCDF dimensions
       integer :: letter
 
       associate (dataset => output%dataset)
@@ -297,9 +322,10 @@ contains
       end associate
    end subroutine define_names
 
+   !> Values that do not depend on time.
    subroutine write_constants(output, simulation)
-      type(output_type), intent(inout) :: output
-      type(simulation_type), intent(in) :: simulation
+      type(output_type), intent(inout) :: output  !< file being written
+      type(simulation_type), intent(in) :: simulation  !< at its present time
       integer :: i
 
       associate (dataset => output%dataset, points => simulation%model%points, &
@@ -321,7 +347,7 @@ contains
 
    !> A text whose end readers can see.
    pure function null_padded(text) result(padded)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< to pad
       character(len=len(text)) :: padded
 
       padded = trim(text)//repeat(c_null_char, len(text) - len_trim(text))
@@ -329,10 +355,10 @@ contains
 
    !> All rows of the journal, in its order.
    subroutine copy_rows(output, journal, simulation, error)
-      type(output_type), intent(inout) :: output
-      type(journal_type), intent(in) :: journal
-      type(simulation_type), intent(in) :: simulation
-      type(error_type), allocatable, intent(inout) :: error
+      type(output_type), intent(inout) :: output  !< file being written
+      type(journal_type), intent(in) :: journal  !< of the run
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(reader_type) :: reader
       real(wp), allocatable :: sample(:), frame(:)
       integer :: kind, contacts
@@ -363,7 +389,7 @@ contains
 
    !> Write the buffered samples.
    subroutine put_samples(output)
-      type(output_type), intent(inout) :: output
+      type(output_type), intent(inout) :: output  !< file being written
       integer :: first, n, i, kind, at
 
       n = output%waiting
@@ -388,9 +414,9 @@ contains
 
    !> Write a frame: all blocks and contacts.
    subroutine put_frame(output, frame, n, vertices, contacts)
-      type(output_type), intent(inout) :: output
-      real(wp), contiguous, intent(in) :: frame(:)
-      integer, intent(in) :: n, vertices, contacts
+      type(output_type), intent(inout) :: output  !< file being written
+      real(wp), contiguous, intent(in) :: frame(:)  !< [`frame_size`]
+      integer, intent(in) :: n, vertices, contacts  !< numbers of blocks, vertices, contacts
       integer :: f, at
 
       output%frames = output%frames + 1
@@ -405,8 +431,9 @@ contains
 
    contains
 
+      !> The next numbers of the frame, as a variable.
       subroutine put_part(variable, width, count)
-         integer, intent(in) :: variable, width, count
+         integer, intent(in) :: variable, width, count  !< netCDF variable; its shape in a frame
 
          call put(output%dataset, variable, frame(at + 1:at + width*count), [1, 1, f], &
             [width, count, 1])
@@ -417,9 +444,9 @@ contains
 
    !> The columns of the contacts of a frame: the first ones are whole numbers.
    subroutine put_contacts(output, columns, n)
-      type(output_type), intent(inout) :: output
-      integer, intent(in) :: n
-      real(wp), intent(in) :: columns(n, contact_columns)
+      type(output_type), intent(inout) :: output  !< file being written
+      integer, intent(in) :: n  !< number of contacts
+      real(wp), intent(in) :: columns(n, contact_columns)  !< as of `take_contacts`
       integer, parameter :: whole = 4
       integer :: i, at(1)
 

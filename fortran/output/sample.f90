@@ -1,5 +1,5 @@
-!> What is written of a run, as plain rows of numbers: samples of points and energies, frames of
-!> blocks and contacts.
+!> The output of a run as rows of numbers: samples of points and energies, frames of blocks and
+!> contacts.
 module dda_sample
    use dda_kinds, only: wp
    use dda_blocks, only: stress_of
@@ -18,15 +18,15 @@ contains
 
    !> Numbers of a sample.
    pure integer function sample_size(simulation)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< at its present time
 
       sample_size = sample_head + 6*size(simulation%model%points)
    end function sample_size
 
    !> Numbers of a frame with so many contacts.
    pure integer function frame_size(simulation, contacts)
-      type(simulation_type), intent(in) :: simulation
-      integer, intent(in) :: contacts
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      integer, intent(in) :: contacts  !< number of contacts of the frame
 
       frame_size = 1 + 15*simulation%blocks%n + 2*size(simulation%blocks%owner) &
          + contact_columns*contacts
@@ -34,9 +34,9 @@ contains
 
    !> Time, Δt, iterations, energies; then [2, points, 3] displacement, velocity, acceleration.
    pure subroutine take_sample(simulation, iterations, sample)
-      type(simulation_type), intent(in) :: simulation
-      integer, intent(in) :: iterations
-      real(wp), intent(out) :: sample(:)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      integer, intent(in) :: iterations  !< most of a step since the last sample
+      real(wp), intent(out) :: sample(:)  !< [`sample_size`]
       real(wp) :: motion(2, 3)
       integer :: i, kind, at
 
@@ -57,8 +57,8 @@ contains
    !> Time; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; contacts [contacts,
    !> columns].
    subroutine take_frame(simulation, frame)
-      type(simulation_type), intent(in) :: simulation
-      real(wp), allocatable, intent(out) :: frame(:)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      real(wp), allocatable, intent(out) :: frame(:)  !< [`frame_size`]
       integer :: b, n, vertices, contacts, at
 
       n = simulation%blocks%n
@@ -81,12 +81,12 @@ contains
       call take_contacts(simulation%contacts(simulation%now), contacts, frame(at + 1:))
    end subroutine take_frame
 
-   !> Put numbers behind the last ones.
+   !> Append numbers to a frame.
    pure subroutine place(frame, at, values, count)
-      real(wp), intent(inout) :: frame(:)
-      integer, intent(inout) :: at
-      integer, intent(in) :: count
-      real(wp), intent(in) :: values(count)
+      real(wp), intent(inout) :: frame(:)  !< [`frame_size`]
+      integer, intent(inout) :: at  !< numbers in the frame so far
+      integer, intent(in) :: count  !< of the values
+      real(wp), intent(in) :: values(count)  !< to append
 
       frame(at + 1:at + count) = values
       at = at + count
@@ -94,9 +94,9 @@ contains
 
    !> Vertex and edge from 0, state, bonded; distance, normal force, shear force, stretch.
    pure subroutine take_contacts(contacts, n, columns)
-      type(contacts_type), intent(in) :: contacts
-      integer, intent(in) :: n
-      real(wp), intent(out) :: columns(n, contact_columns)
+      type(contacts_type), intent(in) :: contacts  !< of the last step
+      integer, intent(in) :: n  !< number of contacts
+      real(wp), intent(out) :: columns(n, contact_columns)  !< of the frame
 
       columns(:, 1) = contacts%vertex(:n) - 1
       columns(:, 2) = contacts%edge(:n) - 1

@@ -1,5 +1,5 @@
-!> A file of bytes, through the C library: every write that fails is known at once, and can be
-!> flushed to the disk.
+!> A file of bytes, through the C library, which reports every failed write and can flush to the
+!> disk.
 module dda_byte_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_loc, c_long, &
       c_null_char, c_null_ptr, c_ptr, c_size_t
@@ -12,7 +12,7 @@ module dda_byte_file
    public :: byte_file_type, open_to_write, open_to_overwrite, open_to_append, open_to_read, &
       lock_file, size_of_file
    public :: write_bytes, read_bytes, cut_file, flush_to_system, flush_to_disk, close_file, &
-      reserve_room, settle_file
+      reserve_space, flush_file
 
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
    integer(c_int), parameter :: from_end = 2_c_int                      !< SEEK_END
@@ -26,74 +26,74 @@ module dda_byte_file
    interface
       type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen')
          import :: c_char, c_ptr
-         character(kind=c_char), intent(in) :: path(*), mode(*)
+         character(kind=c_char), intent(in) :: path(*), mode(*)  !< ending in NUL
       end function c_fopen
 
       integer(c_int) function c_fclose(stream) bind(c, name='fclose')
          import :: c_int, c_ptr
-         type(c_ptr), value :: stream
+         type(c_ptr), value :: stream  !< FILE*
       end function c_fclose
 
       integer(c_size_t) function c_fwrite(from, each, count, stream) bind(c, name='fwrite')
          import :: c_ptr, c_size_t
-         type(c_ptr), value :: from, stream
-         integer(c_size_t), value :: each, count
+         type(c_ptr), value :: from, stream  !< address of the items; FILE*
+         integer(c_size_t), value :: each, count  !< bytes of an item, items
       end function c_fwrite
 
       integer(c_size_t) function c_fread(to, each, count, stream) bind(c, name='fread')
          import :: c_ptr, c_size_t
-         type(c_ptr), value :: to, stream
-         integer(c_size_t), value :: each, count
+         type(c_ptr), value :: to, stream  !< address for the items; FILE*
+         integer(c_size_t), value :: each, count  !< bytes of an item, items
       end function c_fread
 
       integer(c_int) function c_fseek(stream, offset, origin) bind(c, name='fseek')
          import :: c_int, c_long, c_ptr
-         type(c_ptr), value :: stream
-         integer(c_long), value :: offset
-         integer(c_int), value :: origin
+         type(c_ptr), value :: stream  !< FILE*
+         integer(c_long), value :: offset  !< bytes
+         integer(c_int), value :: origin  !< SEEK_…
       end function c_fseek
 
       integer(c_long) function c_ftell(stream) bind(c, name='ftell')
          import :: c_long, c_ptr
-         type(c_ptr), value :: stream
+         type(c_ptr), value :: stream  !< FILE*
       end function c_ftell
 
       integer(c_int) function c_fflush(stream) bind(c, name='fflush')
          import :: c_int, c_ptr
-         type(c_ptr), value :: stream
+         type(c_ptr), value :: stream  !< FILE*
       end function c_fflush
 
       integer(c_int) function c_ferror(stream) bind(c, name='ferror')
          import :: c_int, c_ptr
-         type(c_ptr), value :: stream
+         type(c_ptr), value :: stream  !< FILE*
       end function c_ferror
 
       integer(c_int) function c_fileno(stream) bind(c, name='fileno')
          import :: c_int, c_ptr
-         type(c_ptr), value :: stream
+         type(c_ptr), value :: stream  !< FILE*
       end function c_fileno
 
       integer(c_int) function c_fsync(descriptor) bind(c, name='fsync')
          import :: c_int
-         integer(c_int), value :: descriptor
+         integer(c_int), value :: descriptor  !< of an open file
       end function c_fsync
 
       integer(c_int) function c_ftruncate(descriptor, length) bind(c, name='ftruncate')
          import :: c_int, c_long
-         integer(c_int), value :: descriptor
-         integer(c_long), value :: length
+         integer(c_int), value :: descriptor  !< of an open file
+         integer(c_long), value :: length  !< bytes
       end function c_ftruncate
 
       integer(c_int) function c_posix_fallocate(descriptor, offset, length) &
          bind(c, name='posix_fallocate')
          import :: c_int, c_long
-         integer(c_int), value :: descriptor
-         integer(c_long), value :: offset, length
+         integer(c_int), value :: descriptor  !< of an open file
+         integer(c_long), value :: offset, length  !< bytes
       end function c_posix_fallocate
 
       integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
          import :: c_int
-         integer(c_int), value :: descriptor, operation
+         integer(c_int), value :: descriptor, operation  !< of an open file; LOCK_…
       end function c_flock
 
       type(c_ptr) function c_errno() bind(c, name='__errno_location')
@@ -102,12 +102,12 @@ module dda_byte_file
 
       type(c_ptr) function c_strerror(number) bind(c, name='strerror')
          import :: c_int, c_ptr
-         integer(c_int), value :: number
+         integer(c_int), value :: number  !< errno
       end function c_strerror
 
       integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
          import :: c_ptr, c_size_t
-         type(c_ptr), value :: text
+         type(c_ptr), value :: text  !< ending in NUL
       end function c_strlen
    end interface
 
@@ -115,85 +115,88 @@ contains
 
    !> A new and empty file, in place of one that was there.
    subroutine open_to_write(file, name, error)
-      type(byte_file_type), intent(out) :: file
-      character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(out) :: file  !< open afterwards
+      character(len=*), intent(in) :: name  !< path
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call open_stream(file, name, 'wb', 'cannot be written', error)
    end subroutine open_to_write
 
-   !> A file to be written from its beginning, in the room of one that was there; `cut_file` takes
-   !> off what is left of it.
+   !> A file to be written from its beginning, over one that was there, whose blocks on the disk are
+   !> reused; `cut_file` removes what is left of it.
    subroutine open_to_overwrite(file, name, error)
-      type(byte_file_type), intent(out) :: file
-      character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(out) :: file  !< open afterwards
+      character(len=*), intent(in) :: name  !< path
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       file%name = name
       file%stream = c_fopen(name//c_null_char, 'r+b'//c_null_char)
       if (.not. c_associated(file%stream)) call open_to_write(file, name, error)
    end subroutine open_to_overwrite
 
-   !> A file that grows at its end; what it holds stays.
+   !> A file that is appended to.
    subroutine open_to_append(file, name, error)
-      type(byte_file_type), intent(out) :: file
-      character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(out) :: file  !< open afterwards
+      character(len=*), intent(in) :: name  !< path
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call open_stream(file, name, 'ab', 'cannot be written', error)
    end subroutine open_to_append
 
+   !> A file that is read from its beginning.
    subroutine open_to_read(file, name, error)
-      type(byte_file_type), intent(out) :: file
-      character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(out) :: file  !< open afterwards
+      character(len=*), intent(in) :: name  !< path
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call open_stream(file, name, 'rb', 'cannot be read', error)
    end subroutine open_to_read
 
+   !> Open a file in a mode of fopen.
    subroutine open_stream(file, name, mode, failure, error)
-      type(byte_file_type), intent(inout) :: file
-      character(len=*), intent(in) :: name, mode, failure
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(inout) :: file  !< closed afterwards
+      character(len=*), intent(in) :: name, mode, failure  !< path; of fopen; 'cannot be …'
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       file%name = name
       file%stream = c_fopen(name//c_null_char, mode//c_null_char)
-      if (.not. c_associated(file%stream)) call input_error(file, failure, error)
+      if (.not. c_associated(file%stream)) call system_failure(file, failure, error)
    end subroutine open_stream
 
-   !> Keep other processes from locking the file; .false. if one of them has done so.
+   !> Lock the file against other processes; .false. if one of them has locked it.
    logical function lock_file(file) result(locked)
-      type(byte_file_type), intent(in) :: file
+      type(byte_file_type), intent(in) :: file  !< open
 
       locked = c_flock(c_fileno(file%stream), ior(exclusive, at_once)) == 0
    end function lock_file
 
    !> Bytes in an open file; leaves it at its beginning.
    integer(long) function size_of_file(file) result(bytes)
-      type(byte_file_type), intent(in) :: file
+      type(byte_file_type), intent(in) :: file  !< open
 
       bytes = 0
       if (c_fseek(file%stream, 0_c_long, from_end) == 0) bytes = c_ftell(file%stream)
       if (c_fseek(file%stream, 0_c_long, 0_c_int) /= 0) bytes = 0
    end function size_of_file
 
+   !> Write bytes at the position of the file.
    subroutine write_bytes(file, bytes, error)
-      type(byte_file_type), intent(in) :: file
-      integer(int8), contiguous, target, intent(in) :: bytes(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(in) :: file  !< open
+      integer(int8), contiguous, target, intent(in) :: bytes(:)  !< [bytes]
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer(c_size_t) :: wanted
 
       wanted = size(bytes, kind=c_size_t)
       if (allocated(error) .or. wanted == 0) return
       if (c_fwrite(c_loc(bytes), 1_c_size_t, wanted, file%stream) /= wanted) &
-         call input_error(file, 'cannot be written', error)
+         call system_failure(file, 'cannot be written', error)
    end subroutine write_bytes
 
    !> Fill `bytes` from the file; an error if it ends before.
    subroutine read_bytes(file, bytes, error)
-      type(byte_file_type), intent(in) :: file
-      integer(int8), contiguous, target, intent(inout) :: bytes(:)
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(in) :: file  !< open
+      integer(int8), contiguous, target, intent(inout) :: bytes(:)  !< [bytes] filled
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer(c_size_t) :: wanted
 
       wanted = size(bytes, kind=c_size_t)
@@ -204,94 +207,95 @@ contains
 
    !> Cut a file that is open to be written to a length.
    subroutine cut_file(file, bytes, error)
-      type(byte_file_type), intent(in) :: file
-      integer(long), intent(in) :: bytes
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(in) :: file  !< open
+      integer(long), intent(in) :: bytes  !< size
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call flush_to_system(file, error)
       if (allocated(error)) return
       if (c_ftruncate(c_fileno(file%stream), int(bytes, c_long)) /= 0) &
-         call input_error(file, 'cannot be cut', error)
+         call system_failure(file, 'cannot be cut', error)
    end subroutine cut_file
 
-   !> Hand what is buffered to the system: it then outlives this process.  An error also if an
+   !> Flush the buffer to the system: the data then outlive this process.  An error also if an
    !> earlier write failed.
    subroutine flush_to_system(file, error)
-      type(byte_file_type), intent(in) :: file
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(in) :: file  !< open
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (allocated(error)) return
       if (c_fflush(file%stream) /= 0) then
-         call input_error(file, 'cannot be written', error)
+         call system_failure(file, 'cannot be written', error)
       else if (c_ferror(file%stream) /= 0) then
          call fail(error, error_file, file%name//' lacks what could not be written')
       end if
    end subroutine flush_to_system
 
-   !> Wait until the disk has it: it then outlives the machine's power.
+   !> Flush to the disk: the data then outlive a power failure.
    subroutine flush_to_disk(file, error)
-      type(byte_file_type), intent(in) :: file
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(in) :: file  !< open
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call flush_to_system(file, error)
       if (allocated(error)) return
       if (c_fsync(c_fileno(file%stream)) /= 0) &
-         call input_error(file, 'cannot be flushed to the disk', error)
+         call system_failure(file, 'cannot be flushed to the disk', error)
    end subroutine flush_to_disk
 
    !> Close a file, also after an error.
    subroutine close_file(file, error)
-      type(byte_file_type), intent(inout) :: file
-      type(error_type), allocatable, intent(inout) :: error
+      type(byte_file_type), intent(inout) :: file  !< closed afterwards
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer(c_int) :: status
 
       if (.not. c_associated(file%stream)) return
       status = c_fclose(file%stream)
       file%stream = c_null_ptr
-      if (status /= 0 .and. .not. allocated(error)) call input_error(file, 'cannot be written', &
+      if (status /= 0 .and. .not. allocated(error)) call system_failure(file, 'cannot be written', &
          error)
    end subroutine close_file
 
-   !> Make sure that a file of this size can be written under a name; what was there is lost.
-   subroutine reserve_room(name, bytes, error)
-      character(len=*), intent(in) :: name
-      integer(long), intent(in) :: bytes
-      type(error_type), allocatable, intent(inout) :: error
+   !> Allocate the disk space of a file, which replaces one of that name.
+   subroutine reserve_space(name, bytes, error)
+      character(len=*), intent(in) :: name  !< path
+      integer(long), intent(in) :: bytes  !< size
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(byte_file_type) :: file
       integer(c_int) :: status
 
       call open_to_write(file, name, error)
       if (allocated(error)) return
       status = c_posix_fallocate(c_fileno(file%stream), 0_c_long, int(bytes, c_long))
-      if (status /= 0) call fail(error, error_file, name//': there is no room for '// &
+      if (status /= 0) call fail(error, error_file, name//': there is no space for '// &
          to_text(bytes)//' bytes: '//system_message(status))
       call close_file(file, error)
-   end subroutine reserve_room
+   end subroutine reserve_space
 
-   !> Flush a closed file to the disk.
-   subroutine settle_file(name, error)
-      character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(inout) :: error
+   !> Flush a file that is not open to the disk.
+   subroutine flush_file(name, error)
+      character(len=*), intent(in) :: name  !< path
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(byte_file_type) :: file
 
       call open_to_append(file, name, error)
       call flush_to_disk(file, error)
       call close_file(file, error)
-   end subroutine settle_file
+   end subroutine flush_file
 
-   !> What failed, and what the system says of it.
-   subroutine input_error(file, failure, error)
-      type(byte_file_type), intent(in) :: file
-      character(len=*), intent(in) :: failure
-      type(error_type), allocatable, intent(inout) :: error
+   !> The error of a failed call, with the system's reason.
+   subroutine system_failure(file, failure, error)
+      type(byte_file_type), intent(in) :: file  !< open
+      character(len=*), intent(in) :: failure  !< what cannot be done: 'cannot be read', …
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer(c_int), pointer :: number
 
       call c_f_pointer(c_errno(), number)
       call fail(error, error_file, file%name//' '//failure//': '//system_message(number))
-   end subroutine input_error
+   end subroutine system_failure
 
+   !> The text of an error number.
    function system_message(number) result(text)
-      integer(c_int), intent(in) :: number
+      integer(c_int), intent(in) :: number  !< errno
       character(len=:), allocatable :: text
       character(kind=c_char), pointer :: letter(:)
       type(c_ptr) :: message

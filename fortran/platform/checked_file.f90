@@ -19,13 +19,12 @@ module dda_checked_file
 
 contains
 
-   !> Write an archive, in the room of a file that was there; on the disk itself if asked for, else
-   !> in the hands of the system.
+   !> Write an archive over a file of that name, flushed to the disk or only to the system.
    subroutine write_checked(name, archive, to_disk, error)
-      character(len=*), intent(in) :: name
-      type(archive_type), intent(in) :: archive
-      logical, intent(in) :: to_disk
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: name  !< path
+      type(archive_type), intent(in) :: archive  !< written
+      logical, intent(in) :: to_disk  !< else only to the system
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(byte_file_type) :: file
       integer(int8) :: head(head_bytes)
 
@@ -41,9 +40,9 @@ contains
 
    !> Read an archive back; an error if the file is not one, is of another format, or is not whole.
    subroutine read_checked(name, archive, error)
-      character(len=*), intent(in) :: name
-      type(archive_type), intent(inout) :: archive
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: name  !< path
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(byte_file_type) :: file
       integer(int8) :: head(head_bytes), found(sum_bytes)
       integer(long) :: bytes
@@ -67,11 +66,12 @@ contains
       call close_file(file, error)
    end subroutine read_checked
 
+   !> Mark, version and length must be those of a whole file.
    subroutine check_head(name, head, bytes, error)
-      character(len=*), intent(in) :: name
-      integer(int8), intent(in) :: head(head_bytes)
+      character(len=*), intent(in) :: name  !< path
+      integer(int8), intent(in) :: head(head_bytes)  !< of the file
       integer(long), intent(in) :: bytes  !< that the file has between its head and its checksum
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer(long) :: words(3)
 
       words = transfer(head, words)
@@ -86,8 +86,9 @@ contains
       end if
    end subroutine check_head
 
+   !> The checksum of head and content.
    pure function sum_of(head, bytes) result(sum)
-      integer(int8), contiguous, intent(in) :: head(:), bytes(:)
+      integer(int8), contiguous, intent(in) :: head(:), bytes(:)  !< [head_bytes], [bytes]
       integer(int8) :: sum(sum_bytes)
       type(checksum_type) :: checksum
 

@@ -1,4 +1,4 @@
-!> How much memory this process may still take, so that a model too large is refused in words.
+!> Memory that this process may still allocate, so that a model that is too large is refused.
 module dda_free_memory
    use, intrinsic :: iso_c_binding, only: c_int, c_long
    use dda_kinds, only: wp
@@ -14,8 +14,8 @@ module dda_free_memory
       !> number: none.
       integer(c_int) function getrlimit(resource, limits) bind(c, name='getrlimit')
          import :: c_int, c_long
-         integer(c_int), value :: resource
-         integer(c_long), intent(out) :: limits(2)
+         integer(c_int), value :: resource  !< RLIMIT_…
+         integer(c_long), intent(out) :: limits(2)  !< bytes: now, at most
       end function getrlimit
    end interface
 
@@ -30,7 +30,7 @@ contains
       if (limits(1) >= 0) bytes = min(bytes, real(limits(1), wp))
    end function free_memory
 
-   !> What Linux counts as available without swapping, bytes.
+   !> Memory available without swapping (MemAvailable of Linux), bytes.
    real(wp) function available_memory() result(bytes)
       character(len=80) :: line
       real(wp) :: kibibytes

@@ -5,9 +5,10 @@ module dda_interrupts
    private
    public :: watch_interrupts, stop_requested
 
-   !> on Linux
+   !> SIGINT, SIGUSR1, SIGTERM, SIGXFSZ of Linux
    integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, &
       file_size = 25_c_int
+   integer(c_intptr_t), parameter :: ignored = 1_c_intptr_t   !< SIG_IGN
 
    integer(c_int), volatile :: last_signal = 0
 
@@ -15,8 +16,8 @@ module dda_interrupts
       !> C library: call a handler when a signal comes.
       type(c_funptr) function c_signal(number, handler) bind(c, name='signal')
          import :: c_funptr, c_int
-         integer(c_int), value :: number
-         type(c_funptr), value :: handler
+         integer(c_int), value :: number  !< of the signal
+         type(c_funptr), value :: handler  !< SIG_IGN or a procedure
       end function c_signal
    end interface
 
@@ -27,15 +28,16 @@ contains
    subroutine watch_interrupts()
       type(c_funptr) :: before, ignore
 
-      ignore = transfer(1_c_intptr_t, ignore)
+      ignore = transfer(ignored, ignore)
       before = c_signal(interrupt, c_funloc(note))
       before = c_signal(user, c_funloc(note))
       before = c_signal(terminate, c_funloc(note))
       before = c_signal(file_size, ignore)
    end subroutine watch_interrupts
 
+   !> The handler: only note the signal.
    subroutine note(number) bind(c)
-      integer(c_int), value :: number
+      integer(c_int), value :: number  !< of the signal
 
       last_signal = number
    end subroutine note

@@ -1,5 +1,5 @@
-!> Large arrays in large pages, where the system gives them to those who ask: streams through
-!> hundreds of megabytes else wait for the translation of addresses.
+!> Large pages for large arrays: streaming through hundreds of megabytes otherwise waits for the
+!> translation of addresses (TLB misses).
 module dda_large_pages
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_ptr, c_size_t
    use dda_kinds, only: long
@@ -8,25 +8,25 @@ module dda_large_pages
    public :: prefer_large_pages
 
    integer(c_intptr_t), parameter :: page = 4096_c_intptr_t
-   !> MADV_HUGEPAGE of Linux; no other system minds
+   !> MADV_HUGEPAGE of Linux; other systems ignore it
    integer(c_int), parameter :: huge_page = 14_c_int
 
    interface
       integer(c_int) function c_madvise(start, length, advice) bind(c, name='madvise')
          import :: c_int, c_intptr_t, c_size_t
-         integer(c_intptr_t), value :: start
-         integer(c_size_t), value :: length
-         integer(c_int), value :: advice
+         integer(c_intptr_t), value :: start  !< address, at a page
+         integer(c_size_t), value :: length  !< bytes
+         integer(c_int), value :: advice  !< MADV_…
       end function c_madvise
    end interface
 
 contains
 
-   !> Ask for large pages under memory that has not been written to yet; nothing happens where that
-   !> cannot be.
+   !> Ask for large pages for memory that has not been written to yet; no effect where the system
+   !> has none.
    subroutine prefer_large_pages(memory, bytes)
-      type(c_ptr), intent(in) :: memory
-      integer(long), intent(in) :: bytes
+      type(c_ptr), intent(in) :: memory  !< its address
+      integer(long), intent(in) :: bytes  !< size
       integer(c_intptr_t) :: first, last
       integer(c_int) :: unused
 

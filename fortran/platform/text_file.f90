@@ -13,9 +13,9 @@ contains
 
    !> Read a file; it must exist, be a file, and fit in memory.
    subroutine read_text_file(file, text, error)
-      character(len=*), intent(in) :: file
-      character(len=:), allocatable, intent(out) :: text
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: file  !< path
+      character(len=:), allocatable, intent(out) :: text  !< the whole file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=256) :: message
       integer(long) :: bytes
       integer :: unit, status

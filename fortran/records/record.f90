@@ -1,4 +1,4 @@
-!> Read a recorded motion from any of the formats that strong-motion networks hand out.
+!> Read a recorded motion in any of the formats of the strong-motion networks.
 module dda_record
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dda_kinds, only: wp
@@ -26,7 +26,7 @@ contains
 
    !> Read a record, check it against its own header, and give it in SI units.
    subroutine read_record(record, file, format, quantity, unit, error, time_step, channel)
-      type(record_type), intent(out) :: record
+      type(record_type), intent(out) :: record  !< as read
       character(len=*), intent(in) :: file      !< path
       !> 'auto', 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       character(len=*), intent(in) :: format
@@ -34,7 +34,7 @@ contains
       character(len=*), intent(in) :: quantity
       !> 'm/s2', 'cm/s2', 'gal', 'g', 'm/s', …; blank: the header's
       character(len=*), intent(in) :: unit
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       !> s; needed for one column of text, else checked; ≤ 0: not given
       real(wp), intent(in), optional :: time_step
       !> cosmos: which section of the quantity, from 1 (default)
@@ -60,11 +60,11 @@ contains
       call close_lines(reader)
    end subroutine read_record
 
-   !> What the caller asks for must be something that can be asked for.
+   !> Format, quantity and unit that the caller asks for must exist and agree.
    subroutine check_request(file, format, quantity, unit, given, error)
-      character(len=*), intent(in) :: file, format, quantity, unit
-      type(unit_type), intent(out) :: given
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: file, format, quantity, unit  !< as the caller gives them
+      type(unit_type), intent(out) :: given  !< unit that the caller names
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       given = find_unit(unit)
       if (.not. any(lower_case(format) == [character(len=6) :: &
@@ -85,9 +85,10 @@ contains
       end if
    end subroutine check_request
 
+   !> Set what the caller gives; the rest stays blank.
    subroutine prepare(record, file, format)
-      type(record_type), intent(inout) :: record
-      character(len=*), intent(in) :: file, format
+      type(record_type), intent(inout) :: record  !< filled from the file
+      character(len=*), intent(in) :: file, format  !< path; 'auto' or a format
 
       record%file = trim(file)
       record%format = trim(lower_case(format))
@@ -99,10 +100,10 @@ contains
 
    !> The caller's time step, 0 if there is none.
    subroutine given_step(file, time_step, step, error)
-      character(len=*), intent(in) :: file
-      real(wp), intent(in), optional :: time_step
-      real(wp), intent(out) :: step
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: file  !< path
+      real(wp), intent(in), optional :: time_step  !< s; ≤ 0: not given
+      real(wp), intent(out) :: step  !< s; 0: not given
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       step = 0.0_wp
       if (.not. present(time_step)) return
@@ -116,20 +117,23 @@ contains
 
    !> The quantity to look for: named, or implied by the unit.
    pure function wanted_quantity(quantity, given) result(wanted)
+      !> 'acceleration', 'velocity', 'displacement' or blank
       character(len=*), intent(in) :: quantity
-      type(unit_type), intent(in) :: given
+      type(unit_type), intent(in) :: given  !< unit that the caller names
       character(len=:), allocatable :: wanted
 
       wanted = trim(lower_case(quantity))
       if (wanted == '') wanted = trim(given%quantity)
    end function wanted_quantity
 
+   !> Read the file by the reader of its format.
    subroutine read_format(reader, record, quantity, channel, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(record_type), intent(inout) :: record
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      !> 'acceleration', 'velocity', 'displacement' or blank
       character(len=*), intent(in) :: quantity
-      integer, intent(in), optional :: channel
-      type(error_type), allocatable, intent(out) :: error
+      integer, intent(in), optional :: channel  !< of a COSMOS file, from 1 (default)
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: section
 
       section = 1
@@ -157,11 +161,12 @@ contains
 
    !> The quantity is the header's, the caller's or the unit's; they must not contradict.
    subroutine agree_quantity(reader, record, quantity, given, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(inout) :: record
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(inout) :: record  !< filled from the file
+      !> 'acceleration', 'velocity', 'displacement' or blank
       character(len=*), intent(in) :: quantity
-      type(unit_type), intent(in) :: given
-      type(error_type), allocatable, intent(out) :: error
+      type(unit_type), intent(in) :: given  !< unit that the caller names
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: wanted
 
       wanted = wanted_quantity(quantity, given)
@@ -177,11 +182,11 @@ contains
 
    !> The unit is the header's or the caller's; they must not contradict.
    subroutine agree_unit(reader, record, unit, given, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(inout) :: record
-      character(len=*), intent(in) :: unit
-      type(unit_type), intent(in) :: given
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(inout) :: record  !< filled from the file
+      character(len=*), intent(in) :: unit  !< blank if the caller names none
+      type(unit_type), intent(in) :: given  !< unit that the caller names
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(unit_type) :: stated
 
       stated = find_unit(record%unit)
@@ -199,11 +204,12 @@ contains
       end if
    end subroutine agree_unit
 
+   !> The time step must be possible, and that of the caller if there is one.
    subroutine agree_step(reader, record, step, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(in) :: record
-      real(wp), intent(in) :: step              ! s, 0: not given
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(in) :: record  !< as read
+      real(wp), intent(in) :: step  !< s, 0: not given
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: close_enough = 1.0e-3_wp
 
       call check_time_step(reader, record%time_step, error)
@@ -213,10 +219,11 @@ contains
          to_text(record%time_step)//' s, but '//to_text(step)//' s was given')
    end subroutine agree_step
 
+   !> Convert the samples to SI units.
    subroutine to_si(reader, record, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(unit_type) :: unit
       integer :: worst
 

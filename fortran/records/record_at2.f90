@@ -9,10 +9,10 @@ module dda_record_at2
    use dda_text, only: lower_case, quoted
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_text_numbers, only: next_number, number_found
-   use dda_record_type, only: record_type, acceleration, velocity, displacement
+   use dda_record_type, only: record_type, quantity_in
    use dda_record_units, only: unit_type, find_unit
-   use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
-      expect_end, check_count, check_time_step, first_number
+   use dda_record_samples, only: read_trace, take_line, check_count, check_time_step, &
+      first_number
    implicit none
    private
    public :: is_at2, read_at2
@@ -23,7 +23,7 @@ contains
 
    !> Whether a header line is the one that counts the samples.
    pure function is_at2(text) result(is)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< line of the file
       logical :: is
 
       is = index(lower_case(text), 'npts') > 0
@@ -32,22 +32,20 @@ contains
    !> Read the one trace of a PEER file, in the file's unit.
    subroutine read_at2(reader, record, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
-      type(sample_list_type) :: list
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: samples
 
-      call read_header(reader, record, samples, error)
-      if (.not. allocated(error)) call read_values(reader, samples, 'samples', list, error)
-      if (.not. allocated(error)) call expect_end(reader, samples, error)
-      if (.not. allocated(error)) call take_values(list, record%values)
+      call read_lines(reader, record, samples, error)
+      if (.not. allocated(error)) call read_trace(reader, samples, 'samples', record%values, error)
    end subroutine read_at2
 
-   subroutine read_header(reader, record, samples, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(record_type), intent(inout) :: record
-      integer(long), intent(out) :: samples
-      type(error_type), allocatable, intent(out) :: error
+   !> The header, up to the line that counts the samples.
+   subroutine read_lines(reader, record, samples, error)
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      integer(long), intent(out) :: samples  !< declared by the header
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       integer :: line
 
@@ -62,13 +60,13 @@ contains
          end if
       end do
       call fail_at(error, reader, 'none of the first lines states NPTS, as a PEER header does')
-   end subroutine read_header
+   end subroutine read_lines
 
    !> Event and station from line 2, quantity and unit from the words of any line.
    subroutine read_title(text, line, record)
-      character(len=*), intent(in) :: text
-      integer, intent(in) :: line
-      type(record_type), intent(inout) :: record
+      character(len=*), intent(in) :: text  !< line of the file
+      integer, intent(in) :: line  !< its number
+      type(record_type), intent(inout) :: record  !< filled from the file
       character(len=*), parameter :: before_unit = 'units of '
       character(len=:), allocatable :: title, name
       type(unit_type) :: unit
@@ -78,9 +76,7 @@ contains
       title = lower_case(text)
       at = index(title, before_unit)
       if (at == 0) return
-      if (index(title, acceleration) > 0) record%quantity = acceleration
-      if (index(title, velocity) > 0) record%quantity = velocity
-      if (index(title, displacement) > 0) record%quantity = displacement
+      if (quantity_in(title) /= '') record%quantity = quantity_in(title)
       name = adjustl(title(at + len(before_unit):))
       ! What may follow is a full stop, a comma or more words ("G. FILTER POINTS: …").
       at = scan(name//' ', ' .,;')
@@ -90,11 +86,11 @@ contains
 
    !> Both styles of the line that counts; `text` in lower case.
    subroutine read_counts(reader, text, samples, time_step, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
-      integer(long), intent(out) :: samples
-      real(wp), intent(out) :: time_step
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
+      integer(long), intent(out) :: samples  !< declared by the header
+      real(wp), intent(out) :: time_step  !< s
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: count
 
       samples = 0
@@ -111,10 +107,10 @@ contains
 
    !> `name = number`
    subroutine read_named(reader, text, name, value, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text, name
-      real(wp), intent(out) :: value
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text, name  !< line in lower case; 'npts' or 'dt'
+      real(wp), intent(out) :: value  !< as stated
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: rest
       integer :: at
 
@@ -132,10 +128,10 @@ contains
 
    !> `number number NPTS, DT`
    subroutine read_leading(reader, text, count, time_step, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
-      real(wp), intent(out) :: count, time_step
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
+      real(wp), intent(out) :: count, time_step  !< samples; s
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: position, first, second
 
       position = 1

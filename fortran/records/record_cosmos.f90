@@ -12,7 +12,7 @@ module dda_record_cosmos
    use dda_text, only: lower_case, quoted, to_text
    use dda_text_lines, only: line_reader_type, next_line, fail_at
    use dda_text_numbers, only: whole_number
-   use dda_record_type, only: record_type, acceleration, velocity, displacement
+   use dda_record_type, only: record_type, quantity_in
    use dda_record_units, only: unit_type, find_unit
    use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
       first_number, check_count, check_duration, check_time_step
@@ -32,8 +32,8 @@ module dda_record_cosmos
       real(wp) :: time_step = 0.0_wp             ! s
    end type section_type
 
-   !> What is known while walking.
-   type :: walk_type
+   !> State of the reader between sections.
+   type :: state_type
       integer :: wanted = 1                      ! which section of the quantity
       integer :: seen = 0                        ! sections of the quantity so far
       real(wp) :: time_step = 0.0_wp             ! s, from the last real header
@@ -41,13 +41,13 @@ module dda_record_cosmos
       integer :: text_line = 0                   ! lines since the last section ended
       logical :: in_samples = .false.            ! among lines of samples that are passed over
       character(len=:), allocatable :: title, station
-   end type walk_type
+   end type state_type
 
 contains
 
    !> Whether a first line is that of a COSMOS file.
    pure function is_cosmos(first) result(is)
-      character(len=*), intent(in) :: first
+      character(len=*), intent(in) :: first  !< line of the file
       logical :: is
 
       is = index(lower_case(first), '(format v') > 0
@@ -55,7 +55,7 @@ contains
 
    !> Whether a line announces samples in the manner of CSMIP.
    pure function is_cosmos_section(text) result(is)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< line of the file
       logical :: is
 
       is = index(lower_case(text), 'data equally spaced at') > 0
@@ -64,36 +64,36 @@ contains
    !> Read one section, in the file's unit: the `channel`-th with the quantity.
    subroutine read_cosmos(reader, record, quantity, channel, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
+      type(record_type), intent(inout) :: record  !< filled from the file
       character(len=*), intent(in) :: quantity               !< blank: that of the first section
       !> 1, 2, … among the sections of the quantity
       integer, intent(in) :: channel
-      type(error_type), allocatable, intent(out) :: error
-      type(walk_type) :: walk
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(state_type) :: state
       character(len=:), allocatable :: text
       logical :: found
 
       record%quantity = quantity
-      walk%wanted = channel
-      walk%title = ''
-      walk%station = ''
+      state%wanted = channel
+      state%title = ''
+      state%station = ''
       do
          call next_line(reader, text, found, error)
          if (allocated(error)) return
          if (.not. found) exit
-         call take_part(reader, text, record, walk, error)
+         call take_part(reader, text, record, state, error)
          if (allocated(error)) return
       end do
-      call check_found(reader, record, walk, error)
+      call check_found(reader, record, state, error)
    end subroutine read_cosmos
 
    !> One line at the top level of the file, and what it announces.
-   subroutine take_part(reader, text, record, walk, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: text
-      type(record_type), intent(inout) :: record
-      type(walk_type), intent(inout) :: walk
-      type(error_type), allocatable, intent(out) :: error
+   subroutine take_part(reader, text, record, state, error)
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: text  !< line of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(state_type), intent(inout) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: lowered
 
       lowered = lower_case(text)
@@ -102,21 +102,22 @@ contains
       else if (index(lowered, 'integer-header values') > 0) then
          call skip_integers(reader, lowered, error)
       else if (index(lowered, 'real-header values') > 0) then
-         call read_reals(reader, lowered, walk, error)
+         call read_reals(reader, lowered, state, error)
       else if (index(lowered, 'comment line') > 0 .and. index(lowered, 'follow') > 0) then
          call skip_comments(reader, lowered, error)
       else if (is_section(lowered)) then
-         call take_section(reader, lowered, record, walk, error)
+         call take_section(reader, lowered, record, state, error)
       else if (index(lowered, 'end-of-data') > 0 .or. index(lowered, 'end of data') > 0) then
-         walk%in_samples = .false.
-         walk%text_line = 0
-      else if (.not. walk%in_samples) then
-         call take_title(text, walk)
+         state%in_samples = .false.
+         state%text_line = 0
+      else if (.not. state%in_samples) then
+         call take_title(text, state)
       end if
    end subroutine take_part
 
+   !> Whether a line announces samples, in either style.
    pure function is_section(lowered) result(is)
-      character(len=*), intent(in) :: lowered
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
       logical :: is
 
       is = is_cosmos_section(lowered) .or. (index(lowered, ' pts') > 0 .and. index(lowered, &
@@ -124,48 +125,45 @@ contains
    end function is_section
 
    !> The text header: its second line names the record, its fifth the station.
-   pure subroutine take_title(text, walk)
-      character(len=*), intent(in) :: text
-      type(walk_type), intent(inout) :: walk
+   pure subroutine take_title(text, state)
+      character(len=*), intent(in) :: text  !< line of the file
+      type(state_type), intent(inout) :: state  !< of the reader
 
-      walk%text_line = walk%text_line + 1
-      if (walk%text_line == 2) walk%title = trim(adjustl(text))
-      if (walk%text_line == station_line) walk%station = trim(adjustl(text))
+      state%text_line = state%text_line + 1
+      if (state%text_line == 2) state%title = trim(adjustl(text))
+      if (state%text_line == station_line) state%station = trim(adjustl(text))
    end subroutine take_title
 
    !> A section of samples: read it, or only count it.
-   subroutine take_section(reader, lowered, record, walk, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: lowered
-      type(record_type), intent(inout) :: record
-      type(walk_type), intent(inout) :: walk
-      type(error_type), allocatable, intent(out) :: error
+   subroutine take_section(reader, lowered, record, state, error)
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(state_type), intent(inout) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(section_type) :: section
 
-      call read_announcement(reader, lowered, walk, section, error)
+      call read_announcement(reader, lowered, state, section, error)
       if (allocated(error)) return
-      walk%in_samples = .true.
+      state%in_samples = .true.
       if (len_trim(record%quantity) == 0) record%quantity = section%quantity
       if (section%quantity == '' .or. section%quantity /= record%quantity) return
-      walk%seen = walk%seen + 1
-      if (walk%seen == walk%wanted) call read_section(reader, section, record, walk, error)
+      state%seen = state%seen + 1
+      if (state%seen == state%wanted) call read_section(reader, section, record, state, error)
    end subroutine take_section
 
    !> `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)` or the CSMIP
    !> line.
-   subroutine read_announcement(reader, lowered, walk, section, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: lowered
-      type(walk_type), intent(in) :: walk
-      type(section_type), intent(out) :: section
-      type(error_type), allocatable, intent(out) :: error
+   subroutine read_announcement(reader, lowered, state, section, error)
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(state_type), intent(in) :: state  !< of the reader
+      type(section_type), intent(out) :: section  !< as announced
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=*), parameter :: before_step = 'spaced at'
       integer :: at
 
-      section%quantity = ''
-      if (index(lowered, 'accel') > 0) section%quantity = acceleration
-      if (index(lowered, 'veloc') > 0) section%quantity = velocity
-      if (index(lowered, 'displ') > 0) section%quantity = displacement
+      section%quantity = quantity_in(lowered)
       call first_number(reader, lowered, 'number of samples', section%count, error)
       if (allocated(error)) return
       at = index(lowered, before_step)
@@ -176,14 +174,14 @@ contains
          ! The older style: `SEC.  (UNITS: CM/SEC/SEC)`.
          if (section%unit == '') section%unit = unit_word(after(lowered, 'units:'))
       else
-         section%time_step = walk%time_step
+         section%time_step = state%time_step
          section%unit = unit_word(after(lowered, 'units='))
       end if
    end subroutine read_announcement
 
-   !> What follows the last occurrence of a word, nothing if it does not occur.
+   !> The text behind the last occurrence of a word, blank if it does not occur.
    pure function after(text, word) result(rest)
-      character(len=*), intent(in) :: text, word
+      character(len=*), intent(in) :: text, word  !< looked through; looked for
       character(len=:), allocatable :: rest
       integer :: at
 
@@ -192,21 +190,22 @@ contains
       if (at > 0) rest = text(at + len(word):)
    end function after
 
-   !> The first word, without what the formats append: `(04)`, a comma, a full stop.
+   !> The first word, without a suffix of the formats: `(04)`, a comma, a full stop.
    pure function unit_word(text) result(word)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< line of the file
       character(len=:), allocatable :: word
 
       word = adjustl(text)
       word = word(:scan(word//' ', ' (),.;') - 1)
    end function unit_word
 
-   subroutine read_section(reader, section, record, walk, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(section_type), intent(in) :: section
-      type(record_type), intent(inout) :: record
-      type(walk_type), intent(inout) :: walk
-      type(error_type), allocatable, intent(out) :: error
+   !> Read the samples of a section.
+   subroutine read_section(reader, section, record, state, error)
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(section_type), intent(in) :: section  !< as announced
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(state_type), intent(inout) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(unit_type) :: unit
       type(sample_list_type) :: list
       integer(long) :: samples
@@ -219,80 +218,84 @@ contains
       call check_count(reader, section%count, samples, error)
       if (.not. allocated(error)) call check_time_step(reader, section%time_step, error)
       if (allocated(error)) return
-      if (walk%duration > 0.0_wp) call check_duration(reader, samples, section%time_step, &
-         walk%duration, error)
+      if (state%duration > 0.0_wp) call check_duration(reader, samples, section%time_step, &
+         state%duration, error)
       if (.not. allocated(error)) call read_values(reader, samples, 'samples', list, error)
       if (allocated(error)) return
       call take_values(list, record%values)
       record%time_step = section%time_step
       record%unit = section%unit
-      record%station = walk%station
-      record%description = walk%title
+      record%station = state%station
+      record%description = state%title
    end subroutine read_section
 
-   subroutine check_found(reader, record, walk, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(inout) :: record
-      type(walk_type), intent(in) :: walk
-      type(error_type), allocatable, intent(out) :: error
+   !> An error unless the section asked for has been read.
+   subroutine check_found(reader, record, state, error)
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(state_type), intent(in) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (allocated(record%values)) then
-         record%description = record%description//' (section '//to_text(walk%wanted)//' of '// &
-            to_text(walk%seen)//' with '//record%quantity//')'
-      else if (walk%seen == 0) then
+         record%description = record%description//' (section '//to_text(state%wanted)//' of '// &
+            to_text(state%seen)//' with '//record%quantity//')'
+      else if (state%seen == 0) then
          call fail_at(error, reader, 'the file ends and has no section of '// &
             trim(record%quantity//' samples'))
       else
-         call fail_at(error, reader, 'channel '//to_text(walk%wanted)// &
-            ' was asked for, but the file has '//to_text(walk%seen)//' section(s) of '// &
+         call fail_at(error, reader, 'channel '//to_text(state%wanted)// &
+            ' was asked for, but the file has '//to_text(state%seen)//' section(s) of '// &
             record%quantity)
       end if
    end subroutine check_found
 
    !> `100 Integer-header values follow on 10 lines, Format= (10I8)`: none is needed here.
    subroutine skip_integers(reader, lowered, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: lowered
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(sample_list_type) :: list
 
       call read_header(reader, lowered, 'integer-header values', list, error)
    end subroutine skip_integers
 
-   !> Time step and duration; what the format marks as unknown is negative.
-   subroutine read_reals(reader, lowered, walk, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: lowered
-      type(walk_type), intent(inout) :: walk
-      type(error_type), allocatable, intent(out) :: error
+   !> Time step and duration; unknown ones are negative.
+   subroutine read_reals(reader, lowered, state, error)
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(state_type), intent(inout) :: state  !< of the reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(sample_list_type) :: list
       real(wp), parameter :: largest = 1.0e9_wp
 
       call read_header(reader, lowered, 'real-header values', list, error)
       if (allocated(error)) return
-      walk%time_step = 0.0_wp
-      walk%duration = 0.0_wp
+      state%time_step = 0.0_wp
+      state%duration = 0.0_wp
       if (list%count < duration_at) return
       ! Milliseconds in the file; division keeps 5 ms the same number as 0.005.
-      walk%time_step = min(list%values(step_at), largest)/1000.0_wp
-      walk%duration = min(list%values(duration_at), largest)
+      state%time_step = min(list%values(step_at), largest)/1000.0_wp
+      state%duration = min(list%values(duration_at), largest)
    end subroutine read_reals
 
+   !> Read the numbers that a line announces.
    subroutine read_header(reader, lowered, what, list, error)
-      type(line_reader_type), intent(inout) :: reader
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
-      type(sample_list_type), intent(out) :: list
-      type(error_type), allocatable, intent(out) :: error
+      type(sample_list_type), intent(out) :: list  !< numbers read
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: count
 
       call announced(reader, lowered, what, count, error)
       if (.not. allocated(error)) call read_values(reader, count, what, list, error)
    end subroutine read_header
 
+   !> Skip the comment lines that a line announces.
    subroutine skip_comments(reader, lowered, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=*), intent(in) :: lowered
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       integer(long) :: count, line
 
@@ -306,10 +309,11 @@ contains
 
    !> The count at the beginning of an announcing line.
    subroutine announced(reader, lowered, what, count, error)
-      type(line_reader_type), intent(in) :: reader
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
-      integer(long), intent(out) :: count
-      type(error_type), allocatable, intent(out) :: error
+      integer(long), intent(out) :: count  !< as the line states it
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: value
 
       count = 0

@@ -8,19 +8,19 @@ module dda_record_esm
    use dda_errors, only: error_type
    use dda_text, only: lower_case, quoted
    use dda_text_lines, only: line_reader_type, next_line, put_back, fail_at
-   use dda_record_type, only: record_type, acceleration, velocity, displacement
+   use dda_record_type, only: record_type, quantity_in
    use dda_record_units, only: unit_type, find_unit
-   use dda_record_samples, only: sample_list_type, read_values, take_values, expect_end, &
-      check_count, check_time_step, check_duration, first_number
+   use dda_record_samples, only: read_trace, check_count, check_time_step, check_duration, &
+      first_number
    implicit none
    private
    public :: is_esm, read_esm
 
-   !> What the header states.
-   type :: header_type
+   !> Values of an ESM header.
+   type :: esm_header_type
       real(wp) :: count = -1.0_wp     ! samples
       real(wp) :: duration = -1.0_wp  ! s
-   end type header_type
+   end type esm_header_type
 
 contains
 
@@ -35,24 +35,23 @@ contains
    !> Read the one trace of an ESM file, in the file's unit.
    subroutine read_esm(reader, record, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
-      type(header_type) :: header
-      type(sample_list_type) :: list
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(esm_header_type) :: header
       integer(long) :: samples
 
       call read_header(reader, record, header, error)
       if (.not. allocated(error)) call check_header(reader, record, header, samples, error)
-      if (.not. allocated(error)) call read_values(reader, samples, 'samples (NDATA)', list, error)
-      if (.not. allocated(error)) call expect_end(reader, samples, error)
-      if (.not. allocated(error)) call take_values(list, record%values)
+      if (.not. allocated(error)) call read_trace(reader, samples, 'samples (NDATA)', &
+         record%values, error)
    end subroutine read_esm
 
+   !> All lines `KEY: value`.
    subroutine read_header(reader, record, header, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(record_type), intent(inout) :: record
-      type(header_type), intent(out) :: header
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(esm_header_type), intent(out) :: header  !< as read
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       logical :: found
       integer :: colon
@@ -69,12 +68,13 @@ contains
       call put_back(reader)
    end subroutine read_header
 
+   !> Take what one line of the header states.
    subroutine read_item(reader, key, value, record, header, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: key, value
-      type(record_type), intent(inout) :: record
-      type(header_type), intent(inout) :: header
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: key, value  !< of a line `KEY: value`
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(esm_header_type), intent(inout) :: header  !< as read so far
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       select case (trim(adjustl(key)))
       case ('EVENT_NAME')
@@ -98,11 +98,12 @@ contains
       end select
    end subroutine read_item
 
+   !> The unit, blank if the header has none.
    subroutine read_unit(reader, value, record, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: value
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: value  !< of the line
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(unit_type) :: unit
 
       unit = find_unit(value)
@@ -113,34 +114,32 @@ contains
       end if
    end subroutine read_unit
 
+   !> The quantity; a spectrum is an error.
    subroutine read_kind(reader, value, record, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: value
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: value  !< of the line
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: kind
 
       kind = lower_case(value)
       if (index(kind, 'spectr') > 0) then
          call fail_at(error, reader, 'DATA_TYPE: '//quoted(value)//' is not a time series')
-      else if (index(kind, acceleration) > 0) then
-         record%quantity = acceleration
-      else if (index(kind, velocity) > 0) then
-         record%quantity = velocity
-      else if (index(kind, displacement) > 0) then
-         record%quantity = displacement
+      else if (quantity_in(kind) /= '') then
+         record%quantity = quantity_in(kind)
       else
          call fail_at(error, reader, 'DATA_TYPE: '//quoted(value)// &
             ' is not acceleration, velocity or displacement')
       end if
    end subroutine read_kind
 
+   !> Number of samples, time step and duration must be there and agree.
    subroutine check_header(reader, record, header, samples, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(in) :: record
-      type(header_type), intent(in) :: header
-      integer(long), intent(out) :: samples
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(in) :: record  !< as read
+      type(esm_header_type), intent(in) :: header  !< as read
+      integer(long), intent(out) :: samples  !< declared by the header
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       samples = 0
       if (header%count < 0.0_wp .or. record%time_step <= 0.0_wp) then

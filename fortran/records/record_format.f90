@@ -15,7 +15,8 @@ module dda_record_format
    public :: detect, known_formats
 
    !> for messages
-   character(len=*), parameter :: known_formats = 'auto, smc, at2, knet, esm, cosmos, text'
+   character(len=*), parameter :: known_formats = "'auto', 'smc', 'at2', 'knet', 'esm', "// &
+      "'cosmos', 'text'"
    integer, parameter :: lines_to_look_at = 60     ! a CSMIP header is 45 lines long
    integer, parameter :: at2_header = 10           ! lines among which NPTS counts as PEER's
 
@@ -25,7 +26,7 @@ contains
    subroutine detect(format, file, error)
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
       character(len=*), intent(in) :: file                    !< path
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(line_reader_type) :: reader
       character(len=:), allocatable :: text, first
       logical :: found, begun
@@ -51,8 +52,8 @@ contains
 
    !> The format that a line of a header gives away, blank if it does not.
    pure function told_by(text, first, line) result(format)
-      character(len=*), intent(in) :: text, first
-      integer, intent(in) :: line
+      character(len=*), intent(in) :: text, first  !< line; first line of the file
+      integer, intent(in) :: line  !< its number
       character(len=:), allocatable :: format
 
       format = ''
@@ -67,7 +68,7 @@ contains
 
    !> Whether a line holds numbers and nothing else.
    pure function is_row(text) result(is)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< line of the file
       logical :: is
       character(len=:), allocatable :: data
       real(wp) :: value

@@ -2,16 +2,15 @@
 !>
 !> Reference: NIED, *K-NET ASCII format* (www.kyoshin.bosai.go.jp): sampling frequency `100Hz`,
 !> duration in seconds, scale factor `2000(gal)/8388608`; acceleration in gal is the integer
-!> sample times the factor.  Raw records carry an offset, which is left for the baseline to
-!> remove.
+!> sample times the factor.  Raw records have an offset, which is left for the baseline to remove.
 module dda_record_knet
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_text, only: quoted, to_text
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_record_type, only: record_type, acceleration
-   use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
-      expect_end, check_count, check_time_step, first_number
+   use dda_record_samples, only: read_trace, take_line, check_count, check_time_step, &
+      first_number
    implicit none
    private
    public :: is_knet, read_knet
@@ -19,12 +18,12 @@ module dda_record_knet
    integer, parameter :: header_lines = 17
    integer, parameter :: name_columns = 18
 
-   !> What the header must state.
-   type :: header_type
+   !> Values of a K-NET header.
+   type :: knet_header_type
       real(wp) :: frequency = -1.0_wp  ! samples/s
       real(wp) :: duration = -1.0_wp   ! s
       real(wp) :: factor = 0.0_wp      ! gal per count
-   end type header_type
+   end type knet_header_type
 
 contains
 
@@ -39,10 +38,9 @@ contains
    !> Read the one trace of a K-NET file, in gal.
    subroutine read_knet(reader, record, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
-      type(header_type) :: header
-      type(sample_list_type) :: list
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(knet_header_type) :: header
       integer(long) :: samples
 
       record%quantity = acceleration
@@ -50,19 +48,17 @@ contains
       call read_header(reader, record, header, error)
       if (.not. allocated(error)) call check_header(reader, header, samples, record%time_step, &
          error)
-      if (.not. allocated(error)) call read_values(reader, samples, &
-         'samples (frequency × duration)', list, error)
-      if (.not. allocated(error)) call expect_end(reader, samples, error)
-      if (allocated(error)) return
-      call take_values(list, record%values)
-      call scale_counts(reader, header%factor, record%values, error)
+      if (.not. allocated(error)) call read_trace(reader, samples, &
+         'samples (frequency × duration)', record%values, error)
+      if (.not. allocated(error)) call scale_counts(reader, header%factor, record%values, error)
    end subroutine read_knet
 
+   !> The 17 header lines.
    subroutine read_header(reader, record, header, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(record_type), intent(inout) :: record
-      type(header_type), intent(out) :: header
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(knet_header_type), intent(out) :: header  !< as read
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text, rest
       integer :: line
 
@@ -75,12 +71,13 @@ contains
       end do
    end subroutine read_header
 
+   !> Take what one line of the header states.
    subroutine read_item(reader, text, rest, record, header, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text, rest             ! the line; what stands after its name
-      type(record_type), intent(inout) :: record
-      type(header_type), intent(inout) :: header
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text, rest  !< the line; what stands after its name
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(knet_header_type), intent(inout) :: header  !< as read so far
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (index(text, 'Origin Time') == 1) then
          record%description = 'event of '//rest
@@ -99,10 +96,10 @@ contains
 
    !> `2000(gal)/8388608`
    subroutine read_factor(reader, text, factor, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
-      real(wp), intent(out) :: factor                        ! gal per count
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
+      real(wp), intent(out) :: factor  !< gal per count
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: largest = 1.0e12_wp
       real(wp) :: full_scale, counts
       integer :: slash
@@ -127,12 +124,13 @@ contains
       factor = full_scale/counts
    end subroutine read_factor
 
+   !> Time step and number of samples from frequency and duration.
    subroutine check_header(reader, header, samples, time_step, error)
-      type(line_reader_type), intent(in) :: reader
-      type(header_type), intent(in) :: header
-      integer(long), intent(out) :: samples
-      real(wp), intent(out) :: time_step                     ! s
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(knet_header_type), intent(in) :: header  !< as read
+      integer(long), intent(out) :: samples  !< declared by the header
+      real(wp), intent(out) :: time_step  !< s
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: largest = 1.0e12_wp
 
       samples = 0
@@ -150,11 +148,12 @@ contains
          largest)), samples, error)
    end subroutine check_header
 
+   !> Counts to gal.
    subroutine scale_counts(reader, factor, values, error)
-      type(line_reader_type), intent(in) :: reader
-      real(wp), intent(in) :: factor
-      real(wp), intent(inout) :: values(:)
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      real(wp), intent(in) :: factor  !< gal per count
+      real(wp), intent(inout) :: values(:)  !< [samples] counts, then gal
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       ! counts; keeps the product far from overflow
       real(wp), parameter :: largest = 1.0e12_wp
 

@@ -2,6 +2,7 @@
 !>
 !> Memory follows what the file holds, never what its header claims.
 module dda_record_samples
+   use dda_growth, only: grow
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_text, only: to_text, quoted
@@ -10,7 +11,7 @@ module dda_record_samples
       number_found, number_none, number_large
    implicit none
    private
-   public :: sample_list_type, append, take_values, read_values, expect_end, take_line, first_number
+   public :: sample_list_type, append, take_values, read_values, read_trace, take_line, first_number
    public :: check_count, check_duration, check_time_step, refuse_word, most_samples
 
    integer(long), parameter :: most_samples = 10000000_long   !< 14 hours at 200 samples/s
@@ -26,23 +27,17 @@ contains
 
    !> Add a value.
    pure subroutine append(list, value)
-      type(sample_list_type), intent(inout) :: list
-      real(wp), intent(in) :: value
-      real(wp), allocatable :: larger(:)
+      type(sample_list_type), intent(inout) :: list  !< values are added to it
+      real(wp), intent(in) :: value  !< to add
 
-      if (.not. allocated(list%values)) allocate (list%values(1024))
-      if (list%count == size(list%values)) then
-         allocate (larger(2*list%count))
-         larger(:list%count) = list%values
-         call move_alloc(larger, list%values)
-      end if
+      call grow(list%values, list%count + 1)
       list%count = list%count + 1
       list%values(list%count) = value
    end subroutine append
 
    !> The values of a list, in an array of their number.
    pure subroutine take_values(list, values)
-      type(sample_list_type), intent(inout) :: list
+      type(sample_list_type), intent(inout) :: list  !< empty afterwards
       real(wp), allocatable, intent(out) :: values(:)   !< [samples]
 
       if (.not. allocated(list%values)) allocate (list%values(0))
@@ -53,11 +48,11 @@ contains
 
    !> The next line, which must be there.
    subroutine take_line(reader, text, what, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=:), allocatable, intent(out) :: text
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=:), allocatable, intent(out) :: text  !< without its line end
       !> what the line is to hold, for the message
       character(len=*), intent(in) :: what
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: found
 
       call next_line(reader, text, found, error)
@@ -67,11 +62,11 @@ contains
 
    !> Read a declared number of values from the lines that follow; they may run together.
    subroutine read_values(reader, expected, what, list, error)
-      type(line_reader_type), intent(inout) :: reader
+      type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(in) :: expected                !< how many the header declares
       character(len=*), intent(in) :: what                 !< 'samples', … for messages
       type(sample_list_type), intent(inout) :: list        !< values are added to it
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       logical :: found
 
@@ -88,13 +83,28 @@ contains
       end do
    end subroutine read_values
 
+   !> A declared number of samples, and nothing behind them.
+   subroutine read_trace(reader, expected, what, values, error)
+      type(line_reader_type), intent(inout) :: reader      !< before the first sample
+      integer(long), intent(in) :: expected                !< how many the header declares
+      character(len=*), intent(in) :: what                 !< 'samples', … for messages
+      real(wp), allocatable, intent(out) :: values(:)      !< [samples] in the file's unit
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(sample_list_type) :: list
+
+      call read_values(reader, expected, what, list, error)
+      if (.not. allocated(error)) call expect_end(reader, expected, error)
+      if (.not. allocated(error)) call take_values(list, values)
+   end subroutine read_trace
+
+   !> The numbers of one line.
    subroutine read_row(reader, text, expected, what, list, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
-      integer(long), intent(in) :: expected
-      character(len=*), intent(in) :: what
-      type(sample_list_type), intent(inout) :: list
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
+      integer(long), intent(in) :: expected  !< how many the header declares
+      character(len=*), intent(in) :: what  !< what is counted, for messages
+      type(sample_list_type), intent(inout) :: list  !< values are added to it
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: position, state
       real(wp) :: value
 
@@ -117,9 +127,9 @@ contains
 
    !> Nothing but blank lines may follow.
    subroutine expect_end(reader, expected, error)
-      type(line_reader_type), intent(inout) :: reader
+      type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(in) :: expected                !< samples read, for the message
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       logical :: found
 
@@ -136,11 +146,11 @@ contains
 
    !> The error for what is not a number.
    pure subroutine refuse_word(reader, text, position, state, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
       integer, intent(in) :: position                      !< where the word stands
       integer, intent(in) :: state                         !< `number_bad` or `number_large`
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (state == number_large) then
          call fail_at(error, reader, quoted(word_at(text, position))//' is too large a number')
@@ -151,11 +161,11 @@ contains
 
    !> The number that begins a piece of header text; what follows it directly (a unit) is ignored.
    pure subroutine first_number(reader, text, what, value, error)
-      type(line_reader_type), intent(in) :: reader
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
       character(len=*), intent(in) :: text                 !< '100Hz', ' .005 SEC,', …
       character(len=*), intent(in) :: what                 !< what the number is, for the message
-      real(wp), intent(out) :: value
-      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(out) :: value  !< as stated
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: position, state, last
       character(len=:), allocatable :: word
 
@@ -177,10 +187,10 @@ contains
 
    !> A declared number of samples that can be read.
    pure subroutine check_count(reader, value, count, error)
-      type(line_reader_type), intent(in) :: reader
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
       real(wp), intent(in) :: value                        !< as the header states it
       integer(long), intent(out) :: count                  !< samples
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       count = whole_number(value)
       if (count > most_samples) then
@@ -195,10 +205,10 @@ contains
    !> A declared duration must fit the declared samples, up to rounding and to counting n or n − 1
    !> steps.
    pure subroutine check_duration(reader, count, time_step, duration, error)
-      type(line_reader_type), intent(in) :: reader
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
       integer(long), intent(in) :: count                   !< samples
       real(wp), intent(in) :: time_step, duration          !< s
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: rounding = 0.01_wp
 
       if (abs(real(count, wp)*time_step - duration) <= 2.0_wp*time_step + rounding*abs(duration)) &
@@ -210,9 +220,9 @@ contains
 
    !> A time step that a record can have.
    pure subroutine check_time_step(reader, time_step, error)
-      type(line_reader_type), intent(in) :: reader
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
       real(wp), intent(in) :: time_step                    !< s
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (time_step >= shortest_step .and. time_step <= longest_step) return
       call fail_at(error, reader, 'the time step '//to_text(time_step)//' s is not between '// &

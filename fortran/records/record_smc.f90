@@ -10,8 +10,8 @@ module dda_record_smc
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_text_numbers, only: whole_number
    use dda_record_type, only: record_type, acceleration, velocity, displacement
-   use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
-      expect_end, check_count, check_time_step
+   use dda_record_samples, only: sample_list_type, read_values, read_trace, take_line, &
+      check_count, check_time_step
    implicit none
    private
    public :: is_smc, read_smc
@@ -38,25 +38,22 @@ contains
    !> Read the one trace of an SMC file, in the file's unit.
    subroutine read_smc(reader, record, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
-      type(sample_list_type) :: list
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: comments, samples
 
       call read_titles(reader, record, error)
       if (.not. allocated(error)) call read_integers(reader, comments, samples, error)
       if (.not. allocated(error)) call read_reals(reader, record%time_step, error)
       if (.not. allocated(error)) call skip_comments(reader, comments, error)
-      if (.not. allocated(error)) call read_values(reader, samples, 'samples', list, error)
-      if (.not. allocated(error)) call expect_end(reader, samples, error)
-      if (.not. allocated(error)) call take_values(list, record%values)
+      if (.not. allocated(error)) call read_trace(reader, samples, 'samples', record%values, error)
    end subroutine read_smc
 
    !> The first line names the quantity; lines 4 and 6 event and station.
    subroutine read_titles(reader, record, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       integer :: line
 
@@ -70,11 +67,12 @@ contains
       end do
    end subroutine read_titles
 
+   !> Quantity and unit from the title.
    subroutine read_kind(reader, text, record, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: title
 
       title = lower_case(text)
@@ -95,10 +93,11 @@ contains
       end if
    end subroutine read_kind
 
+   !> The integers of the header: numbers of comment lines and samples.
    subroutine read_integers(reader, comments, samples, error)
-      type(line_reader_type), intent(inout) :: reader
-      integer(long), intent(out) :: comments, samples
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      integer(long), intent(out) :: comments, samples  !< lines, samples
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(sample_list_type) :: list
 
       comments = 0
@@ -112,10 +111,11 @@ contains
          'the header declares '//to_text(list%values(comments_at))//' comment lines')
    end subroutine read_integers
 
+   !> The reals of the header: the sampling rate.
    subroutine read_reals(reader, time_step, error)
-      type(line_reader_type), intent(inout) :: reader
-      real(wp), intent(out) :: time_step
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      real(wp), intent(out) :: time_step  !< s
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(sample_list_type) :: list
 
       time_step = 0.0_wp
@@ -133,12 +133,12 @@ contains
 
    !> Numbers on as many lines as the format says, so that a missing one is noticed here.
    subroutine read_header(reader, expected, lines, what, list, error)
-      type(line_reader_type), intent(inout) :: reader
-      integer(long), intent(in) :: expected
-      integer, intent(in) :: lines
-      character(len=*), intent(in) :: what
-      type(sample_list_type), intent(out) :: list
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      integer(long), intent(in) :: expected  !< how many the header declares
+      integer, intent(in) :: lines  !< that the format gives them
+      character(len=*), intent(in) :: what  !< what is counted, for messages
+      type(sample_list_type), intent(out) :: list  !< numbers read
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: before
 
       before = reader%line
@@ -149,10 +149,11 @@ contains
          to_text(lines))
    end subroutine read_header
 
+   !> Skip the comment lines, each of which begins with |.
    subroutine skip_comments(reader, comments, error)
-      type(line_reader_type), intent(inout) :: reader
-      integer(long), intent(in) :: comments
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      integer(long), intent(in) :: comments  !< lines
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       integer(long) :: line
 

@@ -31,8 +31,8 @@ contains
    !> Read one or two columns; `record%time_step` > 0 is the caller's.
    subroutine read_text(reader, record, error)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
-      type(record_type), intent(inout) :: record
-      type(error_type), allocatable, intent(out) :: error
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(column_type) :: column
       character(len=:), allocatable :: text
       logical :: found
@@ -49,17 +49,18 @@ contains
 
    !> A line up to its comment.
    pure function without_comment(text) result(data)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< line of the file
       character(len=:), allocatable :: data
 
       data = text(:scan(text//'#', '#!') - 1)
    end function without_comment
 
+   !> Add the numbers of a line to the column.
    subroutine take_row(reader, text, column, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
-      type(column_type), intent(inout) :: column
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
+      type(column_type), intent(inout) :: column  !< of samples, so far
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: row(2)
       integer :: numbers
 
@@ -77,12 +78,13 @@ contains
       end if
    end subroutine take_row
 
+   !> The one or two numbers of a line.
    subroutine read_row(reader, text, row, numbers, error)
-      type(line_reader_type), intent(in) :: reader
-      character(len=*), intent(in) :: text
-      real(wp), intent(out) :: row(2)
-      integer, intent(out) :: numbers
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      character(len=*), intent(in) :: text  !< line of the file
+      real(wp), intent(out) :: row(2)  !< time (s) and value, or the value alone
+      integer, intent(out) :: numbers  !< in the line
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: position, state
       real(wp) :: value
 
@@ -108,10 +110,10 @@ contains
 
    !> Times must rise by one and the same step.
    subroutine take_time(reader, time, column, error)
-      type(line_reader_type), intent(in) :: reader
-      real(wp), intent(in) :: time                           ! s
-      type(column_type), intent(inout) :: column
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      real(wp), intent(in) :: time  !< s
+      type(column_type), intent(inout) :: column  !< of samples, so far
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: largest = 1.0e9_wp              ! s
       real(wp) :: step
 
@@ -133,11 +135,12 @@ contains
       column%last = time
    end subroutine take_time
 
+   !> Time step and samples from the column.
    subroutine finish(reader, record, column, error)
-      type(line_reader_type), intent(in) :: reader
-      type(record_type), intent(inout) :: record
-      type(column_type), intent(inout) :: column
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      type(record_type), intent(inout) :: record  !< filled from the file
+      type(column_type), intent(inout) :: column  !< of samples, so far
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: step
       integer :: count
 

@@ -3,7 +3,7 @@ module dda_record_type
    use dda_kinds, only: wp
    implicit none
    private
-   public :: record_type, acceleration, velocity, displacement
+   public :: record_type, quantity_in, acceleration, velocity, displacement
 
    character(len=*), parameter :: acceleration = 'acceleration' !< quantity in m/s²
    character(len=*), parameter :: velocity = 'velocity'         !< quantity in m/s
@@ -22,5 +22,18 @@ module dda_record_type
       !> of the numbers in the file, as given there or by the caller
       character(len=:), allocatable :: unit
    end type record_type
+
+contains
+
+   !> The quantity that a text names, blank if it names none.
+   pure function quantity_in(text) result(quantity)
+      character(len=*), intent(in) :: text   !< in lower case
+      character(len=:), allocatable :: quantity
+
+      quantity = ''
+      if (index(text, 'accel') > 0) quantity = acceleration
+      if (index(text, 'veloc') > 0) quantity = velocity
+      if (index(text, 'displ') > 0) quantity = displacement
+   end function quantity_in
 
 end module dda_record_type

@@ -16,7 +16,8 @@ module dda_record_units
    end type unit_type
 
    !> for messages
-   character(len=*), parameter :: known_units = 'm/s2, cm/s2, gal, g, m/s, cm/s, m, cm, mm'
+   character(len=*), parameter :: known_units = "'m/s2', 'cm/s2', 'gal', 'g', 'm/s', "// &
+      "'cm/s', 'm', 'cm', 'mm'"
 
    real(wp), parameter :: standard_gravity = 9.80665_wp   ! m/s², exact by definition (ISO 80000-3)
 
@@ -49,7 +50,7 @@ contains
 
    !> One spelling for all: lower case, no blanks, no power signs, seconds as `s`.
    pure function plain(text) result(short)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< as the caller or a header writes it
       character(len=:), allocatable :: short
       character(len=:), allocatable :: lowered
       integer :: i

@@ -1,4 +1,4 @@
-!> Lines of a text file that nobody has vouched for.
+!> Lines of an untrusted text file.
 !>
 !> A file may be a folder, an image, a gigabyte on one line: every such thing is an error with a
 !> file name and a line number, found before it costs more than a buffer.  Line ends of any kind,
@@ -29,7 +29,7 @@ module dda_text_lines
       integer, private :: position = 1             !< next byte in the buffer
       integer, private :: filled = 0               !< bytes in the buffer
       logical, private :: after_return = .false.   !< the last line ended with a carriage return
-      logical, private :: again = .false.          !< hand out `last` once more
+      logical, private :: again = .false.          !< `next_line` returns `last` once more
       character(len=:), allocatable, private :: last !< the line last handed out
    end type line_reader_type
 
@@ -39,7 +39,7 @@ contains
    subroutine open_lines(reader, file, error)
       type(line_reader_type), intent(out) :: reader          !< ready for `next_line`
       character(len=*), intent(in) :: file                   !< path, any bytes
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: status
       character(len=200) :: reason
 
@@ -60,9 +60,10 @@ contains
       if (allocated(error)) call close_lines(reader)
    end subroutine open_lines
 
+   !> A file of a size that can be read.
    subroutine check_size(reader, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (reader%unread <= 0) then
          call fail(error, error_file, quoted_path(reader%file)//' is empty')
@@ -76,7 +77,7 @@ contains
 
    !> Close the file; harmless if it is closed.
    subroutine close_lines(reader)
-      type(line_reader_type), intent(inout) :: reader
+      type(line_reader_type), intent(inout) :: reader  !< of the file
       integer :: status
 
       ! Nothing was written, so a failing close loses nothing.
@@ -86,10 +87,10 @@ contains
 
    !> The next line without its end; `found` is false at the end of the file.
    subroutine next_line(reader, text, found, error)
-      type(line_reader_type), intent(inout) :: reader
+      type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=:), allocatable, intent(out) :: text     !< the line
       logical, intent(out) :: found                          !< whether there was one
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=longest_line) :: line
       integer :: length
 
@@ -112,20 +113,20 @@ contains
       reader%last = text
    end subroutine next_line
 
-   !> Let the next `next_line` hand out the same line again.
+   !> The next call of `next_line` returns the same line again.
    subroutine put_back(reader)
-      type(line_reader_type), intent(inout) :: reader
+      type(line_reader_type), intent(inout) :: reader  !< of the file
 
       reader%again = allocated(reader%last)
    end subroutine put_back
 
    !> Collect bytes up to a line end: LF, CR LF or CR.
    subroutine gather(reader, line, length, found, error)
-      type(line_reader_type), intent(inout) :: reader
-      character(len=longest_line), intent(inout) :: line
-      integer, intent(out) :: length
-      logical, intent(out) :: found
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      character(len=longest_line), intent(inout) :: line  !< its first `length` characters
+      integer, intent(out) :: length  !< of the line
+      logical, intent(out) :: found  !< .false. at the end of the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: byte
 
       length = 0
@@ -154,9 +155,9 @@ contains
 
    !> The next byte, −1 at the end of the file.
    subroutine next_byte(reader, byte, error)
-      type(line_reader_type), intent(inout) :: reader
-      integer, intent(out) :: byte
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      integer, intent(out) :: byte  !< 0 … 255; −1 at the end of the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       byte = -1
       if (reader%position > reader%filled) call refill(reader, error)
@@ -171,7 +172,7 @@ contains
 
    !> Files from DOS may end with a Ctrl-Z; it means the end only if nothing but filling follows.
    pure function nothing_left(reader) result(nothing)
-      type(line_reader_type), intent(in) :: reader
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
       logical :: nothing
       character(len=*), parameter :: filling = ' '//achar(0)//achar(line_feed)// &
          achar(carriage_return)//achar(dos_end)
@@ -181,9 +182,10 @@ contains
          filling) == 0
    end function nothing_left
 
+   !> Read the next part of the file into the buffer.
    subroutine refill(reader, error)
-      type(line_reader_type), intent(inout) :: reader
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: status
       character(len=200) :: reason
 
@@ -200,19 +202,20 @@ contains
       reader%unread = reader%unread - reader%filled
    end subroutine refill
 
+   !> The error for a byte that no text holds.
    subroutine refuse_byte(reader, byte, error)
-      type(line_reader_type), intent(in) :: reader
-      integer, intent(in) :: byte
-      type(error_type), allocatable, intent(out) :: error
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+      integer, intent(in) :: byte  !< 0 … 255
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call fail_at(error, reader, 'the byte '//to_text(byte)// &
          ' does not occur in a text file (binary, or UTF-16?)')
    end subroutine refuse_byte
 
-   !> An error of the input at the line last read: file, line number, what is wrong.
+   !> An input error at the line last read, with file and line number.
    pure subroutine fail_at(error, reader, what)
-      type(error_type), allocatable, intent(out) :: error
-      type(line_reader_type), intent(in) :: reader
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
       character(len=*), intent(in) :: what                   !< a sentence without its full stop
 
       call fail(error, error_input, quoted_path(reader%file)//', line '//to_text(reader%line)// &
@@ -221,7 +224,7 @@ contains
 
    !> A path in quotes; of a very long one the end, which tells files apart.
    pure function quoted_path(file) result(inside)
-      character(len=*), intent(in) :: file
+      character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: inside
       integer, parameter :: longest_path = 300
       integer :: length

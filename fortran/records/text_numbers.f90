@@ -1,7 +1,7 @@
-!> Numbers in text that nobody has vouched for.
+!> Numbers in untrusted text.
 !>
-!> Fortran's own list-directed read takes `3*5`, `/`, `NaN`, `1e400` and an empty field without a
-!> word.  Here a number is exactly: sign, digits with at most one point, exponent with E or D.
+!> Fortran's own list-directed read takes `3*5`, `/`, `NaN`, `1e400` and an empty field without an
+!> error.  Here a number is exactly: sign, digits with at most one point, exponent with E or D.
 !> Fixed-width output of old programs runs numbers together (`1.0E+0-2.0E+0`): where the caller
 !> says so, a sign directly after a complete number begins the next one.
 module dda_text_numbers
@@ -23,7 +23,7 @@ module dda_text_numbers
    integer, parameter :: exact_power = 22      ! 10**22 is the last exact power of ten
    character(len=*), parameter :: tab = achar(9)
 
-   !> What scanning found, before it becomes a value.
+   !> A scanned number before its conversion: mantissa·10^power.
    type :: scan_type
       integer(long) :: mantissa = 0    ! leading digits as an integer
       integer :: kept = 0              ! digits in the mantissa
@@ -39,9 +39,9 @@ contains
    !>
    !> With a state other than `number_found` the position stays at the offending word.
    pure subroutine next_number(text, position, value, state, joined, commas)
-      character(len=*), intent(in) :: text
+      character(len=*), intent(in) :: text  !< looked through
       integer, intent(inout) :: position             !< first character to look at
-      real(wp), intent(out) :: value
+      real(wp), intent(out) :: value  !< 0 if there is none
       integer, intent(out) :: state                  !< `number_…`
       !> a sign may begin the next number without a blank
       logical, intent(in), optional :: joined
@@ -70,7 +70,7 @@ contains
 
    !> A value as a count, −1 if it is negative, broken or beyond any count.
    pure function whole_number(value) result(count)
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value  !< any
       integer(long) :: count
 
       count = -1_long
@@ -80,8 +80,8 @@ contains
 
    !> The word at or after a position, for messages.
    pure function word_at(text, position) result(word)
-      character(len=*), intent(in) :: text
-      integer, intent(in) :: position
+      character(len=*), intent(in) :: text  !< looked through
+      integer, intent(in) :: position  !< first character to look at
       character(len=:), allocatable :: word
       integer :: first, last
 
@@ -94,9 +94,10 @@ contains
       word = text(first:last - 1)
    end function word_at
 
+   !> Number of blanks and tabs from a position on.
    pure function blanks(text, position) result(count)
-      character(len=*), intent(in) :: text
-      integer, intent(in) :: position
+      character(len=*), intent(in) :: text  !< looked through
+      integer, intent(in) :: position  !< first character to look at
       integer :: count
 
       count = 0
@@ -109,9 +110,9 @@ contains
 
    !> Sign, digits, at most one point.
    pure subroutine scan_mantissa(text, at, scan)
-      character(len=*), intent(in) :: text
-      integer, intent(inout) :: at
-      type(scan_type), intent(out) :: scan
+      character(len=*), intent(in) :: text  !< looked through
+      integer, intent(inout) :: at  !< position in the text
+      type(scan_type), intent(out) :: scan  !< sign and mantissa
       logical :: after_point
       character :: letter
 
@@ -133,10 +134,11 @@ contains
       end do
    end subroutine scan_mantissa
 
+   !> Append a digit to the mantissa, as far as it has space.
    pure subroutine take_digit(scan, digit, after_point)
-      type(scan_type), intent(inout) :: scan
-      integer, intent(in) :: digit
-      logical, intent(in) :: after_point
+      type(scan_type), intent(inout) :: scan  !< number so far
+      integer, intent(in) :: digit  !< 0 … 9
+      logical, intent(in) :: after_point  !< the digit is a decimal
 
       scan%seen = scan%seen + 1
       if (scan%kept < most_digits) then
@@ -151,10 +153,10 @@ contains
 
    !> `E` or `D`, sign, digits; nothing at all is complete too, a letter without digits is not.
    pure subroutine scan_exponent(text, at, scan, complete)
-      character(len=*), intent(in) :: text
-      integer, intent(inout) :: at
-      type(scan_type), intent(inout) :: scan
-      logical, intent(out) :: complete
+      character(len=*), intent(in) :: text  !< looked through
+      integer, intent(inout) :: at  !< position in the text
+      type(scan_type), intent(inout) :: scan  !< number so far
+      logical, intent(out) :: complete  !< the exponent has digits, or there is none
       ! keeps the sum far from overflow, and far beyond any number
       integer, parameter :: capped = 100000
       integer :: power
@@ -179,25 +181,28 @@ contains
       end if
    end subroutine scan_exponent
 
+   !> Whether a letter begins an exponent.
    pure function scan_letter(letter) result(is)
-      character, intent(in) :: letter
+      character, intent(in) :: letter  !< any
       logical :: is
 
       is = index('EeDd', letter) > 0
    end function scan_letter
 
+   !> Whether a digit stands at a position.
    pure function is_digit(text, at) result(is)
-      character(len=*), intent(in) :: text
-      integer, intent(in) :: at
+      character(len=*), intent(in) :: text  !< looked through
+      integer, intent(in) :: at  !< position in the text
       logical :: is
 
       is = .false.
       if (at <= len(text)) is = text(at:at) >= '0' .and. text(at:at) <= '9'
    end function is_digit
 
+   !> Whether a sign stands at a position.
    pure function is_sign(text, at) result(is)
-      character(len=*), intent(in) :: text
-      integer, intent(in) :: at
+      character(len=*), intent(in) :: text  !< looked through
+      integer, intent(in) :: at  !< position in the text
       logical :: is
 
       is = .false.
@@ -206,9 +211,9 @@ contains
 
    !> Whether a number may end before this character.
    pure function ends_number(text, at, joined, commas) result(ends)
-      character(len=*), intent(in) :: text
-      integer, intent(in) :: at
-      logical, intent(in), optional :: joined, commas
+      character(len=*), intent(in) :: text  !< looked through
+      integer, intent(in) :: at  !< position in the text
+      logical, intent(in), optional :: joined, commas  !< as of `next_number`
       logical :: ends
 
       ends = .true.
@@ -218,9 +223,10 @@ contains
       if (present(commas)) ends = ends .or. (commas .and. text(at:at) == ',')
    end function ends_number
 
+   !> Step over blanks and one comma.
    pure subroutine skip_comma(text, position)
-      character(len=*), intent(in) :: text
-      integer, intent(inout) :: position
+      character(len=*), intent(in) :: text  !< looked through
+      integer, intent(inout) :: position  !< of the next character
 
       position = position + blanks(text, position)
       if (position > len(text)) return
@@ -229,10 +235,10 @@ contains
 
    !> The value of a scanned number, rounded correctly.
    pure subroutine to_value(word, scan, value, state)
-      character(len=*), intent(in) :: word
-      type(scan_type), intent(in) :: scan
-      real(wp), intent(out) :: value
-      integer, intent(out) :: state
+      character(len=*), intent(in) :: word  !< the whole number
+      type(scan_type), intent(in) :: scan  !< complete number
+      real(wp), intent(out) :: value  !< 0 if there is none
+      integer, intent(out) :: state  !< `number_…`
       character(len=longest_number) :: padded
       integer :: status
 

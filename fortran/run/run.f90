@@ -11,7 +11,7 @@ module dda_run
    use dda_journal, only: journal_type, open_journal, empty_journal, append_sample, append_frame, &
       flush_journal, close_journal, journal_name
    use dda_model, only: model_type
-   use dda_output_file, only: check_target, write_output, partial_name
+   use dda_output_file, only: check_target, write_output, is_complete, partial_name
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_sample, only: sample_size, take_sample, take_frame
    use dda_simulation, only: simulation_type, finished
@@ -33,16 +33,17 @@ module dda_run
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.
       logical :: sound = .true.                     !< no step has failed
+      logical :: was_complete = .false.             !< its output was, before it was resumed
    end type run_type
 
 contains
 
    !> Set up the simulation of a model and, if it is to write, its output with the first state.
    subroutine begin_run(run, model, writes, error)
-      type(run_type), intent(out) :: run
-      type(model_type), intent(in) :: model
-      logical, intent(in) :: writes
-      type(error_type), allocatable, intent(out) :: error
+      type(run_type), intent(out) :: run  !< with the files it writes
+      type(model_type), intent(in) :: model  !< as read from the input
+      logical, intent(in) :: writes  !< the run has an output
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call start(run%simulation, model, error)
       if (allocated(error) .or. .not. writes) return
@@ -51,11 +52,12 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine begin_run
 
-   !> Go on where the last checkpoint of the output was written; from the start if there is none.
+   !> Go on where the last checkpoint of the output was written; from the start if there is none;
+   !> not at all if the output is complete.
    subroutine resume_run(run, model, error)
-      type(run_type), intent(out) :: run
-      type(model_type), intent(in) :: model
-      type(error_type), allocatable, intent(out) :: error
+      type(run_type), intent(out) :: run  !< with the files it writes
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call start(run%simulation, model, error)
       if (allocated(error)) return
@@ -67,6 +69,8 @@ contains
          if (.not. allocated(error)) call publish(run, error)
          if (.not. allocated(error)) run%notice = 'resumed at step '// &
             to_text(run%simulation%step)//', t = '//to_text(run%simulation%time)//' s, '//run%notice
+      else if (is_complete(model%output%file, model)) then
+         call skip_to_end(run)
       else
          call begin_files(run, error)
          run%notice = 'there is no checkpoint of '//model%output%file//': begun at the start'
@@ -74,10 +78,24 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine resume_run
 
+   !> Nothing is left to do.
+   subroutine skip_to_end(run)
+      type(run_type), intent(inout) :: run  !< with the files it writes
+
+      run%was_complete = .true.
+      run%notice = run%simulation%model%output%file//' is complete'
+      call remove_leftovers(run)
+      call close_files(run)
+      associate (control => run%simulation%model%control)
+         run%simulation%step = control%steps
+         run%simulation%time = control%steps*control%time_step
+      end associate
+   end subroutine skip_to_end
+
    !> Open the journal, which keeps other runs from writing the same output.
    subroutine open_files(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       associate (model => run%simulation%model)
          call check_target(model%output%file, model, error)
@@ -89,18 +107,19 @@ contains
       call system_clock(run%saved)
    end subroutine open_files
 
+   !> Close the journal, which frees the output for other runs.
    subroutine close_files(run)
-      type(run_type), intent(inout) :: run
+      type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable :: unused
 
       call close_journal(run%journal, unused)
       run%writes = .false.
    end subroutine close_files
 
-   !> Begin the files anew with the first state.
+   !> New files with the first state.
    subroutine begin_files(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call remove_checkpoints(run%checkpoints)
       call empty_journal(run%journal, error)
@@ -111,9 +130,9 @@ contains
 
    !> Take up to `steps` steps, recording on the way; stops early when the run is done.
    subroutine continue_run(run, steps, error)
-      type(run_type), intent(inout) :: run
-      integer(long), intent(in) :: steps
-      type(error_type), allocatable, intent(out) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      integer(long), intent(in) :: steps  !< to take
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: i
 
       do i = 1, steps
@@ -128,8 +147,8 @@ contains
 
    !> Samples and frames are due at multiples of their intervals, and at the end.
    subroutine record_step(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: last, save, show
 
       last = finished(run%simulation)
@@ -145,9 +164,10 @@ contains
       if (show .and. .not. allocated(error)) call publish(run, error)
    end subroutine record_step
 
+   !> Whether an interval ends at a step.
    pure logical function due(step, interval)
-      integer(long), intent(in) :: step
-      integer, intent(in) :: interval
+      integer(long), intent(in) :: step  !< number of the step
+      integer, intent(in) :: interval  !< steps; 0: never
 
       due = .false.
       if (interval > 0) due = modulo(step, int(interval, long)) == 0
@@ -155,8 +175,8 @@ contains
 
    !> As many minutes have passed since the last checkpoint; 0 is never.
    logical function is_time(run, minutes)
-      type(run_type), intent(in) :: run
-      real(wp), intent(in) :: minutes
+      type(run_type), intent(in) :: run  !< with the files it writes
+      real(wp), intent(in) :: minutes  !< of the clock
       integer(long) :: now, rate
 
       is_time = .false.
@@ -165,27 +185,29 @@ contains
       is_time = real(now - run%saved, wp) >= 60.0_wp*minutes*real(rate, wp)
    end function is_time
 
+   !> Append a sample to the journal.
    subroutine record_sample(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call take_sample(run%simulation, run%journal%iterations, run%sample)
       call append_sample(run%journal, run%sample, error)
    end subroutine record_sample
 
+   !> Append a frame to the journal.
    subroutine record_frame(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), allocatable :: frame(:)
 
       call take_frame(run%simulation, frame)
       call append_frame(run%journal, frame, run%simulation%contacts(run%simulation%now)%n, error)
    end subroutine record_frame
 
-   !> Write the partial output, for whoever looks at the run meanwhile.
+   !> Write the partial output, which can be read during the run.
    subroutine publish(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call begin_task(run%publishing)
       call write_output(run%simulation%model%output%file, run%journal, run%simulation, .false., &
@@ -193,18 +215,18 @@ contains
       call end_task(run%publishing)
    end subroutine publish
 
-   !> Leave nothing in the buffers of this process, which a fork would copy.
+   !> Flush the buffers of this process, which a fork would copy.
    subroutine flush_run(run, error)
-      type(run_type), intent(in) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(in) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (run%writes) call flush_journal(run%journal, .false., error)
    end subroutine flush_run
 
    !> Write a checkpoint now.
    subroutine save_run(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(inout) :: error
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (.not. (run%writes .and. run%sound)) return
       call save_checkpoint(run%checkpoints, run%simulation, run%journal, error)
@@ -213,7 +235,7 @@ contains
 
    !> The duration asked for has been reached.
    pure logical function is_done(run)
-      type(run_type), intent(in) :: run
+      type(run_type), intent(in) :: run  !< with the files it writes
 
       is_done = finished(run%simulation)
    end function is_done
@@ -221,9 +243,9 @@ contains
    !> Close the output: under its own name if the run is done; else under its partial name, with a
    !> checkpoint.
    subroutine end_run(run, error)
-      type(run_type), intent(inout) :: run
-      type(error_type), allocatable, intent(out) :: error
-      type(error_type), allocatable :: trouble
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(error_type), allocatable :: failure
 
       if (.not. run%writes) return
       if (is_done(run) .and. run%sound) call write_output(run%simulation%model%output%file, &
@@ -231,17 +253,17 @@ contains
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) then
          call remove_leftovers(run)
       else
-         call save_run(run, trouble)
+         call save_run(run, failure)
          call remove_spare(run%checkpoints)
          if (.not. allocated(error)) call publish(run, error)
-         if (allocated(trouble)) error = trouble
+         if (allocated(failure)) error = failure
       end if
       call close_files(run)
    end subroutine end_run
 
-   !> What only an unfinished run needs; checkpoints first, as they need the journal.
+   !> Files that only an unfinished run needs; checkpoints first, as they need the journal.
    subroutine remove_leftovers(run)
-      type(run_type), intent(in) :: run
+      type(run_type), intent(in) :: run  !< with the files it writes
 
       associate (file => run%simulation%model%output%file)
          call remove_checkpoints(run%checkpoints)

@@ -5,7 +5,7 @@ module dda_site_response
    use dda_model, only: model_type
    use dda_netcdf_calls, only: dataset_type, checked
    use dda_settings, only: amplification_type
-   use dda_spectrum, only: peak_type, amplification, find_peak
+   use dda_spectrum, only: spectral_peak_type, amplification, find_peak
    use dda_text, only: to_text
    use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_inq_varid, nf90_inq_dimid, &
       nf90_inquire_dimension, nf90_get_var
@@ -17,10 +17,10 @@ contains
 
    !> Peak of the ratio of the accelerations at two points of an output file.
    subroutine amplification_peak(file, wanted, peak, error)
-      character(len=*), intent(in) :: file
-      type(amplification_type), intent(in) :: wanted
-      type(peak_type), intent(out) :: peak
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: file  !< finished output
+      type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
+      type(spectral_peak_type), intent(out) :: peak  !< of the ratio
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: surface(:), base(:), frequency(:)
       complex(wp), allocatable :: ratio(:)
       real(wp) :: time_step
@@ -36,11 +36,11 @@ contains
 
    !> Acceleration of a point along an axis, and the time between samples.
    subroutine read_series(file, point, axis, series, time_step, error)
-      character(len=*), intent(in) :: file
-      integer, intent(in) :: point, axis
-      real(wp), allocatable, intent(out) :: series(:)
-      real(wp), intent(out) :: time_step
-      type(error_type), allocatable, intent(out) :: error
+      character(len=*), intent(in) :: file  !< finished output
+      integer, intent(in) :: point, axis  !< number of the point; 1 x, 2 y
+      real(wp), allocatable, intent(out) :: series(:)  !< [samples] m/s²
+      real(wp), intent(out) :: time_step  !< s
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(dataset_type) :: dataset
       real(wp) :: last(1)
       integer :: dimension, variable, n
@@ -68,9 +68,9 @@ contains
 
    !> One line for a person.
    pure function peak_text(model, wanted, peak) result(text)
-      type(model_type), intent(in) :: model
-      type(amplification_type), intent(in) :: wanted
-      type(peak_type), intent(in) :: peak
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
+      type(spectral_peak_type), intent(in) :: peak  !< of the ratio
       character(len=:), allocatable :: text
       character(len=16) :: amplitude, frequency
 

@@ -8,7 +8,7 @@ module dda_spectrum
    use dda_taper, only: cosine_taper
    implicit none
    private
-   public :: peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
+   public :: spectral_peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
 
    ! samples with padding; 3 GiB of work space
    integer(long), parameter :: longest_series = 134217728_long
@@ -16,7 +16,7 @@ module dda_spectrum
    real(wp), parameter :: largest_value = 1.0e100_wp
 
    !> The largest amplitude in a band of frequencies.
-   type :: peak_type
+   type :: spectral_peak_type
       real(wp) :: frequency = 0.0_wp     !< Hz, interpolated
       real(wp) :: amplitude = 0.0_wp     !< interpolated, in the unit of the amplitudes
       integer :: bin = 0                 !< the highest bin, index in the spectrum
@@ -24,7 +24,7 @@ module dda_spectrum
       real(wp) :: bin_width = 0.0_wp     !< Hz between bins: what the interpolation refines
       !> false: at an end of the band the highest bin has a higher neighbour or none
       logical :: interpolated = .false.
-   end type peak_type
+   end type spectral_peak_type
 
 contains
 
@@ -120,7 +120,7 @@ contains
       real(wp), intent(in) :: frequency(:)                   !< evenly spaced, rising (Hz) [bins]
       real(wp), intent(in) :: amplitude(:)                   !< [bins]
       real(wp), intent(in) :: lowest, highest                !< the band (Hz), ends included
-      type(peak_type), intent(out) :: peak
+      type(spectral_peak_type), intent(out) :: peak
       type(error_type), allocatable, intent(out) :: error
 
       if (size(frequency) /= size(amplitude) .or. size(frequency) < 2) then
@@ -145,7 +145,7 @@ contains
    !> Vertex of the parabola through three bins, if the middle one is not below the others.
    pure subroutine refine(amplitude, peak)
       real(wp), intent(in) :: amplitude(3)
-      type(peak_type), intent(inout) :: peak
+      type(spectral_peak_type), intent(inout) :: peak
       real(wp) :: curvature, shift
 
       curvature = amplitude(1) - 2.0_wp*amplitude(2) + amplitude(3)

@@ -1,12 +1,11 @@
 !> Checkpoints of a run: FILE.checkpoint, and FILE.checkpoint.previous until it has been replaced.
 !>
-!> A checkpoint is written under a third name and then changes names with the newest, so that at
-!> every moment a whole one is there; the older of the two is written over next, as making and
-!> removing files takes the system longer than all else.  A checkpoint says which input, records,
-!> version and build made it, and is taken by no other.  Each outlives the process; flushing to the
-!> disk, which only a failing machine asks for, is done as often as it costs little of the run's
-!> time, and a checkpoint on the disk becomes the previous one, which is never written over, only
-!> when the next is on the disk as well.
+!> A checkpoint is written under a third name and then exchanged with the newest, so that a whole
+!> one exists at every moment; the older of the two is overwritten next, as creating and removing
+!> files costs more than the write itself.  A checkpoint names its input, records, version and
+!> build, and is refused by any other.  Each outlives the process.  Flushing to the disk, which only
+!> a failing machine needs, is rate-limited; a checkpoint on the disk becomes the previous one,
+!> which is never overwritten, only when the next is on the disk as well.
 module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
@@ -15,7 +14,7 @@ module dda_checkpoint
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
-   use dda_journal, only: journal_type, carry_mark, return_to_mark, flush_journal
+   use dda_journal, only: journal_type, serialise_mark, return_to_mark, flush_journal
    use dda_model, only: model_type
    use dda_motion_curve, only: motion_curve_type
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
@@ -42,9 +41,10 @@ module dda_checkpoint
 
 contains
 
+   !> Names of the files, checksums of the input.
    subroutine begin_checkpoints(checkpoints, model)
-      type(checkpoints_type), intent(out) :: checkpoints
-      type(model_type), intent(in) :: model
+      type(checkpoints_type), intent(out) :: checkpoints  !< of the output
+      type(model_type), intent(in) :: model  !< as read from the input
 
       checkpoints%newest = model%output%file//'.checkpoint'
       checkpoints%previous = checkpoints%newest//'.previous'
@@ -55,8 +55,8 @@ contains
 
    !> Checksums of all that an input says.
    subroutine digest_model(model, input, motions)
-      type(model_type), intent(in) :: model
-      integer(long), intent(out) :: input, motions
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer(long), intent(out) :: input, motions  !< checksums of the text and of the curves
       type(archive_type) :: archive
       type(motion_curve_type) :: curve
       character(len=:), allocatable :: text
@@ -80,7 +80,7 @@ contains
 
    !> There is something to resume from.
    logical function has_checkpoint(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints
+      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
       has_checkpoint = is_file(checkpoints%newest)
       if (.not. has_checkpoint) has_checkpoint = is_file(checkpoints%previous)
@@ -88,13 +88,14 @@ contains
 
    !> Remove the file that the next checkpoint would be written in.
    subroutine remove_spare(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints
+      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
       call remove_file(checkpoints%coming)
    end subroutine remove_spare
 
+   !> Remove all checkpoints of the output.
    subroutine remove_checkpoints(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints
+      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
       call remove_spare(checkpoints)
       call remove_file(checkpoints%newest)
@@ -103,17 +104,17 @@ contains
 
    !> Write a checkpoint; the older ones stay until it is whole.
    subroutine save_checkpoint(checkpoints, simulation, journal, error)
-      type(checkpoints_type), intent(inout) :: checkpoints
-      type(simulation_type), intent(inout) :: simulation
-      type(journal_type), intent(inout) :: journal
-      type(error_type), allocatable, intent(inout) :: error
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: to_disk
 
       to_disk = is_due(checkpoints%flushing)
       call begin_task(checkpoints%flushing)
       call write_archive(checkpoints%archive)
-      call carry_identity(checkpoints, error)
-      call carry_mark(checkpoints%archive, journal)
+      call serialise_identity(checkpoints, error)
+      call serialise_mark(checkpoints%archive, journal)
       call serialise_simulation(checkpoints%archive, simulation)
       call flush_journal(journal, to_disk, error)
       if (.not. allocated(error)) call write_checked(checkpoints%coming, checkpoints%archive, &
@@ -126,10 +127,11 @@ contains
       if (to_disk) call end_task(checkpoints%flushing)
    end subroutine save_checkpoint
 
+   !> Rename the coming checkpoint to the newest one.
    subroutine put_in_place(checkpoints, on_disk, error)
-      type(checkpoints_type), intent(inout) :: checkpoints
-      logical, intent(in) :: on_disk
-      type(error_type), allocatable, intent(inout) :: error
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: done
 
       if (checkpoints%newest_on_disk) then
@@ -144,15 +146,14 @@ contains
          checkpoints%newest)
    end subroutine put_in_place
 
-   !> Put a run that has just been started where the newest good checkpoint says; `notice` tells
-   !> which.
+   !> Set a run that has just been started to the state of the newest good checkpoint.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
-      type(checkpoints_type), intent(inout) :: checkpoints
-      type(simulation_type), intent(inout) :: simulation
-      type(journal_type), intent(inout) :: journal
-      type(model_type), intent(in) :: model
-      character(len=:), allocatable, intent(out) :: notice
-      type(error_type), allocatable, intent(inout) :: error
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=:), allocatable, intent(out) :: notice  !< which checkpoint, and why
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(error_type), allocatable :: reason
       logical :: unused
 
@@ -173,22 +174,23 @@ contains
       notice = 'from '//checkpoints%previous//', because '//reason%message
    end subroutine load_checkpoint
 
+   !> Load one file; an error if it is not whole or not of this run.
    subroutine load_from(name, checkpoints, simulation, journal, error)
-      character(len=*), intent(in) :: name
-      type(checkpoints_type), intent(inout) :: checkpoints
-      type(simulation_type), intent(inout) :: simulation
-      type(journal_type), intent(inout) :: journal
-      type(error_type), allocatable, intent(inout) :: error
+      character(len=*), intent(in) :: name  !< path
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call read_checked(name, checkpoints%archive, error)
       if (allocated(error)) return
       call read_archive(checkpoints%archive)
-      call carry_identity(checkpoints, error)
+      call serialise_identity(checkpoints, error)
       if (allocated(error)) then
          error%message = name//' '//error%message
          return
       end if
-      call carry_mark(checkpoints%archive, journal)
+      call serialise_mark(checkpoints%archive, journal)
       call serialise_simulation(checkpoints%archive, simulation)
       if (allocated(checkpoints%archive%failure)) then
          call fail(error, error_file, name//' cannot be understood: '//checkpoints%archive%failure)
@@ -197,10 +199,10 @@ contains
       end if
    end subroutine load_from
 
-   !> Who made the checkpoint; when read, it must be the same input and the same build.
-   subroutine carry_identity(checkpoints, error)
-      type(checkpoints_type), intent(inout) :: checkpoints
-      type(error_type), allocatable, intent(inout) :: error
+   !> Version, build and input of a checkpoint, which must be the same when it is read.
+   subroutine serialise_identity(checkpoints, error)
+      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: maker, build
       integer(long) :: input, motions
 
@@ -222,9 +224,9 @@ contains
       else if (motions /= checkpoints%motions) then
          call fail(error, error_file, 'was made with other records')
       end if
-   end subroutine carry_identity
+   end subroutine serialise_identity
 
-   !> Compiler and those of its options that say what it made, not where.
+   !> Compiler and its options, without those that name folders.
    pure function build_of_program() result(build)
       character(len=:), allocatable :: build
       character(len=:), allocatable :: options

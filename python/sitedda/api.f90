@@ -13,11 +13,13 @@ module api
    use dda_blocks, only: stress_of
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
+   use dda_input_catalogue, only: variable_type, input_groups, all_variables, range_of
    use dda_measure, only: measure_point
    use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
    use dda_modes, only: modes_type, find_modes
+   use dda_process, only: process_id
    use dda_record, only: record_type, read_record
    use dda_run, only: run_type, begin_run, resume_run, continue_run, flush_run, save_run, end_run, &
       is_done
@@ -26,9 +28,10 @@ module api
       amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
    use dda_simulation, only: summary
    use dda_start, only: set_rates
-   use dda_spectrum, only: peak_type, fourier_spectrum, amplification, find_peak
+   use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, find_peak
    use dda_stopwatch, only: phase_names, seconds_of
    use dda_diagnostics, only: audit_warning
+   use dda_text, only: joined
    use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
    use dda_version, only: version
    implicit none
@@ -40,15 +43,9 @@ module api
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping
-   public :: spectrum_of, amplification_of, peak_of, engine_version
+   public :: spectrum_of, amplification_of, peak_of, engine_version, engine_names, input_catalogue
 
    integer, parameter :: most_runs = 65536
-
-   interface
-      integer(c_int) function c_getpid() bind(c, name='getpid')
-         import :: c_int
-      end function c_getpid
-   end interface
 
    !> One slot of the table of open runs.
    type :: slot_type
@@ -70,7 +67,7 @@ contains
       if (handle >= 1 .and. handle <= most_runs) run => slots(handle)%run
       if (.not. associated(run)) then
          call fail(error, error_input, 'the simulation is closed')
-      else if (run%writes .and. slots(handle)%process /= c_getpid()) then
+      else if (run%writes .and. slots(handle)%process /= process_id()) then
          ! The files are those of the process that this one was forked from.
          call fail(error, error_input, 'the simulation writes an output for another process')
       end if
@@ -110,7 +107,7 @@ contains
       end if
       if (.not. allocated(error)) then
          allocate (slots(handle)%run)
-         slots(handle)%process = c_getpid()
+         slots(handle)%process = process_id()
          if (writes == 2) then
             call resume_run(slots(handle)%run, model, error)
          else
@@ -499,7 +496,7 @@ contains
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
-      type(peak_type) :: found
+      type(spectral_peak_type) :: found
 
       call find_peak(frequency, amplitude, lowest, highest, found, error)
       peak = [found%frequency, found%amplitude, found%bin_width, merge(1.0_c_double, 0.0_c_double, &
@@ -779,5 +776,42 @@ contains
 
       text = version
    end subroutine engine_version
+
+   !> Names, with blanks between: 'energies', 'phases' and 'counts' in the order of their values,
+   !> 'groups' of the input, 'single groups' those that may appear once.
+   subroutine engine_names(what, names)
+      character(len=*), intent(in) :: what       !< one of these; else the names are blank
+      character(len=2048), intent(out) :: names
+
+      names = ''
+      select case (what)
+      case ('energies')
+         names = joined(energy_terms%name, ' ')
+      case ('phases')
+         names = joined(phase_names, ' ')
+      case ('counts')
+         names = 'steps iterations searches solves factors solver_iterations handed_over broken'
+      case ('groups')
+         names = joined(input_groups%name, ' ')
+      case ('single groups')
+         names = joined(pack(input_groups%name, .not. input_groups%repeats), ' ')
+      end select
+   end subroutine engine_names
+
+   !> A variable of the input: group, name, kind, unit, default, range, meaning, with tabs between.
+   subroutine input_catalogue(row, text)
+      integer(c_int), intent(in) :: row          !< from 1
+      character(len=2048), intent(out) :: text   !< blank behind the last row
+      character, parameter :: tab = achar(9)
+      type(variable_type), allocatable :: variables(:)
+
+      text = ''
+      variables = all_variables()
+      if (row < 1 .or. row > size(variables)) return
+      associate (v => variables(row))
+         text = trim(v%group)//tab//trim(v%name)//tab//trim(v%kind)//tab//trim(v%unit)//tab// &
+            trim(v%default)//tab//range_of(v)//tab//trim(v%meaning)
+      end associate
+   end subroutine input_catalogue
 
 end module api

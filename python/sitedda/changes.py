@@ -5,31 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
+from functools import cache
 
+from .engine import engine_names, input_catalogue
 from .errors import InputError
 from .namelist import Group, Namelist, value_text
 
-_ONCE = ("run", "control", "contact", "output")  # groups that an input has at most once
-_VARIABLES = {
-    "run": "title",
-    "control": "time_step duration steps least_time_step dynamic_factor max_displacement_ratio"
-    " gravity time_step_control analysis solver base_motion_x base_motion_y",
-    "contact": "normal_stiffness shear_ratio fixed_point_ratio force_tolerance max_iterations"
-    " penetration_tolerance contact_rules",
-    "material": "name density young_modulus poisson_ratio initial_stress initial_velocity",
-    "joint": "name friction_angle cohesion tensile_strength",
-    "block": "name material joint vertices",
-    "layers": "name material joint left bottom width thickness count",
-    "drums": "name material joint centre bottom width top_width height count",
-    "wall": "name material joint left bottom brick_length brick_height bricks courses",
-    "motion": "name file format quantity unit time_step values scale taper drift_order channel",
-    "fixed_point": "x y block direction motion_x motion_y",
-    "load": "x y block time force_x force_y",
-    "measured_point": "name x y block",
-    "amplification": "surface base direction lowest highest padding",
-    "output": "file history_interval block_interval checkpoint_interval checkpoint_minutes",
-}
-_VARIABLES = {group: names.split() for group, names in _VARIABLES.items()}
 _EXCLUSIVE = {"duration": "steps", "steps": "duration"}  # giving one takes the other out
 _PATH = re.compile(r"\s*(\w+)\s*(?:\[(.*?)\])?\s*(?:\.\s*(.+?))?\s*", re.DOTALL)
 
@@ -74,6 +55,15 @@ def changed_input(text: str, changes: Mapping) -> str:
     return str(namelist)
 
 
+@cache
+def _variables() -> dict[str, list[str]]:
+    """Names of the variables of each kind of group."""
+    groups = {kind: [] for kind in engine_names("groups")}
+    for variable in input_catalogue():
+        groups[variable.group].append(variable.name)
+    return groups
+
+
 def _flat(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:
     """Paths and values of mappings within mappings."""
     for name, value in changes.items():
@@ -95,11 +85,11 @@ def _target(namelist: Namelist, path: str) -> tuple[list[Group], str]:
     if which is None:
         which, dot, rest = rest.rpartition(".")
         which = which if dot else None
-    if kind not in _VARIABLES:
-        raise InputError(f"{path}: there is no group &{kind}{_nearest(kind, _VARIABLES)}")
+    if kind not in _variables():
+        raise InputError(f"{path}: there is no group &{kind}{_nearest(kind, _variables())}")
     variable = (rest or "").lower()
-    if variable not in _VARIABLES[kind]:
-        known = _VARIABLES[kind]
+    if variable not in _variables()[kind]:
+        known = _variables()[kind]
         hint = _nearest(variable, known) or f"; it has {', '.join(known)}"
         raise InputError(f"{path}: group &{kind} has no variable {variable!r}{hint}")
     return _chosen(namelist, path, kind, which, variable), variable
@@ -107,14 +97,14 @@ def _target(namelist: Namelist, path: str) -> tuple[list[Group], str]:
 
 def _bare(namelist: Namelist, variable: str) -> tuple[list[Group], str]:
     """The one group that a variable without a group can mean."""
-    homes = [kind for kind, names in _VARIABLES.items() if variable in names]
+    homes = [kind for kind, names in _variables().items() if variable in names]
     if "control" in homes:
         homes = ["control"]
     if not homes:
-        if variable in _VARIABLES:
-            known = f"{variable}.{_VARIABLES[variable][0]}"
+        if variable in _variables():
+            known = f"{variable}.{_variables()[variable][0]}"
             raise InputError(f"{variable!r} is a group: name a variable of it, such as {known}")
-        names = sorted({name for names in _VARIABLES.values() for name in names})
+        names = sorted({name for names in _variables().values() for name in names})
         raise InputError(f"no group has a variable {variable!r}{_nearest(variable, names)}")
     if len(homes) > 1:
         paths = " or ".join(f"{kind}.{variable}" for kind in homes)
@@ -125,7 +115,7 @@ def _bare(namelist: Namelist, variable: str) -> tuple[list[Group], str]:
 def _chosen(namelist: Namelist, path: str, kind: str, which: str | None, variable: str):
     """The groups of a kind that are meant: the only one, one by name or number, or all (*)."""
     groups = namelist.named(kind)
-    if which is None and kind in _ONCE:
+    if which is None and kind in engine_names("single groups"):
         return groups or [namelist.add(kind)]
     if not groups:
         raise InputError(f"{path}: the input has no group &{kind} to change")

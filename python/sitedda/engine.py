@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+from functools import cache
+from itertools import count, takewhile
+from typing import NamedTuple
 
 # Threads that wait for each other must not hold a core that another process wants.
 os.environ.setdefault("GOMP_SPINCOUNT", "20000")
@@ -10,7 +13,7 @@ os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 from ._core import api  # noqa: E402
 from .errors import SiteddaError  # noqa: E402
 
-__all__ = ["api", "checked", "version"]
+__all__ = ["InputVariable", "api", "checked", "engine_names", "input_catalogue", "version"]
 
 
 def checked(*result):
@@ -32,3 +35,38 @@ def checked(*result):
 def version() -> str:
     """Version of the engine, which is that of the package."""
     return api.engine_version().decode().strip()
+
+
+class InputVariable(NamedTuple):
+    """A variable of the input, in the words of the engine."""
+
+    group: str
+    name: str
+    kind: str
+    """``'real'``, ``'integer'``, ``'text'`` or ``'real list'``."""
+    unit: str
+    """Blank for pure numbers and texts."""
+    default: str
+    """``'required'`` if there is none."""
+    range: str
+    meaning: str
+
+
+@cache
+def engine_names(what: str) -> tuple[str, ...]:
+    """Names that the engine publishes.
+
+    Parameters
+    ----------
+    what : str
+        ``'energies'``, ``'phases'``, ``'counts'``; ``'groups'`` of the input, ``'single groups'``
+        those that may appear only once.
+    """
+    return tuple(api.engine_names(what).decode().split())
+
+
+@cache
+def input_catalogue() -> tuple[InputVariable, ...]:
+    """All variables that an input may set, group by group."""
+    rows = takewhile(bool, (api.input_catalogue(i).decode().rstrip() for i in count(1)))
+    return tuple(InputVariable(*row.split("\t")) for row in rows)

@@ -18,40 +18,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .changes import changed_input
-from .engine import api, checked
+from .engine import api, checked, engine_names
 from .errors import AuditWarning, InputError, OutputError
 from .stop import Stop
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_ENERGY_NAMES = (
-    "kinetic",
-    "strain",
-    "contact",
-    "support",
-    "gravity",
-    "initial",
-    "input",
-    "geometric",
-    "friction",
-    "fracture",
-    "algorithmic",
-    "kinetic_damping",
-    "damping",
-    "balance",
-)
-_PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "update")
-_COUNTS = (
-    "steps",
-    "iterations",
-    "searches",
-    "solves",
-    "factors",
-    "solver_iterations",
-    "handed_over",
-    "broken",
-)
 _CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
 _FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
@@ -67,7 +40,8 @@ class Simulation:
         Output file; True: where the input says; None: no file is written.
     resume : bool
         Go on from the last checkpoint of the output, which must be of the same input with the same
-        changes; from the start if there is none.  `notice` tells which.
+        changes; from the start if there is none.  If the output is complete there is nothing left
+        to do, and the blocks are where they were at the start.  `notice` tells which.
     changes : mapping, optional
         Variables to change in the input, by ``group.variable`` or, where an input has several
         groups of a kind, ``group.name.variable``: ``{"material.clay.density": 1900.0}``.
@@ -297,7 +271,7 @@ class Simulation:
     def energies(self) -> dict[str, float]:
         """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
         values = self._ask("energies")
-        return dict(zip(_ENERGY_NAMES, map(float, values), strict=True))
+        return dict(zip(engine_names("energies"), map(float, values), strict=True))
 
     @property
     def counts(self) -> dict[str, int]:
@@ -307,7 +281,7 @@ class Simulation:
         ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
         solver; bonds ``broken``.
         """
-        return dict(zip(_COUNTS, map(int, self._ask("run_counts")), strict=True))
+        return dict(zip(engine_names("counts"), map(int, self._ask("run_counts")), strict=True))
 
     @property
     def solver(self) -> str:
@@ -321,7 +295,7 @@ class Simulation:
         ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
         ``update`` (new state, energy audit).
         """
-        return dict(zip(_PHASES, map(float, self._ask("run_phases")), strict=True))
+        return dict(zip(engine_names("phases"), map(float, self._ask("run_phases")), strict=True))
 
     @property
     def point_motions(self) -> np.ndarray:
@@ -408,7 +382,7 @@ def resume(
     """Go on with a run that ended early, from the last checkpoint of its output.
 
     The result has the same bits as that of a run that was never interrupted.  Without a
-    checkpoint it begins at the start.
+    checkpoint it begins at the start; an output that is complete is only read.
 
     Parameters
     ----------
@@ -437,13 +411,13 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
         with Simulation(file, output=target, resume=resume, changes=changes) as simulation:
             complete = _to_end(simulation, progress, stop)
             where = simulation.finish()
-            summary = simulation.summary
             if simulation.warning:
                 warnings.warn(simulation.warning, AuditWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
         with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
             history = dataset.load()
+    summary = history.attrs["step_control"]
     return Run(history, complete, None if output is None else where, summary)
 
 

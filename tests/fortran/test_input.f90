@@ -6,8 +6,10 @@ module test_input
    use dda_kinds, only: wp
    use dda_errors, only: error_file, error_input, error_type
    use dda_input, only: read_model, read_model_file
+   use dda_input_catalogue, only: find_variable, variable_type
    use dda_model, only: contact_distance, default_stiffness, half_size, model_type
-   use dda_motion, only: motion_named
+   use dda_settings, only: amplification_type
+   use dda_text, only: to_text
    use models, only: rock
    use record_files, only: remove_scratch, scratch_name, write_scratch
    use testing, only: case, check, check_close, check_fails, check_no_error
@@ -33,6 +35,7 @@ contains
       if (halting) call ieee_set_halting_mode(ieee_invalid, .false.)
       call settings()
       call defaults()
+      call published_defaults()
       call substances()
       call generators()
       call points()
@@ -126,6 +129,40 @@ contains
          relative=1.0e-15_wp)
    end subroutine defaults
 
+   !> The defaults that the catalogue publishes are those of the reader.
+   subroutine published_defaults()
+      type(model_type) :: model
+      type(amplification_type) :: amplification
+
+      call case('published defaults')
+      call accept(model, whole)
+      associate (control => model%control, contact => model%contact, output => model%output)
+         call published('control', 'dynamic_factor', control%dynamic_factor)
+         call published('control', 'max_displacement_ratio', control%max_displacement_ratio)
+         call published('contact', 'shear_ratio', contact%shear_ratio)
+         call published('contact', 'fixed_point_ratio', contact%fixed_point_ratio)
+         call published('contact', 'penetration_tolerance', contact%penetration_tolerance)
+         call published('contact', 'max_iterations', real(contact%max_iterations, wp))
+         call published('output', 'history_interval', real(output%history_interval, wp))
+         call published('output', 'block_interval', real(output%block_interval, wp))
+         call published('output', 'checkpoint_interval', real(output%checkpoint_interval, wp))
+         call published('output', 'checkpoint_minutes', output%checkpoint_minutes)
+         call published('amplification', 'padding', real(amplification%padding, wp))
+         call check(contact%force_tolerance == 1.0e-9_wp, 'force_tolerance = 10⁻⁹')
+      end associate
+   end subroutine published_defaults
+
+   !> The published default begins with a number.
+   subroutine published(group, name, value)
+      character(len=*), intent(in) :: group, name
+      real(wp), intent(in) :: value
+      type(variable_type) :: variable
+
+      variable = find_variable(group, name)
+      call check(variable%default == to_text(value) .or. &
+         index(variable%default, to_text(value)//':') == 1, name//' = '//to_text(value))
+   end subroutine published
+
    subroutine substances()
       type(model_type) :: model
 
@@ -211,8 +248,6 @@ contains
          absolute=1.0e-15_wp)
       call check(index(model%motions(2)%source, 'velocity') > 0, 'source: '// &
          model%motions(2)%source)
-      call check(motion_named(model%motions, 'q') == 2 .and. motion_named(model%motions, 'r') &
-         == 0, 'found by name')
    end subroutine motions
 
    !> Map coordinates: the engine works round the middle, nothing is lost.
@@ -247,7 +282,10 @@ contains
 
    subroutine bad_groups()
       call case('groups')
-      call refuse(whole//'&blok /', '&blok', 'line 5', 'no such group')
+      call refuse(whole//'&blok /', '&blok', 'line 5', 'no such group', 'is &block meant?')
+      call refuse(whole//'&qqqqqq /', '&qqqqqq', 'known are &run, &control')
+      call refuse(whole//'&run titel = ''x'' /', '&run', 'line 5', 'is ''title'' meant?')
+      call refuse(whole//'&run density = 1.0 /', '&run', 'it belongs to &material')
       call refuse(whole//'&control time_step = 1.0 steps = 1 /', '&control', 'line 5', 'once')
       call refuse(whole//'&contact / &contact /', '&contact', 'line 5')
       call refuse(rock//joint//square, '&control')

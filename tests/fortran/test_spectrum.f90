@@ -4,7 +4,7 @@ module test_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_spectrum, only: peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
+   use dda_spectrum, only: spectral_peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
    private
@@ -95,7 +95,7 @@ contains
       complex(wp), allocatable :: ratio(:), back(:)
       real(wp) :: x(n), y(n), summit
       type(error_type), allocatable :: error
-      type(peak_type) :: peak
+      type(spectral_peak_type) :: peak
       integer :: i
 
       call case('a filter that is known')
@@ -147,7 +147,7 @@ contains
    subroutine parabola()
       integer, parameter :: n = 11
       real(wp) :: frequency(n), amplitude(n)
-      type(peak_type) :: peak
+      type(spectral_peak_type) :: peak
       type(error_type), allocatable :: error
       integer :: i
 

@@ -1,17 +1,15 @@
 """Variables changed by name: what is meant is found, everything else of the text stays."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from model_text import changed, namelist, tower
 
 import sitedda
-from sitedda.changes import _VARIABLES, changed_input
+from sitedda.changes import changed_input
 from sitedda.namelist import Namelist, value_text
 
-ROOT = Path(__file__).parents[2]
 TEXT = """! head: / & ' "
 &control time_step = 1e-3 ! s; a comment with / and 'quote
   steps = 40,
@@ -135,15 +133,6 @@ def test_a_damaged_text_is_left_to_the_engine(write_input):
     file = write_input("&control time_step = 1e-3\n&material density = 1 /\n")
     with pytest.raises(sitedda.InputError, match="no closing slash"):
         sitedda.run(file, time_step=1e-4)
-
-
-def test_the_variables_are_those_that_the_engine_reads():
-    read_by_engine = {}
-    for file in (ROOT / "fortran" / "input").glob("*.f90"):
-        text = re.sub(r"&\s*\n\s*&?", "", file.read_text())
-        for group, names in re.findall(r"^\s*namelist /(\w+)/(.*)$", text, re.MULTILINE):
-            read_by_engine[group] = {name.strip() for name in names.split(",")}
-    assert {group: set(names) for group, names in _VARIABLES.items()} == read_by_engine
 
 
 def test_a_named_material_changes_alone_in_the_engine(write_input):

@@ -364,6 +364,35 @@ def test_without_a_checkpoint_a_run_begins_at_the_start(program, write_input, tm
     assert (tmp_path / "tower.nc").exists()
 
 
+def test_a_complete_output_is_not_run_again(program, write_input, tmp_path):
+    """A batch job that is queued once more must not compute for hours again."""
+    file = write_input(tower(steps=20))
+    assert program("run", file, "-q", folder=tmp_path).returncode == 0
+    output = tmp_path / "tower.nc"
+    before = output.read_bytes(), output.stat().st_mtime_ns
+    done = program("resume", file, "-q", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "tower.nc is complete" in done.stdout
+    assert (output.read_bytes(), output.stat().st_mtime_ns) == before
+    left = {path.name for path in tmp_path.iterdir()}
+    assert not [name for name in left if name.startswith("tower.nc.")], left
+    other = write_input(tower(steps=21))
+    done = program("resume", other, "-q", folder=tmp_path)
+    assert "begun at the start" in done.stdout and "is complete" not in done.stdout
+    assert output.read_bytes() != before[0]
+
+
+def test_a_complete_output_is_handed_back(write_input, tmp_path, same_bits):
+    file = write_input(tower(steps=20))
+    first = sitedda.run(file, tmp_path / "out.nc")
+    again = sitedda.resume(file, tmp_path / "out.nc")
+    assert again.complete and again.summary == first.summary
+    same_bits(first.history, again.history)
+    with sitedda.Simulation(file, tmp_path / "out.nc", resume=True) as simulation:
+        assert simulation.notice.endswith("out.nc is complete")
+        assert simulation.advance(5) and simulation.time == simulation.duration
+
+
 def test_a_new_run_begins_at_the_start(two_checkpoints):
     file, output = two_checkpoints
     with sitedda.Simulation(file, output) as simulation:

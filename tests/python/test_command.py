@@ -328,6 +328,33 @@ def test_ctrl_c_on_the_executable_keeps_what_was_computed(native, write_input, t
     assert dataset(tmp_path / "tower.nc.partial").attrs["complete"] == "no"
 
 
+def test_a_batch_log_is_alive_and_in_order(native, write_input, tmp_path):
+    """Each line is in the log when it happens, errors behind the lines that came before them."""
+    log = tmp_path / "log"
+    with log.open("wb") as stream:
+        running = subprocess.Popen(
+            [native.path, "resume", write_input(tower(steps=NEVER_ENDING))],
+            cwd=tmp_path,
+            stdout=stream,
+            stderr=subprocess.STDOUT,
+        )
+    deadline = time.monotonic() + 60
+    while not log.read_text().endswith("begun at the start\n"):
+        assert running.poll() is None and time.monotonic() < deadline, log.read_text()
+        time.sleep(0.02)
+    running.send_signal(signal.SIGINT)
+    assert running.wait(timeout=60) == 6
+    lines = log.read_text().splitlines()
+    assert "begun at the start" in lines[0] and "interrupted" in lines[-1]
+
+
+def test_help_of_the_executable_names_every_option(native):
+    said = native("--help").stdout
+    for option in ("-o, --output", "--check", "-q, --quiet", "-h, --help", "--version"):
+        assert option in said
+    assert "6 interrupted" in said
+
+
 # --- The environment -----------------------------------------------------------------------------
 
 

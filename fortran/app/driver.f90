@@ -1,0 +1,146 @@
+!> The commands of the native executable.
+module dda_driver
+   use dda_arguments, only: arguments_type, resume_command, usage
+   use dda_check_report, only: report_type, check_simulation, report_text, verdict_fail
+   use dda_diagnostics, only: audit_warning
+   use dda_errors, only: error_type, error_check, error_interrupted, fail
+   use dda_input, only: read_model_file
+   use dda_interrupts, only: stop_requested
+   use dda_kinds, only: long
+   use dda_messages, only: say, warn
+   use dda_model, only: model_type
+   use dda_output_file, only: partial_name
+   use dda_progress, only: progress_type, start_progress, show_progress
+   use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
+   use dda_simulation, only: simulation_type, summary
+   use dda_site_response, only: amplification_peak, peak_text
+   use dda_spectrum, only: spectral_peak_type
+   use dda_start, only: start
+   use dda_text, only: to_text
+   use dda_version, only: version
+   implicit none
+   private
+   public :: act
+
+contains
+
+   !> Carry out a command.
+   subroutine act(arguments, error)
+      type(arguments_type), intent(in) :: arguments  !< of the command line
+      type(error_type), allocatable, intent(out) :: error  !< its kind becomes the exit status
+
+      select case (arguments%command)
+      case ('help')
+         call say(usage())
+      case ('version')
+         call say('sitedda-native '//version)
+      case ('check')
+         call check_input(arguments%file, error)
+      case ('run', 'resume')
+         if (arguments%check_first) call check_input(arguments%file, error)
+         if (.not. allocated(error)) call run_input(arguments, error)
+      end select
+   end subroutine act
+
+   !> Print the check of an input; an error if it fails.
+   subroutine check_input(file, error)
+      character(len=*), intent(in) :: file                 !< path of the input
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(model_type) :: model
+      type(simulation_type), allocatable :: simulation
+      type(report_type), allocatable :: report
+      character(len=:), allocatable :: text
+
+      call read_model_file(model, file, error)
+      if (allocated(error)) return
+      allocate (simulation, report)
+      call start(simulation, model, error)
+      if (.not. allocated(error)) call check_simulation(simulation, report, error)
+      if (allocated(error)) return
+      text = report_text(report)
+      call say(text(:len(text) - 1))
+      if (report%worst == verdict_fail) call fail(error, error_check, file//': the check fails')
+   end subroutine check_input
+
+   !> Run an input file to its end and print the results that it asks for.
+   subroutine run_input(arguments, error)
+      type(arguments_type), intent(in) :: arguments  !< of the command line
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(model_type) :: model
+      type(run_type), allocatable :: run
+
+      call read_model_file(model, arguments%file, error)
+      if (allocated(error)) return
+      if (arguments%output /= '') model%output%file = arguments%output
+      allocate (run)
+      if (arguments%command == 'resume') then
+         call resume_run(run, model, error)
+         if (.not. allocated(error)) call say(run%notice)
+      else
+         call begin_run(run, model, .true., error)
+      end if
+      if (.not. allocated(error)) call step_to_end(run, arguments, error)
+      call close_run(run, error)
+      if (allocated(error)) return
+      if (.not. run%was_complete) call print_summary(run%simulation)
+      call print_amplifications(model, error)
+   end subroutine run_input
+
+   !> Step until the run is done or a signal asks it to stop.
+   subroutine step_to_end(run, arguments, error)
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(arguments_type), intent(in) :: arguments  !< of the command line
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(progress_type) :: progress
+
+      call start_progress(progress, run%simulation%time, arguments%quiet)
+      do while (.not. is_done(run))
+         call continue_run(run, 1_long, error)
+         if (allocated(error)) return
+         if (stop_requested() .and. .not. is_done(run)) then
+            call fail(error, error_interrupted, 'interrupted at t = '// &
+               to_text(run%simulation%time)//' s; the results so far are in '// &
+               partial_name(run%simulation%model%output%file)//'; to go on: '// &
+               resume_command(arguments))
+            return
+         end if
+         associate (control => run%simulation%model%control)
+            call show_progress(progress, run%simulation%time, control%steps*control%time_step)
+         end associate
+      end do
+   end subroutine step_to_end
+
+   !> Close the output also after an error, which stays the one to report.
+   subroutine close_run(run, error)
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(error_type), allocatable :: failure
+
+      call end_run(run, failure)
+      if (.not. allocated(error) .and. allocated(failure)) error = failure
+   end subroutine close_run
+
+   !> Counts of a run, the verdict of its energy audit, its output.
+   subroutine print_summary(simulation)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+
+      call say(summary(simulation))
+      if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
+      call say('output: '//simulation%model%output%file)
+   end subroutine print_summary
+
+   !> The peaks of the amplifications that an input asks for, from its output.
+   subroutine print_amplifications(model, error)
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(spectral_peak_type) :: peak
+      integer :: i
+
+      do i = 1, size(model%amplifications)
+         call amplification_peak(model%output%file, model%amplifications(i), peak, error)
+         if (allocated(error)) return
+         call say(peak_text(model, model%amplifications(i), peak))
+      end do
+   end subroutine print_amplifications
+
+end module dda_driver

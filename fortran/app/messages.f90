@@ -1,0 +1,35 @@
+!> Lines for the terminal or the log of a batch job, each visible at once and in the order in which
+!> things happen.
+module dda_messages
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   implicit none
+   private
+   public :: say, warn
+
+contains
+
+   !> A line of results on the standard output.
+   subroutine say(line)
+      character(len=*), intent(in) :: line   !< without its line end
+
+      call write_line(output_unit, line)
+   end subroutine say
+
+   !> A line on the standard error, behind all that has been said, since that has been flushed.
+   subroutine warn(line)
+      character(len=*), intent(in) :: line   !< without its line end
+
+      call write_line(error_unit, line)
+   end subroutine warn
+
+   !> Write and flush; a reader that has gone away is no reason to end a run.
+   subroutine write_line(unit, line)
+      integer, intent(in) :: unit            !< of the standard output or error
+      character(len=*), intent(in) :: line   !< without its line end
+      integer :: unused
+
+      write (unit, '(a)', iostat=unused) line
+      flush (unit, iostat=unused)
+   end subroutine write_line
+
+end module dda_messages

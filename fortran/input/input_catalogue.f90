@@ -1,0 +1,374 @@
+!> Everything that an input may say, published once: the groups and, of each variable, its kind,
+!> unit, default, allowed values and meaning.  The reader checks by it; Python and the documents ask
+!> for it.
+module dda_input_catalogue
+   use dda_kinds, only: wp
+   use dda_linear_solver, only: solver_names
+   use dda_record_format, only: known_formats
+   use dda_record_units, only: known_units
+   use dda_text, only: closest, joined, quoted, to_text
+   implicit none
+   private
+   public :: variable_type, input_groups, find_variable, all_variables, range_of
+   public :: unknown_group, unknown_variable, above_zero, usable
+
+   !> A group of the namelist file.
+   type :: group_entry_type
+      character(len=14) :: name
+      logical :: repeats          !< may appear more than once
+   end type group_entry_type
+
+   real(wp), parameter :: usable = 1.0e30_wp           !< no input number is larger
+   real(wp), parameter :: above_zero = tiny(1.0_wp)    !< as `lowest`: any positive number
+   real(wp), parameter :: most_blocks = 2.0e6_wp       !< of a group
+   character(len=*), parameter :: solvers = "'"//trim(solver_names(1))//"', '"// &
+      trim(solver_names(2))//"', '"//trim(solver_names(3))//"', '"//trim(solver_names(4))// &
+      "', '"//trim(solver_names(5))//"', '"//trim(solver_names(6))//"'"
+
+   !> A variable of a group.
+   type :: variable_type
+      character(len=22) :: name
+      character(len=9) :: kind                !< 'real', 'integer', 'text' or 'real list'
+      character(len=12) :: unit               !< blank: a pure number or a text
+      character(len=44) :: default            !< in words; 'required' if there is none
+      character(len=256) :: meaning           !< one line
+      real(wp) :: lowest = -usable, highest = usable  !< of each number
+      !> of a text: "'one', 'another'", or in words what it may be
+      character(len=64) :: allowed = ''
+      character(len=14) :: group = ''         !< set by `all_variables`
+   end type variable_type
+
+   type(group_entry_type), parameter :: input_groups(15) = [ &
+      group_entry_type('run', .false.), group_entry_type('control', .false.), &
+      group_entry_type('contact', .false.), group_entry_type('output', .false.), &
+      group_entry_type('material', .true.), group_entry_type('joint', .true.), &
+      group_entry_type('motion', .true.), group_entry_type('block', .true.), &
+      group_entry_type('layers', .true.), group_entry_type('drums', .true.), &
+      group_entry_type('wall', .true.), group_entry_type('fixed_point', .true.), &
+      group_entry_type('load', .true.), group_entry_type('measured_point', .true.), &
+      group_entry_type('amplification', .true.)]
+
+   type(variable_type), parameter :: naming_variables(2) = [ &
+      variable_type('material', 'text', '', 'the first', &
+         'material of the blocks', allowed='the name of a &material'), &
+      variable_type('joint', 'text', '', 'the first', &
+         'joint of their sides', allowed='the name of a &joint')]
+
+   type(variable_type), parameter :: generated_variables(1) = [ &
+      variable_type('name', 'text', '', "'layer', 'drum' or 'brick'", &
+         'the blocks are name_1, name_2 …', allowed='at most 56 characters')]
+
+   type(variable_type), parameter :: own_name_variables(1) = [ &
+      variable_type('name', 'text', '', 'blank', 'name of the block', allowed='any')]
+
+   type(variable_type), parameter :: point_variables(3) = [ &
+      variable_type('x', 'real', 'm', 'required', 'place of the point'), &
+      variable_type('y', 'real', 'm', 'required', 'place of the point'), &
+      variable_type('block', 'text', '', 'the first that holds the point', &
+         'block that the point belongs to', allowed='the name or number of a block')]
+
+   type(variable_type), parameter :: run_variables(1) = [ &
+      variable_type('title', 'text', '', 'blank', 'title of the run', allowed='any')]
+
+   type(variable_type), parameter :: control_variables(16) = [ &
+      variable_type('time_step', 'real', 's', 'required', &
+         'Δt; the largest one when adaptive', 1.0e-15_wp, 1.0e9_wp), &
+      variable_type('steps', 'integer', '', 'this or duration', &
+         'number of steps of Δt', 1.0_wp, 1.0e12_wp), &
+      variable_type('duration', 'real', 's', 'this or steps', &
+         'duration of the run, rounded to whole steps', above_zero), &
+      variable_type('time_step_control', 'text', '', "'fixed'", &
+         'adaptive: Δt shrinks when a step does not close or moves too far, then recovers', &
+         allowed="'fixed', 'adaptive'"), &
+      variable_type('least_time_step', 'real', 's', '10⁻⁶ time_step', &
+         'smallest Δt when adaptive', above_zero), &
+      variable_type('max_displacement_ratio', 'real', '', '0.01', &
+         "largest displacement of a step over half the model size; sets the distance at "// &
+         "which contacts are listed, at most a fifth of the smallest block's radius; "// &
+         "exceeded steps are repeated when adaptive, counted when fixed", 1.0e-8_wp, 1.0_wp), &
+      variable_type('dynamic_factor', 'real', '', '1', &
+         'share of the velocity carried into each step: 1 dynamic, 0 static', 0.0_wp, 1.0_wp), &
+      variable_type('integration', 'text', '', "'dda'", &
+         "dda: Newmark with β = ½, γ = 1; midpoint: no damping; theta: θ-method; backward_euler", &
+         allowed="'dda', 'midpoint', 'theta', 'backward_euler'"), &
+      variable_type('theta', 'real', '', '0.75', &
+         "θ = χ of integration = 'theta'; damping ratio (θ − ½) ω Δt", 0.5_wp, 1.0_wp), &
+      variable_type('damping_ratio', 'real', '', 'none', &
+         "in place of theta: wanted of integration = 'theta' at damping_frequency", 0.0_wp, 10.0_wp), &
+      variable_type('damping_frequency', 'real', 'Hz', 'none', &
+         'frequency of damping_ratio, below 1/(2 time_step)', above_zero), &
+      variable_type('gravity', 'real list', 'm/s²', '0, 0', 'acceleration of gravity, x and y'), &
+      variable_type('analysis', 'text', '', "'plane_stress'", &
+         'elastic law of the blocks', allowed="'plane_stress', 'plane_strain'"), &
+      variable_type('base_motion_x', 'text', '', 'none', &
+         'motion whose acceleration acts as body force along x, in the frame of the base', &
+         allowed='the name of a &motion'), &
+      variable_type('base_motion_y', 'text', '', 'none', &
+         'the same along y', allowed='the name of a &motion'), &
+      variable_type('solver', 'text', '', "'auto'", &
+         "direct: sparse Cholesky of 6×6 blocks; lagged: conjugate gradients with an older "// &
+         "factor; jacobi: with the diagonal blocks; banded: LAPACK; sor: the original's; "// &
+         "auto chooses by size and stiffness", allowed=solvers)]
+
+   type(variable_type), parameter :: contact_variables(7) = [ &
+      variable_type('normal_stiffness', 'real', 'N/m', "40 × the largest Young's modulus × 1 m", &
+         'penalty stiffness k_n of a closed contact', 1.0e-3_wp, 1.0e18_wp), &
+      variable_type('shear_ratio', 'real', '', '2.5', 'k_n / k_s', 1.0e-3_wp, 1.0e6_wp), &
+      variable_type('fixed_point_ratio', 'real', '', '100', &
+         'stiffness of fixed points / k_n', 1.0e-6_wp, 1.0e6_wp), &
+      variable_type('penetration_tolerance', 'real', 'm', '0: penalty alone', &
+         'above 0, an augmented Lagrangian drives penetration below it at any penalty', &
+         0.0_wp, 1.0e3_wp), &
+      variable_type('contact_rules', 'text', '', "'consistent'", &
+         "original: the original DDA's open–close rules, for comparison", &
+         allowed="'consistent', 'original'"), &
+      variable_type('force_tolerance', 'real', '', '10⁻⁹', &
+         'of the open–close iteration, over the largest block weight or contact force', &
+         1.0e-15_wp, 1.0e-2_wp), &
+      variable_type('max_iterations', 'integer', '', '400', &
+         'open–close iterations in a step', 2.0_wp, 1.0e4_wp)]
+
+   type(variable_type), parameter :: material_variables(6) = [ &
+      variable_type('name', 'text', '', 'blank', &
+         'name that block groups refer to', allowed='any, used once'), &
+      variable_type('density', 'real', 'kg/m³', 'required', 'density', 1.0e-15_wp, 1.0e15_wp), &
+      variable_type('young_modulus', 'real', 'Pa', 'required', &
+         "Young's modulus", 1.0e-6_wp, 1.0e18_wp), &
+      variable_type('poisson_ratio', 'real', '', 'required', &
+         "Poisson's ratio", -0.99_wp, 0.499_wp), &
+      variable_type('initial_stress', 'real list', 'Pa', '0, 0, 0', &
+         'σx, σy, τxy at the start, tension positive'), &
+      variable_type('initial_velocity', 'real list', 'm/s, rad/s', '0, 0, 0', &
+         'velocity of its blocks at the start: x, y, rotation')]
+
+   type(variable_type), parameter :: joint_variables(4) = [ &
+      variable_type('name', 'text', '', 'blank', &
+         'name that block groups refer to', allowed='any, used once'), &
+      variable_type('friction_angle', 'real', 'degrees', 'required', &
+         'friction angle', 0.0_wp, 89.0_wp), &
+      variable_type('cohesion', 'real', 'Pa', '0', &
+         'cohesion of joints that are whole at the start, until they break', 0.0_wp, 1.0e15_wp), &
+      variable_type('tensile_strength', 'real', 'Pa', '0', &
+         'tensile strength of the same', 0.0_wp, 1.0e15_wp)]
+
+   type(variable_type), parameter :: motion_variables(11) = [ &
+      variable_type('name', 'text', '', 'required', &
+         'name that fixed points and base motions refer to', allowed='any, used once'), &
+      variable_type('file', 'text', '', 'this or values', &
+         'record, relative to the folder of the input', allowed='a readable file'), &
+      variable_type('format', 'text', '', "'auto'", &
+         'format of the record', allowed=known_formats), &
+      variable_type('quantity', 'text', '', "the header's", &
+         'quantity of the samples; must agree with the header of the record', &
+         allowed="'acceleration', 'velocity', 'displacement'"), &
+      variable_type('unit', 'text', '', "the header's", &
+         'unit of the samples; must agree with the header of the record', allowed=known_units), &
+      variable_type('time_step', 'real', 's', "the header's", &
+         'time between samples, where the record does not say', above_zero), &
+      variable_type('values', 'real list', 'SI', 'this or file', &
+         'samples in the input itself, at most 4096'), &
+      variable_type('scale', 'real', '', '1', 'factor on the samples', -1.0e9_wp, 1.0e9_wp), &
+      variable_type('taper', 'real', '', '0', &
+         'share of the record under a cosine taper', 0.0_wp, 1.0_wp), &
+      variable_type('drift_order', 'integer', '', '2 for accelerations, else 0', &
+         'order of the least-squares polynomial taken from the velocity', 0.0_wp, 2.0_wp), &
+      variable_type('channel', 'integer', '', '1', &
+         'section of a COSMOS file, of those of the quantity', 1.0_wp)]
+
+   type(variable_type), parameter :: block_variables(1) = [ &
+      variable_type('vertices', 'real list', 'm', 'required', &
+         'x, y, x, y … counter-clockwise, of any simple polygon; at most 512 vertices')]
+
+   type(variable_type), parameter :: layers_variables(5) = [ &
+      variable_type('left', 'real', 'm', '0', 'left side of the stack'), &
+      variable_type('bottom', 'real', 'm', '0', 'lower side of the first layer'), &
+      variable_type('width', 'real', 'm', 'required', 'width of a layer', above_zero), &
+      variable_type('thickness', 'real', 'm', 'required', 'thickness of a layer', above_zero), &
+      variable_type('count', 'integer', '', '1', 'number of layers', 1.0_wp, most_blocks)]
+
+   type(variable_type), parameter :: drums_variables(6) = [ &
+      variable_type('centre', 'real', 'm', '0', 'axis of the column'), &
+      variable_type('bottom', 'real', 'm', '0', 'lower side of the first drum'), &
+      variable_type('width', 'real', 'm', 'required', &
+         'width of the column at its foot', above_zero), &
+      variable_type('top_width', 'real', 'm', 'width', 'width at its top', above_zero), &
+      variable_type('height', 'real', 'm', 'required', 'height of a drum', above_zero), &
+      variable_type('count', 'integer', '', '1', 'number of drums', 1.0_wp, most_blocks)]
+
+   type(variable_type), parameter :: wall_variables(6) = [ &
+      variable_type('left', 'real', 'm', '0', 'left side of the wall'), &
+      variable_type('bottom', 'real', 'm', '0', 'lower side of the first course'), &
+      variable_type('brick_length', 'real', 'm', 'required', 'length of a brick', above_zero), &
+      variable_type('brick_height', 'real', 'm', 'required', 'height of a brick', above_zero), &
+      variable_type('bricks', 'integer', '', '1', &
+         'bricks in a course, in running bond', 1.0_wp, 1.0e6_wp), &
+      variable_type('courses', 'integer', '', '1', 'number of courses', 1.0_wp, most_blocks)]
+
+   type(variable_type), parameter :: fixed_point_variables(3) = [ &
+      variable_type('direction', 'text', '', "'xy'", &
+         'directions in which the point is held', allowed="'x', 'y', 'xy'"), &
+      variable_type('motion_x', 'text', '', 'none', &
+         'motion that the point follows along x', allowed='the name of a &motion'), &
+      variable_type('motion_y', 'text', '', 'none', &
+         'motion that the point follows along y', allowed='the name of a &motion')]
+
+   type(variable_type), parameter :: load_variables(3) = [ &
+      variable_type('time', 'real list', 's', 'required', '2 to 4096 times that do not decrease'), &
+      variable_type('force_x', 'real list', 'N/m', '0 at all times', &
+         'force along x at each of them: linear between, zero outside'), &
+      variable_type('force_y', 'real list', 'N/m', '0 at all times', &
+         'force along y at each of them')]
+
+   type(variable_type), parameter :: measured_variables(1) = [ &
+      variable_type('name', 'text', '', 'required', &
+         'name of the point in the output', allowed='any, used once')]
+
+   type(variable_type), parameter :: amplification_variables(6) = [ &
+      variable_type('surface', 'text', '', "'surface'", &
+         'point whose acceleration spectrum is divided', allowed='the name of a &measured_point'), &
+      variable_type('base', 'text', '', "'base'", &
+         'point whose acceleration spectrum divides', allowed='the name of a &measured_point'), &
+      variable_type('direction', 'text', '', "'x'", &
+         'component of the acceleration', allowed="'x', 'y'"), &
+      variable_type('lowest', 'real', 'Hz', 'required', &
+         'lower end of the band in which the peak is sought', above_zero), &
+      variable_type('highest', 'real', 'Hz', 'required', &
+         'its upper end, above lowest', above_zero), &
+      variable_type('padding', 'integer', '', '8', &
+         'length of the series with zeros over its length', 1.0_wp, 64.0_wp)]
+
+   type(variable_type), parameter :: output_variables(5) = [ &
+      variable_type('file', 'text', '', "the input's name with .nc", &
+         'netCDF-4 output, relative to the working folder', allowed='a file name'), &
+      variable_type('history_interval', 'integer', 'steps', '1', &
+         'steps between samples of points and energies', 1.0_wp, 1.0e9_wp), &
+      variable_type('block_interval', 'integer', 'steps', '0: first and last', &
+         'steps between frames of blocks and contacts', 0.0_wp, 1.0e9_wp), &
+      variable_type('checkpoint_interval', 'integer', 'steps', '0: none by steps', &
+         'steps between checkpoints', 0.0_wp, 1.0e9_wp), &
+      variable_type('checkpoint_minutes', 'real', 'min', '10', &
+         'minutes of the clock between checkpoints; 0: none by the clock', 0.0_wp, 1.0e6_wp)]
+
+contains
+
+   !> The variables of a group; none if there is no such group.
+   pure function variables_of(group) result(list)
+      character(len=*), intent(in) :: group           !< name, in lower case
+      type(variable_type), allocatable :: list(:)
+
+      select case (group)
+      case ('run')
+         list = run_variables
+      case ('control')
+         list = control_variables
+      case ('contact')
+         list = contact_variables
+      case ('output')
+         list = output_variables
+      case ('material')
+         list = material_variables
+      case ('joint')
+         list = joint_variables
+      case ('motion')
+         list = motion_variables
+      case ('block')
+         list = [block_variables, own_name_variables, naming_variables]
+      case ('layers')
+         list = [layers_variables, generated_variables, naming_variables]
+      case ('drums')
+         list = [drums_variables, generated_variables, naming_variables]
+      case ('wall')
+         list = [wall_variables, generated_variables, naming_variables]
+      case ('fixed_point')
+         list = [point_variables, fixed_point_variables]
+      case ('load')
+         list = [point_variables, load_variables]
+      case ('measured_point')
+         list = [measured_variables, point_variables]
+      case ('amplification')
+         list = amplification_variables
+      case default
+         allocate (list(0))
+      end select
+   end function variables_of
+
+   !> The variables of all groups, in the order of `input_groups`.
+   pure function all_variables() result(list)
+      type(variable_type), allocatable :: list(:)
+      type(variable_type), allocatable :: of_group(:)
+      integer :: g
+
+      allocate (list(0))
+      do g = 1, size(input_groups)
+         of_group = variables_of(input_groups(g)%name)
+         of_group%group = input_groups(g)%name
+         list = [list, of_group]
+      end do
+   end function all_variables
+
+   !> A variable by name; its name is blank if the group has none of that name.
+   pure function find_variable(group, name) result(variable)
+      character(len=*), intent(in) :: group, name     !< in lower case
+      type(variable_type) :: variable
+      type(variable_type), allocatable :: list(:)
+      integer :: i
+
+      allocate (list, source=variables_of(group))
+      i = findloc(list%name == name, .true., 1)
+      variable = variable_type('', '', '', '', '')
+      if (i > 0) variable = list(i)
+   end function find_variable
+
+   !> The allowed values of a variable, in words.
+   pure function range_of(variable) result(text)
+      type(variable_type), intent(in) :: variable     !< of the catalogue
+      character(len=:), allocatable :: text
+
+      if (variable%kind == 'text') then
+         text = trim(variable%allowed)
+      else if (variable%lowest == above_zero) then
+         text = 'above 0'
+      else if (variable%lowest == -usable) then
+         text = 'any number'
+      else if (variable%highest == usable) then
+         text = 'at least '//to_text(variable%lowest)
+      else
+         text = 'between '//to_text(variable%lowest)//' and '//to_text(variable%highest)
+      end if
+   end function range_of
+
+   !> The message for a group that does not exist: the closest one, or all of them.
+   pure function unknown_group(name) result(message)
+      character(len=*), intent(in) :: name            !< as the input has it
+      character(len=:), allocatable :: message
+      integer :: g
+
+      g = closest(name, input_groups%name)
+      message = 'there is no such group; '
+      if (g > 0) message = message//'is &'//trim(input_groups(g)%name)//' meant? '
+      message = message//'known are &'//joined(input_groups%name, ', &')
+   end function unknown_group
+
+   !> The message for a variable that a group does not have: the closest one of the group, the group
+   !> that has it, or all of the group.
+   pure function unknown_variable(group, name) result(message)
+      character(len=*), intent(in) :: group           !< that exists
+      character(len=*), intent(in) :: name            !< as the input has it
+      character(len=:), allocatable :: message
+      type(variable_type), allocatable :: own(:), all(:)
+      integer :: i
+
+      allocate (own, source=variables_of(group))
+      allocate (all, source=all_variables())
+      message = 'there is no variable '//quoted(name)//' in this group; '
+      i = findloc(all%name == name, .true., 1)
+      if (i > 0) then
+         message = message//'it belongs to &'//trim(all(i)%group)
+         return
+      end if
+      i = closest(name, own%name)
+      if (i > 0) message = message//'is '//quoted(own(i)%name)//' meant? '
+      message = message//'known are '//joined(own%name, ', ')
+   end function unknown_variable
+
+end module dda_input_catalogue

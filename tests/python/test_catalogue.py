@@ -1,0 +1,102 @@
+"""What the engine publishes of its input is what its reader takes, and where Python finds it."""
+
+import re
+
+import pytest
+from model_text import flying_block, namelist, tower
+
+import sitedda
+from sitedda.simulation import changed_input, engine_names, input_catalogue
+
+NOTHING = "there is no variable"
+# One value of each kind, which every variable of the kind can be read from.
+VALUES = {"real": 1.0, "integer": 1, "text": "x", "real list": [1.0, 2.0]}
+
+
+def declared(root) -> set:
+    """Group and variable of each namelist statement of the reader."""
+    found = set()
+    for file in (root / "fortran" / "input").glob("*.f90"):
+        text = re.sub(r"&\s*\n\s*", " ", file.read_text())
+        for group, variables in re.findall(r"^\s*namelist /(\w+)/ (.*)$", text, re.M):
+            found |= {(group, name.strip()) for name in variables.split(",")}
+    return found
+
+
+def test_the_catalogue_is_what_the_reader_declares(root):
+    published = [(v.group, v.name) for v in input_catalogue()]
+    assert len(published) == len(set(published))
+    assert set(published) == declared(root)
+
+
+def test_every_group_is_published_with_all_its_words():
+    variables = input_catalogue()
+    assert {v.group for v in variables} == set(engine_names("groups"))
+    assert set(engine_names("single groups")) == {"run", "control", "contact", "output"}
+    for variable in variables:
+        assert variable.kind in VALUES, variable
+        assert variable.default and variable.range and variable.meaning, variable
+
+
+@pytest.mark.parametrize("variable", input_catalogue(), ids=lambda v: f"{v.group}-{v.name}")
+def test_every_variable_is_known_to_the_reader(variable, write_input):
+    groups = [*tower(), (variable.group, {variable.name: VALUES[variable.kind]})]
+    if variable.group in engine_names("single groups"):
+        groups = [g for g in tower() if g[0] != variable.group] + groups[-1:]
+    try:
+        sitedda.Simulation(write_input(groups)).close()
+    except sitedda.InputError as refusal:
+        assert NOTHING not in str(refusal), refusal
+
+
+@pytest.mark.parametrize("variable", input_catalogue(), ids=lambda v: f"{v.group}-{v.name}")
+def test_every_variable_is_changed_where_it_lives(variable):
+    """`penetration_tolerance` and `contact_rules` once landed in &control."""
+    text = namelist(tower())
+    value = VALUES[variable.kind]
+    homes = {v.group for v in input_catalogue() if v.name == variable.name}
+    single = homes & set(engine_names("single groups"))
+    if not single:
+        with pytest.raises(sitedda.InputError, match=rf"'{variable.name}' is a variable of &"):
+            changed_input(text, {variable.name: value})
+        return
+    after = changed_input(text, {variable.name: value})
+    (home,) = single
+    inside = re.search(rf"^&{home}\b(.*?)^/", after, re.M | re.S).group(1)
+    assert re.search(rf"^\s*{variable.name}(\(.*\))? = ", inside, re.M), after
+
+
+def test_a_changed_contact_rule_reaches_the_run(write_input):
+    file = write_input(flying_block())
+    with sitedda.Simulation(file, penetration_tolerance=1e-6, contact_rules="original") as run:
+        run.advance(1)
+    with pytest.raises(sitedda.InputError, match="'consistent', 'original'"):
+        sitedda.Simulation(file, contact_rules="none")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("&control time_stop = 1 /", ["'time_stop'", "is 'time_step' meant?"]),
+        ("&control friction_angle = 3 /", ["'friction_angle'", "it belongs to &joint"]),
+        ("&control qqqqqq = 3 /", ["'qqqqqq'", "known are time_step, steps"]),
+        ("&controll steps = 3 /", ["&controll", "is &control meant?"]),
+        ("&qqqqqq steps = 3 /", ["&qqqqqq", "known are &run, &control"]),
+    ],
+)
+def test_an_unknown_name_gets_the_nearest_known_one(text, words, write_input):
+    with pytest.raises(sitedda.InputError) as caught:
+        sitedda.Simulation(write_input(text))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_names_of_values_fit_the_values(write_input):
+    with sitedda.Simulation(write_input(tower(steps=2))) as run:
+        run.phase_times()
+        run.advance(2)
+        assert tuple(run.energies) == engine_names("energies")
+        assert tuple(run.counts) == engine_names("counts")
+        assert tuple(run.phase_times()) == engine_names("phases")
+        assert run.counts["steps"] == 2
+    assert engine_names("nothing of the kind") == ()
