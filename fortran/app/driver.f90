@@ -1,7 +1,8 @@
 !> The commands of the native executable.
 module dda_driver
    use dda_arguments, only: arguments_type, resume_command, usage
-   use dda_check_report, only: report_type, check_simulation, report_text, verdict_fail
+   use dda_check_report, only: report_type, report_text, verdict_fail
+   use dda_check_simulation, only: check_simulation
    use dda_diagnostics, only: audit_warning
    use dda_errors, only: error_type, error_check, error_interrupted, fail
    use dda_input, only: read_model_file

@@ -129,7 +129,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       call assemble_contacts(system, contacts, laws, iteration%retained)
-      if (new_matrix) call renew(solver, system%matrix, system%linear%diagonal, &
+      if (new_matrix) call renew(solver, system%matrix, system%constant, &
          iteration%stiffness_changes, error)
       if (allocated(error)) return
       call forget_changes(iteration%stiffness_changes)
