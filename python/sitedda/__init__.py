@@ -19,6 +19,7 @@ from .errors import (
     InputError,
     InterruptedRun,
     OutputError,
+    PeakWarning,
     SiteddaError,
     SolverError,
 )
@@ -41,6 +42,7 @@ __all__ = [
     "Modes",
     "OutputError",
     "Peak",
+    "PeakWarning",
     "Penalty",
     "Report",
     "Run",

@@ -19,7 +19,7 @@ import numpy as np
 
 from .changes import changed_input
 from .engine import api, checked, engine_names
-from .errors import AuditWarning, InputError, OutputError
+from .errors import AuditWarning, InputError, OutputError, PeakWarning
 from .stop import Stop
 
 if TYPE_CHECKING:
@@ -413,6 +413,8 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
             where = simulation.finish()
             if simulation.warning:
                 warnings.warn(simulation.warning, AuditWarning, stacklevel=3)
+            for words in simulation._text("peaks").decode("utf-8", "replace").splitlines():
+                warnings.warn(words, PeakWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
         with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
