@@ -2,7 +2,7 @@
 !> and may.
 module dda_time_step
    use dda_kinds, only: wp
-   use dda_contact_response, only: accept_contacts
+   use dda_friction, only: accept_contacts
    use dda_contact_search, only: find_contacts
    use dda_diagnostics, only: explain, check_state
    use dda_elements, only: accept_elements
