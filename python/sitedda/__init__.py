@@ -10,7 +10,7 @@ from .check import (
     penalty_for_shift,
     transfer,
 )
-from .column import Column, HalfSpace, Layer, scheme_damping, time_step_for_damping
+from .column import Column, HalfSpace, Layer
 from .engine import version
 from .errors import (
     AuditWarning,
@@ -24,6 +24,12 @@ from .errors import (
     SolverError,
 )
 from .records import read_record
+from .scheme import (
+    scheme_damping,
+    scheme_frequency,
+    theta_for_damping,
+    time_step_for_damping,
+)
 from .simulation import Run, Simulation, resume, run
 from .spectra import Peak, amplification, find_peak, fourier_spectrum
 
@@ -60,6 +66,8 @@ __all__ = [
     "resume",
     "run",
     "scheme_damping",
+    "scheme_frequency",
+    "theta_for_damping",
     "time_step_for_damping",
     "transfer",
 ]

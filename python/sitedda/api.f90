@@ -529,12 +529,13 @@ contains
    end subroutine peak_of
 
    !> The check report as text, its worst verdict (1 ok, 2 warn, 3 fail), and its numbers:
-   !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz).
+   !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz), steps in
+   !> which the slowest alternating mode falls to 1/e (0: none alternates; huge: it does not decay).
    subroutine check_run(handle, text, worst, numbers, status, message)
       integer(c_int), intent(in) :: handle
       character(len=8192), intent(out) :: text
       integer(c_int), intent(out) :: worst
-      real(c_double), intent(out) :: numbers(7)
+      real(c_double), intent(out) :: numbers(8)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -551,7 +552,8 @@ contains
          text = report_text(found)
          worst = found%worst
          numbers = [found%highest%omega, found%highest%bracket%lower, found%highest%bracket%upper, &
-            found%highest%residual, found%shift, found%band%lowest, found%band%highest]
+            found%highest%residual, found%shift, found%band%lowest, found%band%highest, &
+            found%ringing]
       end if
       call report(error, status, message)
    end subroutine check_run

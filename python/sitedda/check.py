@@ -10,6 +10,8 @@ import numpy as np
 
 from .simulation import Simulation
 
+_HUGE = 1e300  # the engine's huge numbers lie above: no value
+
 
 @dataclass(frozen=True)
 class Report:
@@ -31,6 +33,9 @@ class Report:
         By how much the joints lower the first frequency, as a share of the stiff limit.
     band : tuple of float
         Hz, from 5 to 95 % of the energy of the motions; zeros without motions.
+    ringing : float
+        Steps in which the slowest velocity that changes its sign every step falls to 1/e; 0 where
+        none does, inf where it does not decay.
     """
 
     text: str
@@ -40,6 +45,7 @@ class Report:
     residual: float
     shift: float
     band: tuple[float, float]
+    ringing: float
 
     def __str__(self) -> str:
         """The report for a screen."""
@@ -55,7 +61,8 @@ class Modes:
     frequency : ndarray, shape (modes,)
         Hz, undamped.
     damping, elongation : ndarray, shape (modes,)
-        Damping ratio and period elongation in free vibration, by the scheme at the model's step.
+        Damping ratio and period elongation in free vibration, by the model's time integration at
+        its step; 1 and -1 where a mode does not oscillate.
     participation : ndarray, shape (modes, 2)
         For base motion in x and y, sqrt(kg) per metre of thickness.
     effective_mass : ndarray, shape (modes, 2)
@@ -117,6 +124,7 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
         float(numbers[3]),
         float(numbers[4]),
         (float(numbers[5]), float(numbers[6])),
+        float(numbers[7]) if numbers[7] < _HUGE else np.inf,
     )
 
 
@@ -163,6 +171,8 @@ def transfer(
 ) -> np.ndarray:
     """Exact discrete transfer function between two measured points, for base motion.
 
+    That of the linearised model in steps of ``&control integration``, for any of its members.
+
     Parameters
     ----------
     model : path or Simulation
@@ -172,7 +182,8 @@ def transfer(
         Measured points.
     direction : {'x', 'y'}
     damped : bool
-        With the damping of the scheme, or in continuous time without any.
+        With the damping of the model's time integration (θ, χ) and of its supports, or in
+        continuous time without any.
     contacts : str
         See `modes`.
     changes, **more

@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import f90nml
 import numpy as np
 
-from .column import damped_amplification, scheme_damping
+from .column import damped_amplification
 from .drawing import new_figure, save
 from .response import Amplification, layered_twin
+from .scheme import Scheme, scheme_damping
 from .signals import smooth_konno_ohmachi
 
 if TYPE_CHECKING:
@@ -112,12 +114,13 @@ def _theory(axes, history: xr.Dataset, result: Amplification) -> None:
     except ValueError:
         return
     time_step = float(history.time_step[-1])
+    scheme = Scheme.of_control(f90nml.Parser().reads(history.attrs["input_text"])["control"])
     speed = column.depth / column.travel_time
     if len({(layer.shear_velocity, layer.density) for layer in column.layers}) == 1:
-        damping = scheme_damping(result.frequency, time_step)
+        damping = scheme_damping(result.frequency, time_step, scheme)
         theory = damped_amplification(result.frequency, column.depth, speed, damping)
         label = "1-D theory, paper eq. 10, damping of the scheme"
     else:
-        theory = abs(column.scheme_transfer(result.frequency, time_step))
+        theory = abs(column.scheme_transfer(result.frequency, time_step, integration=scheme))
         label = "1-D layered theory with the damping of the scheme"
     axes.plot(result.frequency, np.asarray(theory), color=TWIN, lw=1.1, ls="--", label=label)

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import sitedda.paper as paper
-from sitedda.paper.discrete import DiscreteModel, free_damping, kinetic_damping_roots
+from sitedda.paper.cantilever import kinetic_damping_roots
+from sitedda.paper.discrete import DiscreteModel
 from sitedda.paper.report import write_html, write_markdown, write_pictures
 from sitedda.paper.rows import Row, deviation, per_cent, show
 from sitedda.paper.runs import input_file
+from sitedda.scheme import Scheme
 
 
 @pytest.fixture(scope="module")
@@ -114,10 +116,11 @@ def test_the_discrete_model_has_the_masses_and_rigid_motions_of_its_blocks():
     assert push @ loose.stiffness @ push < 1e-9 * (push @ model.stiffness @ push)
 
 
-def test_closed_forms_of_the_scheme():
-    assert free_damping(1.0, 1e-3) == pytest.approx(1e-3 / 4, rel=1e-5)
+def test_closed_form_of_kinetic_damping():
     roots = kinetic_damping_roots(1.0, 0.1, 1.0)
+    engine = Scheme().vibration(1 / (2 * np.pi), 0.1).roots
     assert abs(roots[0]) == pytest.approx((1 + 0.1**2 / 2) ** -0.5)
+    assert sorted(roots, key=np.imag) == pytest.approx(sorted(engine, key=np.imag), rel=1e-12)
     assert np.isreal(kinetic_damping_roots(100.0, 1e-5, 0.99)).all()
 
 

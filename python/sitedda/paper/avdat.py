@@ -12,9 +12,10 @@ from scipy.optimize import minimize_scalar
 from ..drawing import BLUE, COLORS, FIELD, INK, RED, small_picture
 from ..errors import SiteddaError
 from ..namelist import group_text
+from ..scheme import Scheme
 from ..signals import dominant_frequency
 from ..simulation import Simulation, run
-from .discrete import DiscreteModel, free_frequency
+from .discrete import DiscreteModel
 from .rows import Picture, Requirement, Row, Study, Table, deviation, per_cent, show
 from .runs import Task, input_file
 
@@ -251,7 +252,7 @@ def _theory_settled(k: float, step: float) -> float | None:
     model = _model(k)
     weight = -_GRAVITY * model.mass[:, 1::6].sum(1)
     steps = round(_GRAVITY_TIME / step)
-    sag = model.history(model.row("top", 1), weight, np.ones(steps), step)
+    sag = model.loaded(model.row("top", 1), weight, np.ones(steps), step)
     return _settled(step * np.arange(1, steps + 1), sag)
 
 
@@ -491,7 +492,7 @@ def _frequency_rows(done: Study, found: dict) -> None:
             paper = _TABLE_V[k][kind]
             if k in _LOW:
                 worst = max(worst, abs(deviation(fine, paper)))
-            expected = float(free_frequency(2 * np.pi * theory, 1e-2))
+            expected = float(theory / (1 + Scheme().vibration(theory, 1e-2).elongation))
             done.rows.append(
                 Row(
                     f"dominant frequency at k = {k:.0e} N/m, {kind} load (Hz)",

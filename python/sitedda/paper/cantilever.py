@@ -7,8 +7,9 @@ from functools import cache, partial
 import numpy as np
 
 from ..drawing import BLUE, COLORS, GREY, RED, small_picture
+from ..scheme import Scheme
 from ..simulation import run
-from .discrete import DiscreteModel, free_damping, free_frequency, kinetic_damping_roots
+from .discrete import DiscreteModel
 from .measure import first_mode_decay
 from .rows import Picture, Requirement, Row, Study, per_cent
 from .runs import Task, input_file
@@ -58,12 +59,29 @@ def _model(penalty: float = 40) -> DiscreteModel:
     return DiscreteModel.of(input_file(_INPUT), contact={"normal_stiffness": penalty * _YOUNG})
 
 
+def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.ndarray:
+    """The two eigenvalues of a step when the velocity carried over is multiplied by a factor.
+
+    Parameters
+    ----------
+    omega : float
+        rad/s.
+    time_step : float
+        Δt, s.
+    factor : float
+        The dynamic factor g: 1 fully dynamic, 0.99 is 1 % kinetic damping.
+    """
+    # of z², z, 1 in the polynomial for x, from x1 = x0 + d, v1 = 2d/Δt - g v0
+    inertia, square = 2 / time_step**2, omega**2
+    return np.roots([inertia + square, square * factor - inertia * (1 + factor), inertia * factor])
+
+
 def _theory_tip(model: DiscreteModel, time: np.ndarray, step: float, factor: float = 1.0):
     """Tip displacement of the linear model under the impulse, marched step by step, at times."""
     steps = round(time[-1] / step)
     force = np.interp(step * np.arange(1, steps + 1), [0.0, 0.01, 0.02], [0.0, -1e4, 0.0])
     row = model.row(model.loads[0], axis=1)
-    tip = np.concatenate([[0.0], model.history(row, row, force, step, factor)])
+    tip = np.concatenate([[0.0], model.loaded(row, row, force, step, factor)])
     return tip[np.rint(time / step).astype(int)]
 
 
@@ -131,7 +149,8 @@ def _damping_rows(done: Study, found: dict) -> float:
     worst = 0.0
     for step in _STEPS:
         decay = _decay(found[("step", step)], model)
-        theory = float(free_damping(omega, step))
+        free = Scheme().vibration(omega / 2 / np.pi, step)
+        theory = float(free.damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
         done.rows += [
             Row(
@@ -147,7 +166,7 @@ def _damping_rows(done: Study, found: dict) -> float:
                 f"frequency at Δt = {step:g} s (Hz)",
                 "Fig. 5",
                 None,
-                float(free_frequency(omega, step)),
+                float(omega / 2 / np.pi / (1 + free.elongation)),
                 decay.frequency,
                 f"{decay.times.size - 1} crests",
                 5,
@@ -221,7 +240,7 @@ def _penalty_rows(done: Study, found: dict) -> float:
     for factor in _PENALTIES:
         model, result = _model(factor), found[("penalty", factor)]
         omega, decay = model.omega[0], _decay(result, model)
-        theory = float(free_damping(omega, 1e-5))
+        theory = float(Scheme().vibration(omega / 2 / np.pi, 1e-5).damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
         tip = _theory_tip(model, result["time"], 1e-5)
         place = "Fig. 6"
@@ -273,10 +292,11 @@ def _sensitivity(done: Study, found: dict) -> None:
     for name, scale in (("limestone of Avdat (17 GPa, 2250 kg/m³)", 17e9 / 2250),
                         ("hard rock (50 GPa, 2500 kg/m³)", 50e9 / 2500)):  # fmt: skip
         other = omega * np.sqrt(scale / (_YOUNG / 2643.0))
+        damping = Scheme().vibration(other / 2 / np.pi, 1e-4).damping
         done.notes.append(
             f"Sensitivity to the material: with {name} and the same k/E the frequency would be"
             f" {other / 2 / np.pi:.1f} Hz and the damping ratio at 1e-4 s"
-            f" {per_cent(float(free_damping(other, 1e-4)))}: all frequencies scale with √(E/ρ),"
+            f" {per_cent(float(damping))}: all frequencies scale with √(E/ρ),"
             " the damping ratio with the frequency."
         )
 
@@ -348,7 +368,7 @@ def _draw_penalty(file, found) -> None:
         largest = [1e3 * abs(found[("penalty", f)]["tip"]).max() for f in _PENALTIES]
         middle.loglog(_PENALTIES, largest, "o-", color=BLUE, lw=0.8)
         middle.set(ylabel="largest displacement (mm)")
-        high.loglog(lines, free_damping(omegas, 1e-5), color=RED, lw=1)
+        high.loglog(lines, Scheme().vibration(omegas / 2 / np.pi, 1e-5).damping, color=RED, lw=1)
         high.loglog(_PENALTIES, [d.damping_exact for d in decays], "o", color=BLUE)
         high.set(ylabel="damping ratio, Δt = 1e-5 s")
         for axis in (low, middle, high):

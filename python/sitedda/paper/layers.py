@@ -7,9 +7,10 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..column import Column, damped_amplification, refined_peak, scheme_damping
+from ..column import Column, damped_amplification, refined_peak
 from ..drawing import BLUE, COLORS, INK, RED, small_picture
 from ..response import layered_twin
+from ..scheme import scheme_damping
 from ..simulation import run
 from ..spectra import amplification, find_peak
 from .discrete import DiscreteModel
