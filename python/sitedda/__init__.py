@@ -33,6 +33,8 @@ from .spectra import Peak, amplification, find_peak, fourier_spectrum  # noqa: E
 
 __version__ = _api.engine_version().decode().strip()
 
+_LATER = {"draw": "pictures"}  # names whose modules are slow to import: read at first use
+
 __all__ = [
     "AuditWarning",
     "CheckError",
@@ -53,6 +55,7 @@ __all__ = [
     "SolverError",
     "amplification",
     "check",
+    "draw",
     "find_peak",
     "fourier_spectrum",
     "modes",
@@ -65,3 +68,11 @@ __all__ = [
     "time_step_for_damping",
     "transfer",
 ]
+
+
+def __getattr__(name: str):
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f".{_LATER[name]}", __name__), name)

@@ -17,6 +17,7 @@ from .check import check, transfer
 from .errors import CheckError, SiteddaError
 from .records import read_record
 from .simulation import Run, Simulation, _run
+from .viewing import add_viewing_commands
 
 _STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
@@ -75,6 +76,7 @@ def _parser() -> argparse.ArgumentParser:
     reading.set_defaults(act=_record)
     commands.add_parser("validate", help="run the analytic cases", add_help=False)
     commands.add_parser("paper", help="reproduce the results of the paper", add_help=False)
+    add_viewing_commands(commands)
     checking = commands.add_parser("check", help="say what a run will meet before it is started")
     checking.add_argument("file", type=Path, metavar="FILE.nml")
     checking.set_defaults(act=_check)
@@ -175,16 +177,21 @@ def _discrete_transfer(source: Path, changes: dict, found):
 
 
 def _report(result: Run, source: Path, changes: dict, draw: bool) -> None:
-    """Print the amplifications that the input asks for and draw them beside the output."""
-    from .plot import site_response
+    """Print the amplifications that the input asks for and the verdict; draw beside the output."""
     from .response import amplifications
 
-    for i, found in enumerate(amplifications(result.history)):
-        print(found)
-        if draw:
-            picture = result.output.with_suffix(f".{i}.png" if i else ".png")
-            discrete = _discrete_transfer(source, changes, found)
-            print(f"picture: {site_response(result.history, found, picture, discrete)}")
+    found = amplifications(result.history)
+    for one in found:
+        print(one)
+    print(result.verdict)
+    if not draw:
+        return
+    from .plot import run_picture
+
+    discrete = _discrete_transfer(source, changes, found[0]) if found else None
+    picture = result.output.with_suffix(".png")
+    run_picture(result.history, found, discrete).savefig(picture, dpi=130)
+    print(f"picture: {picture}")
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import warnings
 import weakref
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import cached_property
 from operator import index
 from pathlib import Path
 
@@ -111,6 +112,7 @@ class Simulation:
             )
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
+        self.input_text = text
         self.done = False
 
     def __enter__(self):
@@ -352,6 +354,19 @@ class Run:
         self.complete = complete
         self.output = output
         self.summary = summary
+
+    @cached_property
+    def verdict(self):
+        """What happened, a `Verdict`: ``print(run.verdict)``, ``run.verdict.values``."""
+        from .verdict import verdict
+
+        return verdict(self.history)
+
+    def draw(self, **options):
+        """Draw the blocks, see `sitedda.draw`; matplotlib axes."""
+        from .pictures import draw
+
+        return draw(self, **options)
 
     def __repr__(self) -> str:
         """One line."""
