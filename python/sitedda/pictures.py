@@ -23,7 +23,7 @@ INK, FAINT = "#22262b", "#8a9099"
 STONES = ("#dccfb4", "#b4c4d4", "#d3b09a", "#bccbaa", "#c9bad6", "#e6d88f", "#a9adb3", "#9fcac2")
 JOINTS = ("#4a4f57", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900")
 SUPPORT, MOVED, LOAD, POINT = "#22262b", "#0072b2", "#c0392b", "#d81b60"
-MAGNITUDE, SIGNED, FORCE = "viridis", "PuOr", "#8b1a1a"
+MAGNITUDE, SIGNED, FORCE = "viridis", "PuOr", "#c22316"
 _LABELS = {
     "displacement": "displacement of the centroid",
     "velocity": "velocity of the centroid",
@@ -277,9 +277,9 @@ def _forces(axes: Axes, scene: Scene, frame: int, vertices) -> list:
     half = 0.5 * _force_length(scene) * force / size.max()
     lines = np.stack([places - half, places + half], axis=1)
     width = np.clip(5.0 * size / size.max(), 0.5, None)
-    axes.add_collection(
-        LineCollection(lines, colors=FORCE, linewidths=width, capstyle="round", zorder=4)
-    )
+    for color, more in (("white", 1.4), (FORCE, 0.0)):
+        look = {"colors": color, "linewidths": width + more, "capstyle": "round", "zorder": 4}
+        axes.add_collection(LineCollection(lines, **look))
     scale, unit = in_unit(size.max(), "N/m")
     label = f"contact force,\nlargest {size.max() / scale:.3g} {unit}"
     return [Line2D([], [], color=FORCE, lw=4, solid_capstyle="round", label=label)]
