@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
 from ._core import api
 from .simulation import Simulation, _checked
+
+_SHORT = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:E([-+]\d+))?(?![\w.]*')")
+_HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One finding of a check: its verdict ('ok', 'warn', 'fail'), topic, words and advice."""
+
+    verdict: str
+    topic: str
+    words: str
+    advice: str = ""
 
 
 @dataclass(frozen=True)
@@ -43,6 +57,40 @@ class Report:
     def __str__(self) -> str:
         """The report for a screen."""
         return self.text
+
+    @property
+    def lines(self) -> list[Line]:
+        """The findings one by one, numbers in four digits."""
+        found: list[list[str]] = []
+        for row in self.text.splitlines():
+            head = _HEAD.match(row)
+            if head:
+                found.append([head[1].strip().lower(), head[2].strip(), head[3], ""])
+            elif found:
+                which = 3 if row.strip().startswith("->") or found[-1][3] else 2
+                found[-1][which] += " " + row.strip().removeprefix("->").strip()
+        return [
+            Line(v, topic, *(_in_four_digits(t).strip() for t in rest)) for v, topic, *rest in found
+        ]
+
+    @property
+    def conclusion(self) -> str:
+        """The verdict in one line, with the topics that ask for something."""
+        bad = [f"{line.topic} ({line.verdict})" for line in self.lines if line.verdict != "ok"]
+        words = f": {', '.join(bad)}" if bad else ": nothing to do"
+        return f"verdict: {self.verdict}{words}"
+
+    def to_dict(self) -> dict:
+        """Plain values, such as for JSON."""
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "text"}
+        return values | {"lines": [asdict(line) for line in self.lines]}
+
+    def _repr_html_(self) -> str:
+        """The findings as a table."""
+        from .report.html import fragment
+        from .report.run_page import check_table
+
+        return fragment(check_table(self))
 
 
 @dataclass(frozen=True)
@@ -81,6 +129,20 @@ class Penalty:
     normal_stiffness: float
     frequency: float
     limit: float
+
+
+def _in_four_digits(text: str) -> str:
+    """Numbers of more than four digits shortened, but for those inside names."""
+
+    def shortened(found: re.Match) -> str:
+        mantissa, exponent = found[1], found[2]
+        if exponent is None and len(mantissa.strip("+-").replace(".", "").strip("0")) <= 4:
+            return found[0]
+        if exponent is None and "." not in mantissa:
+            return found[0]
+        return f"{float(found[0]):.4g}"
+
+    return _SHORT.sub(shortened, text)
 
 
 def _open(model, changes) -> Simulation:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
@@ -23,7 +24,7 @@ INK, FAINT = "#22262b", "#8a9099"
 STONES = ("#dccfb4", "#b4c4d4", "#d3b09a", "#bccbaa", "#c9bad6", "#e6d88f", "#a9adb3", "#9fcac2")
 JOINTS = ("#4a4f57", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900")
 SUPPORT, MOVED, LOAD, POINT = "#22262b", "#0072b2", "#c0392b", "#d81b60"
-MAGNITUDE, SIGNED, FORCE = "viridis", "PuOr", "#c22316"
+MAGNITUDE, SIGNED, JOINT_MAP, FORCE = "viridis", "PuOr", "inferno_r", "#c22316"
 _LABELS = {
     "displacement": "displacement of the centroid",
     "velocity": "velocity of the centroid",
@@ -101,31 +102,121 @@ def draw(
         If `color` or `contacts` is not one of the above.
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
-    frame = scene.frame_at(time)
-    color = color or ("material" if scene.before else "displacement")
-    if color not in COLORINGS:
-        raise ValueError(f"color is one of {', '.join(COLORINGS)}, not {color!r}")
-    if contacts not in (None, *CONTACTS):
-        raise ValueError(f"contacts is one of {', '.join(CONTACTS)}, not {contacts!r}")
-    alone = axes is None
-    axes = _figure(scene).subplots() if alone else axes
-    vertices = deformed(scene, frame, deformation)
-    if frame > 0:
-        _outlines(axes, scene)
-    handles = _blocks(axes, scene, vertices, frame, color)
-    if color == "material" and not contacts:
-        handles += _joints(axes, scene, frame, deformation)
-    if contacts == "force":
-        handles += _forces(axes, scene, frame, vertices)
-    elif contacts:
-        _movement(axes, scene, frame, deformation, contacts)
-    if scene.before or color == "material":
-        handles += _boundary(axes, scene)
-    _view(axes, scene, vertices)
-    _words(axes, scene, frame, color, deformation)
-    if handles and legend:
-        _legend(axes, handles, alone)
-    return axes
+    picture = BlockPicture(scene, color, contacts, deformation, axes, legend)
+    picture.show(scene.frame_at(time))
+    return picture.axes
+
+
+class BlockPicture:
+    """Blocks on axes, a frame at a time; see `draw`.
+
+    Parameters
+    ----------
+    scene : Scene
+    color, contacts, deformation, axes, legend
+        See `draw`.
+    frames : sequence of int, optional
+        Frames that will be shown: colours and view are those of all of them.
+    """
+
+    def __init__(
+        self, scene, color=None, contacts=None, deformation=1.0, axes=None, legend=True, frames=()
+    ):
+        self.scene, self.deformation, self.legend = scene, deformation, legend
+        self.color = color or ("material" if scene.before else "displacement")
+        self.contacts = contacts
+        if self.color not in COLORINGS:
+            raise ValueError(f"color is one of {', '.join(COLORINGS)}, not {color!r}")
+        if contacts not in (None, *CONTACTS):
+            raise ValueError(f"contacts is one of {', '.join(CONTACTS)}, not {contacts!r}")
+        self.alone = axes is None
+        self.axes = _figure(scene).subplots() if self.alone else axes
+        self.frames = list(frames)
+        self.blocks = self.note = None
+        self.lines: list = []
+
+    def show(self, frame: int) -> None:
+        """Draw a frame in place of the last one."""
+        scene = self.scene
+        vertices = deformed(scene, frame, self.deformation)
+        if self.blocks is None:
+            self._begin(frame, vertices)
+        else:
+            self.blocks.set_verts(scene.split(vertices))
+            if self.color != "material":
+                self.blocks.set_array(quantity(scene, self.color, frame)[0] / self.size)
+            for line in self.lines:
+                line.remove()
+        self.lines = self._contacts(frame, vertices)
+        self.note.set_text(_plain(_words(scene, frame, self.deformation)))
+
+    def _begin(self, frame: int, vertices) -> None:
+        scene, axes = self.scene, self.axes
+        if scene.frames > 1 and (frame > 0 or self.frames):
+            _outlines(axes, scene)
+        self.blocks, self.size, handles = _blocks(
+            axes, scene, vertices, self.frames or [frame], self.color
+        )
+        if self.color == "material" and not self.contacts:
+            handles += _joints(axes, scene, frame, self.deformation)
+        if self.contacts:
+            self.scale = self._contact_scale(frame)
+            handles += self._contact_key()
+        if scene.before or self.color == "material":
+            handles += _boundary(axes, scene)
+        shown = [deformed(scene, f, self.deformation) for f in _some_of(self.frames)]
+        _view(axes, scene, np.concatenate([vertices, *shown]))
+        self.note = head(axes, _plain(scene.title or "Untitled"), "")
+        if handles and self.legend:
+            _legend(axes, handles, self.alone)
+
+    def _contact_scale(self, frame: int) -> float:
+        """The largest force, slip or opening of the frames that are shown."""
+        scene, most = self.scene, 0.0
+        for f in _some_of(self.frames) or [frame]:
+            if self.contacts == "force":
+                force = force_lines(scene, f, scene.vertices(f))[1]
+                values = np.linalg.norm(force, axis=1)
+            else:
+                values = scene.joint_movement(f)[CONTACTS.index(self.contacts) - 1]
+            most = max(most, float(values.max(initial=0.0)))
+        return most
+
+    def _contact_key(self) -> list:
+        if self.contacts == "force":
+            scale, unit = in_unit(self.scale, "N/m")
+            label = f"contact force,\nlargest {self.scale / scale:.3g} {unit}"
+            return [Line2D([], [], color=FORCE, lw=4, solid_capstyle="round", label=label)]
+        size, unit = in_unit(self.scale, "m")
+        mapped = ScalarMappable(Normalize(0.0, self.scale / size or 1.0), JOINT_MAP)
+        name = "slip of the joints" if self.contacts == "slip" else "opening of the joints"
+        color_bar(self.axes, mapped, f"{name} ({unit})")
+        return []
+
+    def _contacts(self, frame: int, vertices) -> list:
+        if self.contacts == "force":
+            return _forces(self.axes, self.scene, frame, vertices, self.scale)
+        if self.contacts:
+            movement = self.scene.joint_movement(frame)[CONTACTS.index(self.contacts) - 1]
+            lines = LineCollection(
+                _carried_lines(self.scene, frame, self.deformation),
+                linewidths=2.6,
+                capstyle="round",
+                zorder=3,
+                cmap=JOINT_MAP,
+                norm=Normalize(0.0, self.scale or 1.0),
+                array=np.maximum(movement, 0.0),
+            )
+            return [self.axes.add_collection(lines)]
+        return []
+
+
+def _some_of(frames: list[int], most: int = 40) -> list[int]:
+    """Frames that stand for many, the first and the last among them."""
+    frames = sorted(set(frames))
+    if len(frames) <= most:
+        return frames
+    return [frames[i] for i in np.linspace(0, len(frames) - 1, most).round().astype(int)]
 
 
 def _legend(axes: Axes, handles: list, alone: bool) -> None:
@@ -160,25 +251,29 @@ def _figure(scene: Scene) -> Figure:
     return Figure(figsize=size, layout="constrained")
 
 
-def _blocks(axes: Axes, scene: Scene, vertices, frame: int, color: str) -> list:
-    """Blocks in their colours; handles for the legend, or a colour bar."""
+def _blocks(axes: Axes, scene: Scene, vertices, frames: list[int], color: str):
+    """Blocks in their colours, the size of the unit of the colour, and handles for the legend."""
     edge = 0.7 if scene.blocks < 600 else 0.35 if scene.blocks < 6000 else 0.15
     drawn = PolyCollection(scene.split(vertices), edgecolors=INK, linewidths=edge, zorder=2)
     axes.add_collection(drawn)
     if color == "material":
         drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
-        return [
+        handles = [
             Patch(fc=STONES[m % len(STONES)], ec=INK, lw=0.7, label=_plain(scene.material_names[m]))
             for m in np.unique(scene.material)
         ]
-    values, unit = quantity(scene, color, frame)
+        return drawn, 1.0, handles
+    values, unit = quantity(scene, color, frames[0])
     low, high = float(values.min()), float(values.max())
+    for frame in _some_of(frames):
+        others, _ = quantity(scene, color, frame)
+        low, high = min(low, float(others.min())), max(high, float(others.max()))
     size, unit = in_unit(max(abs(low), abs(high)), unit)
     drawn.set_array(values / size)
     drawn.set_cmap(SIGNED if color == "rotation" else MAGNITUDE)
     drawn.set_norm(_norm(color, low / size, high / size))
     color_bar(axes, drawn, f"{_LABELS[color]} ({unit})")
-    return []
+    return drawn, size, []
 
 
 def _norm(color: str, low: float, high: float):
@@ -234,22 +329,6 @@ def _carried_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
     return np.stack(ends, axis=1)
 
 
-def _movement(axes: Axes, scene: Scene, frame: int, factor: float, kind: str) -> None:
-    """Slip or opening of the joints as coloured lines."""
-    slip, gap = scene.joint_movement(frame)
-    values = slip if kind == "slip" else np.maximum(gap, 0.0)
-    size, unit = in_unit(values.max(initial=0.0), "m")
-    lines = LineCollection(
-        _carried_lines(scene, frame, factor), linewidths=2.6, capstyle="round", zorder=3
-    )
-    lines.set_array(values / size)
-    lines.set_cmap("inferno_r")
-    lines.set_clim(0.0, values.max(initial=0.0) / size or 1.0)
-    axes.add_collection(lines)
-    name = "slip of the joints" if kind == "slip" else "opening of the joints"
-    color_bar(axes, lines, f"{name} ({unit})")
-
-
 def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndarray]:
     """Resultants between neighbours: their places and vectors, (k, 2) each, m and N/m."""
     contacts = scene.contacts(frame)
@@ -269,20 +348,20 @@ def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndar
     return centre[good] / weight[good, None], total[good]
 
 
-def _forces(axes: Axes, scene: Scene, frame: int, vertices) -> list:
+def _forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> list:
+    """Resultants as lines, longer and thicker with their size; the collections."""
     places, force = force_lines(scene, frame, vertices)
-    if len(force) == 0:
+    if len(force) == 0 or most == 0:
         return []
-    size = np.linalg.norm(force, axis=1)
-    half = 0.5 * _force_length(scene) * force / size.max()
+    size = np.linalg.norm(force, axis=1) / most
+    half = 0.5 * _force_length(scene) * force / most
     lines = np.stack([places - half, places + half], axis=1)
-    width = np.clip(5.0 * size / size.max(), 0.5, None)
+    width = np.clip(5.0 * size, 0.5, None)
+    drawn = []
     for color, more in (("white", 1.4), (FORCE, 0.0)):
         look = {"colors": color, "linewidths": width + more, "capstyle": "round", "zorder": 4}
-        axes.add_collection(LineCollection(lines, **look))
-    scale, unit = in_unit(size.max(), "N/m")
-    label = f"contact force,\nlargest {size.max() / scale:.3g} {unit}"
-    return [Line2D([], [], color=FORCE, lw=4, solid_capstyle="round", label=label)]
+        drawn.append(axes.add_collection(LineCollection(lines, **look)))
+    return drawn
 
 
 def _force_length(scene: Scene) -> float:
@@ -370,8 +449,8 @@ def _view(axes: Axes, scene: Scene, vertices) -> None:
     axes.tick_params(color=FAINT, labelcolor=INK)
 
 
-def _words(axes: Axes, scene: Scene, frame: int, color: str, deformation: float) -> None:
-    """Title, and a line under it that says what is seen."""
+def _words(scene: Scene, frame: int, deformation: float) -> str:
+    """What is seen: time, blocks, factor, and blocks that are out of view."""
     parts = [f"{scene.blocks:,} block" + "s" * (scene.blocks != 1)]
     if not scene.before:
         parts.insert(0, f"t = {scene.time[frame]:.4g} s")
@@ -380,13 +459,13 @@ def _words(axes: Axes, scene: Scene, frame: int, color: str, deformation: float)
     lost = scene.lost(frame)
     if len(lost):
         parts.append(f"{len(lost)} out of view: {_some([scene.names[b] for b in lost], 3)}")
-    head(axes, _plain(scene.title or "Untitled"), _plain(", ".join(parts)))
+    return ", ".join(parts)
 
 
-def head(axes: Axes, title: str, words: str) -> None:
-    """A title with a fainter line under it, flush with the left side of the axes."""
+def head(axes: Axes, title: str, words: str):
+    """A title with a fainter line under it, flush with the left side of the axes; that line."""
     axes.set_title(title, loc="left", fontsize=12, color=INK, fontweight="bold", pad=24)
-    axes.annotate(
+    return axes.annotate(
         words,
         (0, 1),
         xytext=(0, 8),

@@ -391,4 +391,5 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "contact_frame": ("contact", np.zeros(len(contacts["vertex"]), dtype=int)),
     } | {f"contact_{name}": ("contact", values) for name, values in contacts.items()}
     text = simulation.input_text
-    return xr.Dataset(frame, attrs={"title": simulation.title, "input_text": text})
+    names = {"title": simulation.title, "input_file": str(simulation.file)}
+    return xr.Dataset(frame, attrs=names | {"input_text": text})

@@ -368,6 +368,35 @@ class Run:
 
         return draw(self, **options)
 
+    def animate(self, **options):
+        """The frames as an animation for notebooks, see `sitedda.movie.animate`."""
+        from .movie import animate
+
+        return animate(self, **options)
+
+    def view(self, file=None, **options):
+        """Write the interactive view to a page, see `sitedda.view.write_view`; its file."""
+        from .view import write_view
+
+        return write_view(self, file or Path("view.html"), **options)
+
+    def report(self, file=None) -> Path:
+        """Write the report of the run to one HTML file, beside the output by default."""
+        from .report import write_html
+        from .report.run_page import report_page
+
+        beside = self.output.with_suffix(".html") if self.output else Path("run.html")
+        return write_html(report_page(self), file or beside)
+
+    def _repr_html_(self) -> str:
+        """What happened, for a notebook."""
+        from .report import Facts
+        from .report.html import fragment
+
+        state = "complete" if self.complete else "incomplete"
+        head = ("run", f"{self.history.attrs.get('title', '')} ({state})")
+        return fragment(Facts([head, *self.verdict.lines]))
+
     def __repr__(self) -> str:
         """One line."""
         state = "complete" if self.complete else "incomplete"

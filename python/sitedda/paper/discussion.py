@@ -160,8 +160,8 @@ def _penalty(done: Study) -> None:
 # ---------------------------------------------------------------------------------------------
 
 
-def _draw_damping(file) -> None:
-    with figure(file, size=(6.4, 3.5)) as axis:
+def _draw_damping(drawing) -> None:
+    with figure(drawing, size=(6.4, 3.5)) as axis:
         for step, color in zip((1e-5, 1e-4, 1e-3, 1e-2), COLORS, strict=False):
             top = min(4 / step / 2 / np.pi * 0.999, 1e4)
             frequency = np.geomspace(0.5, top, 200)
@@ -177,9 +177,9 @@ def _draw_damping(file) -> None:
         axis.legend(loc="lower right")
 
 
-def _draw_omega(file, found) -> None:
+def _draw_omega(drawing, found) -> None:
     penalties = sorted(found)
-    with figure(file, size=(6.2, 3.4)) as axis:
+    with figure(drawing, size=(6.2, 3.4)) as axis:
         for name, color in (("highest", SITEDDA), ("first", THEORY)):
             values = [found[k][name] / 2 / np.pi for k in penalties]
             axis.loglog(penalties, values, "o-", color=color, lw=1, label=f"{name} frequency")

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg", force=False)
-import matplotlib.pyplot as plt  # noqa: E402
-from PIL import Image  # noqa: E402
+from matplotlib import rc_context
+from matplotlib.figure import Figure
 
 __all__ = ["COLORS", "FIELD", "PAPER", "SITEDDA", "THEORY", "figure"]
 
@@ -35,31 +31,24 @@ _STYLE = {
     "axes.titlesize": 10,
     "axes.titlelocation": "left",
 }
-_HUES = 64  # of the saved picture: a drawing needs no more, and it stays below 60 kB
 
 
 @contextmanager
-def figure(file: Path, rows: int = 1, columns: int = 1, size=(6.6, 3.7), **options):
-    """A figure and its axes, saved to a small PNG at the end.
+def figure(drawing: Figure, rows: int = 1, columns: int = 1, size=(6.6, 3.7), **options):
+    """Axes of a figure in the look of the report.
 
     Parameters
     ----------
-    file : Path
-        Picture to write.
+    drawing : matplotlib.figure.Figure
+        Empty.
     rows, columns : int
         Of the grid of axes.
     size : (float, float)
         Inches.
     **options
-        For `matplotlib.pyplot.subplots`.
+        For `matplotlib.figure.Figure.subplots`; also width_ratios and height_ratios.
     """
-    with plt.rc_context(_STYLE):
-        drawing, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", **options)
-        try:
-            yield axes
-            drawing.savefig(file, dpi=110)
-        finally:
-            plt.close(drawing)
-    with Image.open(file) as picture:
-        small = picture.convert("RGB").quantize(_HUES)
-    small.save(file, optimize=True)
+    with rc_context(_STYLE):
+        drawing.set_size_inches(size)
+        drawing.set_layout_engine("constrained")
+        yield drawing.subplots(rows, columns, **options)

@@ -1,8 +1,8 @@
 """A page as one HTML file that works offline.
 
-All texts are escaped for the place where they stand.  The content-security policy of the page allows
-its own style and its own script by their hashes, pictures inside the page, and nothing else: no
-network, no form, no frame, and no script that came in with a text.
+All texts are escaped for the place where they stand.  The content-security policy of the page
+allows its own style and its own script by their hashes, pictures inside the page, and nothing else:
+no network, no form, no frame, and no script that came in with a text.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ _NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+
 GOOD = ("ok", "yes", "reached", "passed")
 BAD = ("fail", "FAILS", "no", "not reached", "failed")
 MIDDLE = ("warn", "warns")
-_FONTS = {"`": "code", "**": "strong", "*": "em"}
 
 
 def write_html(page: Page, file) -> Path:
@@ -55,6 +54,12 @@ def to_html(page: Page) -> str:
             "</body></html>\n",
         ]
     )
+
+
+def fragment(*parts: Part) -> str:
+    """Parts as HTML for a notebook: without the style and the script of a page."""
+    body = _Body()
+    return "\n".join(map(body.part, parts))
 
 
 def _head(title: str, style: str, script: str) -> str:
@@ -111,7 +116,10 @@ def _contents(sections: list[Section]) -> str:
         f"<li><a href='#{escape(section.anchor)}'>{escape(section.title)}</a></li>"
         for section in sections
     )
-    return f"<nav aria-label='Contents'><details open><summary>Contents</summary><ol>{items}</ol></details></nav>"
+    return (
+        "<nav aria-label='Contents'><details open><summary>Contents</summary>"
+        f"<ol>{items}</ol></details></nav>"
+    )
 
 
 def _provenance(lines: Iterable[tuple[str, str]]) -> str:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable
 from pathlib import Path
 
+from PIL import Image
+
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
+
+_HUES = 64
 
 
 def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path:
@@ -38,7 +43,7 @@ def _section(section: Section, pictures: Path, folder: str, dpi: float) -> list[
 def _part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
     match part:
         case Paragraph():
-            return part.text
+            return part.text if part.markup else part.text.replace("<", "&lt;")
         case Facts():
             return "\n".join(f"- {name}: {value}" for name, value in part.lines)
         case Table():
@@ -48,12 +53,18 @@ def _part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
         case Listing():
             return _titled(part.title, f"```\n{part.text}\n```")
         case Picture():
-            (pictures / f"{part.name}.png").write_bytes(part.png(dpi))
+            _write_picture(part, pictures / f"{part.name}.png", dpi)
             place = (Path(folder) / f"{part.name}.png").as_posix()
             return f"![{part.caption}]({place})\n\n*{part.caption}*"
         case View():
             return ""
     raise TypeError(f"not a part of a page: {type(part).__name__}")
+
+
+def _write_picture(part: Picture, file: Path, dpi: float) -> None:
+    """As a small PNG: a drawing needs no more than so many hues."""
+    with Image.open(io.BytesIO(part.png(dpi))) as picture:
+        picture.convert("RGB").quantize(_HUES).save(file, optimize=True)
 
 
 def _titled(title: str, text: str) -> str:

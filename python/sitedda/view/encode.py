@@ -1,9 +1,9 @@
 """The frames of a scene as compressed streams of small whole numbers.
 
-A first-order block needs six numbers a frame: displacement of the centroid (2), rotation and strains
-(3) since the first frame.  They are rounded to a quantum that keeps every vertex within 10⁻⁵ of the
-size of the model, turned into differences in time, zigzag-coded, split into planes of bytes and
-deflated.  Browsers inflate streams by themselves (`DecompressionStream`).
+A first-order block needs six numbers a frame: displacement of the centroid (2), rotation and
+strains (3) since the first frame.  They are rounded to a quantum that keeps every vertex within
+10⁻⁵ of the size of the model, turned into differences in time, zigzag-coded, split into planes of
+bytes and deflated.  Browsers inflate streams by themselves (`DecompressionStream`).
 """
 
 from __future__ import annotations
@@ -106,10 +106,9 @@ def encode(scene: Scene, budget: int) -> Encoded:
 
 def _put_model(result: Encoded, scene: Scene) -> None:
     """Shapes and names: what does not change with time."""
-    start, places = scene.coordinates(0), scene.vertices(0)
+    start = scene.coordinates(0)
     low, high = scene.box
     origin = 0.5 * (low + high)
-    offsets = offsets_of(scene)
     result.meta |= {
         "blocks": scene.blocks,
         "origin": origin.tolist(),
@@ -118,7 +117,7 @@ def _put_model(result: Encoded, scene: Scene) -> None:
         "materials": list(scene.material_names),
     }
     result.put_array("start", np.hstack([start[:, :2] - origin, start[:, 2:]]), "<f4")
-    result.put_array("offsets", offsets, "<f4")
+    result.put_array("offsets", offsets_of(scene), "<f4")
     result.put_array("counts", np.diff(scene.first), "<u2")
     result.put_array("material", scene.material, "<u1" if scene.material.max() < 256 else "<u2")
     names = "\n".join(" ".join(name.split("\n")) for name in scene.names)
@@ -128,7 +127,6 @@ def _put_model(result: Encoded, scene: Scene) -> None:
     ends = np.hstack([faces.start - origin, faces.end - origin, faces.normal])
     result.put_array("face_ends", ends, "<f4")
     result.meta["faces"] = len(faces)
-    assert len(places) == len(offsets)
 
 
 def offsets_of(scene: Scene) -> np.ndarray:
@@ -174,7 +172,7 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
 
 
 def _freeze_lost(moved: np.ndarray, scene: Scene) -> None:
-    """Blocks far outside the first view stay where they left it: nobody looks for them at −460 m."""
+    """Blocks far outside the first view stay where they left it."""
     low, high = scene.box
     reach = 2.0 * scene.size
     centre = scene.coordinates(0)[:, :2] - 0.5 * (low + high)
@@ -249,7 +247,7 @@ def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) 
 
 
 def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
-    """Histories of measured points and energies for the charts, smallest and largest of each bin."""
+    """Histories of measured points and energies for the charts."""
     data = scene.data
     if scene.before or data.sizes.get("time", 0) < 3:
         result.meta["charts"] = []

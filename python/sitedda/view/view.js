@@ -791,7 +791,8 @@
       this.colorSelect = select("color", [["material", "material"],
         ["displacement", "displacement"], ["velocity", "velocity"], ["rotation", "rotation"],
         ["stress", "compression"]], this.color, (v) => this.setColor(v));
-      const kinds = [["none", "none"], ["slip", "slip"], ["open", "opening"]];
+      const kinds = [["none", "none"]];
+      if (this.meta.faces) kinds.push(["slip", "slip"], ["open", "opening"]);
       if (this.meta.pairs) kinds.splice(1, 0, ["force", "forces"]);
       this.contactSelect = select("contacts", kinds, "none", (v) => this.setContacts(v));
       const factors = [1, 2, 5, 10, 20, 50, 100, 1000];
@@ -1151,6 +1152,10 @@
       const room = 0.28 * cam.width / cam.scale, power = 10 ** Math.floor(Math.log10(room));
       const length = power * [5, 2, 1].find((m) => m * power <= room);
       const x = 12 * ratio, y = cam.height - 12 * ratio, right = x + length * cam.scale;
+      c.fillStyle = variable("--card");
+      c.globalAlpha = 0.85;
+      c.fillRect(x - 6 * ratio, y - 20 * ratio, right - x + 12 * ratio, 26 * ratio);
+      c.globalAlpha = 1;
       c.strokeStyle = ink;
       c.lineWidth = 1.5 * ratio;
       c.beginPath();
