@@ -33,7 +33,10 @@ from .spectra import Peak, amplification, find_peak, fourier_spectrum  # noqa: E
 
 __version__ = _api.engine_version().decode().strip()
 
-_LATER = {"draw": "pictures"}  # names whose modules are slow to import: read at first use
+_LATER = {
+    "draw": "pictures",
+    "open_output": "scene",
+}  # names whose modules are slow to import: read at first use
 
 __all__ = [
     "AuditWarning",
@@ -59,6 +62,7 @@ __all__ = [
     "find_peak",
     "fourier_spectrum",
     "modes",
+    "open_output",
     "penalty_for_frequency",
     "penalty_for_shift",
     "read_record",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import json
 import shlex
 import signal
 import sys
@@ -79,6 +80,7 @@ def _parser() -> argparse.ArgumentParser:
     add_viewing_commands(commands)
     checking = commands.add_parser("check", help="say what a run will meet before it is started")
     checking.add_argument("file", type=Path, metavar="FILE.nml")
+    checking.add_argument("--json", action="store_true", help="print plain values as JSON")
     checking.set_defaults(act=_check)
     return parser
 
@@ -115,7 +117,10 @@ def _record(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     found = check(options.file)
-    print(found)
+    if getattr(options, "json", False):
+        print(json.dumps(found.to_dict(), indent=1))
+    else:
+        print(f"{found}\n\n{found.conclusion}")
     if found.verdict == "fail":
         raise CheckError(f"{options.file}: the check fails")
     return 0

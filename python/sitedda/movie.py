@@ -19,7 +19,7 @@ from .pictures import BlockPicture
 from .scene import Scene
 
 _WIDTH = 1280  # pixels, about
-_HUES = 128  # of a GIF
+_HUES = 256  # of a GIF
 
 
 def write_movie(

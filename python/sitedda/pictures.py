@@ -39,6 +39,7 @@ _UNITS = {
     "°": ((1.0, "°"),),
 }
 _MOST_DRAWN_OUTLINES = 30000
+_LEAST_FORCE = 0.005  # of the largest: below, a force is not drawn
 
 
 def in_unit(largest: float, unit: str) -> tuple[float, str]:
@@ -353,13 +354,15 @@ def _forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> list
     places, force = force_lines(scene, frame, vertices)
     if len(force) == 0 or most == 0:
         return []
+    seen = np.linalg.norm(force, axis=1) > _LEAST_FORCE * most
+    places, force = places[seen], force[seen]
     size = np.linalg.norm(force, axis=1) / most
     half = 0.5 * _force_length(scene) * force / most
     lines = np.stack([places - half, places + half], axis=1)
     width = np.clip(5.0 * size, 0.5, None)
     drawn = []
-    for color, more in (("white", 1.4), (FORCE, 0.0)):
-        look = {"colors": color, "linewidths": width + more, "capstyle": "round", "zorder": 4}
+    for color, more in (("white", 1.35), (FORCE, 1.0)):
+        look = {"colors": color, "linewidths": width * more, "capstyle": "round", "zorder": 4}
         drawn.append(axes.add_collection(LineCollection(lines, **look)))
     return drawn
 

@@ -331,7 +331,7 @@ class Scene:
 
 
 def open_output(file) -> xr.Dataset:
-    """An output file; its frames are read when they are asked for.
+    """An output file with labels, see `labelled`; its frames are read when they are asked for.
 
     Raises
     ------
@@ -346,6 +346,31 @@ def open_output(file) -> xr.Dataset:
     lacking = [n for n in ("vertices", "vertex_block", "block_coordinates") if n not in data]
     if lacking:
         raise OutputError(f"{file} is not an output of a run: it holds no {lacking[0]}")
+    return labelled(data)
+
+
+def labelled(data: xr.Dataset) -> xr.Dataset:
+    """An output with coordinates to select by: axis, coordinate, component, block, frame time.
+
+    ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``.
+    The units of block coordinates differ, so that they become a coordinate of their own.
+    """
+    if "vertex_block" not in data:
+        return data
+    names = Scene.of(data).names
+    units = ["m", "m", "rad", "1", "1", "1"]
+    rates = ["m/s", "m/s", "rad/s", "1/s", "1/s", "1/s"]
+    data = data.assign_coords(
+        axis=["x", "y"],
+        coordinate=["x", "y", "rotation", "strain_x", "strain_y", "shear_strain"],
+        component=["xx", "yy", "xy"],
+        block=names,
+        frame=("frame", data["frame_time"].values, {"units": "s", "long_name": "time of a frame"}),
+        coordinate_unit=("coordinate", units),
+        rate_unit=("coordinate", rates),
+    )
+    for name in ("block_coordinates", "block_rates"):
+        data[name].attrs.pop("units", None)
     return data
 
 

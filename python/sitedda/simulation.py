@@ -513,7 +513,9 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
             where = where.with_name(where.name + ".partial")
         with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
             history = dataset.load()
-    return Run(history, complete, None if output is None else where, summary)
+    from .scene import labelled
+
+    return Run(labelled(history), complete, None if output is None else where, summary)
 
 
 def _to_end(simulation: Simulation, progress, stop: Stop) -> bool:

@@ -28,7 +28,8 @@ class Verdict:
     Attributes
     ----------
     values : dict of float
-        By name; each name ends with its unit.
+        By name with its unit, such as ``largest_displacement_m``; of measured points as
+        ``pga_m_s2[top]``.
     lines : list of (str, str)
         Topic and sentence, as they are printed.
     """
@@ -213,17 +214,16 @@ def _points(found: Verdict, data: xr.Dataset) -> None:
         arias = np.pi / (2 * GRAVITY) * np.trapezoid(series**2, dx=step)
         spectrum = response_spectrum(series, step, 1 / PERIODS, 0.05).acceleration
         top = int(np.argmax(spectrum))
-        key = re.sub(r"\W+", "_", name)
         found.say(
             f"point {name}",
             f"along {'xy'[axis]}: PGA {abs(series).max():.3g} m/s², "
             f"PGV {abs(velocity).max():.3g} m/s, Arias {arias:.3g} m/s, "
             f"Sa (5 %) {spectrum[top]:.3g} m/s² at {PERIODS[top]:.2g} s",
             **{
-                f"{key}_pga_m_s2": abs(series).max(),
-                f"{key}_pgv_m_s": abs(velocity).max(),
-                f"{key}_arias_m_s": arias,
-                f"{key}_sa_m_s2": spectrum[top],
+                f"pga_m_s2[{name}]": abs(series).max(),
+                f"pgv_m_s[{name}]": abs(velocity).max(),
+                f"arias_m_s[{name}]": arias,
+                f"sa_m_s2[{name}]": spectrum[top],
             },
         )
 

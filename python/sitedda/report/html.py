@@ -19,9 +19,9 @@ from pathlib import Path
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
 
 _NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
-GOOD = ("ok", "yes", "reached", "passed")
-BAD = ("fail", "FAILS", "no", "not reached", "failed")
-MIDDLE = ("warn", "warns")
+GOOD = ("ok", "reached")  # words of a column of verdicts that are coloured
+BAD = ("fail", "FAILS", "not reached")
+MIDDLE = ("warn",)
 
 
 def write_html(page: Page, file) -> Path:
@@ -194,11 +194,10 @@ def _table(table: Table) -> str:
         f"<th scope='col'{_class(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
         for k, text in enumerate(table.heads)
     )
+    judged = [head in ("", "verdict") for head in table.heads]
+    markup = [table.markup] * len(judged)
     body = "".join(
-        "<tr>"
-        + "".join(_cell(text, right[k], table.markup) for k, text in enumerate(row))
-        + "</tr>"
-        for row in table.rows
+        f"<tr>{''.join(map(_cell, row, right, judged, markup))}</tr>" for row in table.rows
     )
     return (
         f"{_subtitle(table.title)}<div class='wide' tabindex='0'><table><thead><tr>{head}</tr>"
@@ -206,11 +205,10 @@ def _table(table: Table) -> str:
     )
 
 
-def _cell(text: str, right: bool, markup: bool) -> str:
-    word = str(text).strip("*")
+def _cell(text: str, right: bool, judged: bool, markup: bool) -> str:
     names = ["n"] if right else []
     for name, words in (("good", GOOD), ("bad", BAD), ("middle", MIDDLE)):
-        if word in words:
+        if judged and text in words:
             names.append(name)
     return f"<td{_class(names)}>{inline(text, markup)}</td>"
 

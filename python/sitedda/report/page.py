@@ -31,7 +31,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; those of `good` and `bad` words are coloured.
+    """A table of texts; verdicts are coloured in columns headed "verdict" or by nothing.
 
     Attributes
     ----------
