@@ -223,7 +223,7 @@ def _some_of(frames: list[int], most: int = 40) -> list[int]:
 def _legend(axes: Axes, handles: list, alone: bool) -> None:
     """Beside the picture, never over it."""
     if alone:
-        axes.figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=9)
+        axes.figure.legend(handles=handles, loc="outside right center", frameon=False, fontsize=9)
     else:
         axes.legend(
             handles=handles,

@@ -236,8 +236,8 @@ def _damping(found: Verdict, data: xr.Dataset) -> None:
         return
     for peak in peaks:
         found.say(
-            "amplification",
-            f"{peak.amplitude:.4g} at {peak.frequency:.4g} Hz; "
+            "peak",
+            f"amplified {peak.amplitude:.4g} times at {peak.frequency:.4g} Hz; "
             + damping_words(data, peak.frequency),
             amplification=peak.amplitude,
             amplification_frequency_hz=peak.frequency,

@@ -1075,8 +1075,10 @@
       this.lines.start(2 * sums.size);
       const pixel = 1 / this.camera.scale;
       for (const [push, x, y, fx, fy] of sums.values()) {
-        const cx = x / push, cy = y / push, half = 0.55 * this.side / most;
-        const width = Math.max(0.16 * this.side * Math.hypot(fx, fy) / most, 1.2 * pixel);
+        const cx = x / push, cy = y / push, half = 0.45 * this.side / most;
+        const share = Math.hypot(fx, fy) / most;
+        if (share < 0.005) continue;
+        const width = Math.max(Math.min(0.1 * this.side, 7 * pixel) * share, 1.2 * pixel);
         const ends = [cx - half * fx, cy - half * fy, cx + half * fx, cy + half * fy];
         this.lines.add(...ends, width + 2 * pixel, [255, 255, 255]);
         this.lines.add(...ends, width, color);
