@@ -58,6 +58,7 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("-o", "--output", type=_file_name, help="in place of the input's")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
         command.add_argument("--no-plot", action="store_true", help="draw no pictures")
+        command.add_argument("--report", action="store_true", help="write a report in one page")
         command.add_argument(
             "--set",
             action="append",
@@ -159,6 +160,8 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
         print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
         return 6
     _report(result, options.file, changes, draw=not options.no_plot)
+    if options.report:
+        print(f"page: {result.report()}")
     return 0
 
 

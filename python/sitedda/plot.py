@@ -16,13 +16,17 @@ from .column import damped_amplification, scheme_damping
 from .pictures import FAINT, INK, draw, in_unit
 from .response import Amplification, layered_twin
 from .scene import Scene
-from .signals import response_spectrum, smooth_konno_ohmachi
-from .verdict import damping_words, main_axis
+from .signals import smooth_konno_ohmachi
+from .verdict import (
+    PERIODS,
+    SPECTRUM_DAMPING,
+    acceleration_spectrum,
+    damping_words,
+    main_axis,
+)
 
 BASE, SURFACE, TWIN = "#8a9099", "#0072b2", "#d55e00"
 COLORS = (SURFACE, TWIN, "#009e73", "#cc79a7", "#b58900", "#4a4f57")
-PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
-SPECTRUM_DAMPING = 0.05
 _MOST_POINTS = 6
 
 
@@ -93,7 +97,7 @@ def _accelerations(panels, history, series: dict) -> None:
 def _spectra(axes: Axes, history, series: dict) -> None:
     step = _mean_step(history)
     for i, (name, values) in enumerate(series.items()):
-        curve, look = _acceleration_spectrum(values, step), {"lw": 1.6, "zorder": 4 - i}
+        curve, look = acceleration_spectrum(values, step), {"lw": 1.6, "zorder": 4 - i}
         axes.plot(PERIODS, curve, color=(SURFACE, BASE)[i], label=_plain(name), **look)
     axes.set_xscale("log")
     axes.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
@@ -106,10 +110,6 @@ def _spectra(axes: Axes, history, series: dict) -> None:
 def _period_ticks(axes: Axes, ticks) -> None:
     axes.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
-
-
-def _acceleration_spectrum(values, step: float) -> np.ndarray:
-    return response_spectrum(values, step, 1.0 / PERIODS, SPECTRUM_DAMPING).acceleration
 
 
 def _mean_step(history) -> float:
@@ -168,7 +168,7 @@ def _history_picture(scene: Scene, history) -> Figure:
     _legend(left, 3)
     step = _mean_step(history)
     for (label, values), color in zip(series.items(), COLORS, strict=False):
-        curve = _acceleration_spectrum(values, step)
+        curve = acceleration_spectrum(values, step)
         right.plot(PERIODS, curve, color=color, lw=1.4, label=_plain(label))
     right.set_xscale("log")
     right.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import xarray as xr
@@ -15,7 +16,8 @@ from .scene import Scene
 from .signals import response_spectrum
 
 GRAVITY = 9.80665  # m/s², of the Arias intensity
-PERIODS = np.geomspace(0.02, 5.0, 80)  # s
+PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
+SPECTRUM_DAMPING = 0.05
 _LEAST_MOVEMENT = 1e-5  # of the size of the model: slips and openings below are not counted
 _LEAST_DRIFT = 1e-6  # below, none is said
 _MOST_FRAMES = 200  # that are looked at for the largest values
@@ -67,6 +69,18 @@ def verdict(source) -> Verdict:
     return found
 
 
+def acceleration_spectrum(acceleration, step: float) -> np.ndarray:
+    """Sa of a motion (m/s², every `step` s) at `PERIODS`, shape (periods,), m/s²."""
+    return _spectrum(np.ascontiguousarray(acceleration, dtype=float).tobytes(), step)
+
+
+@lru_cache(maxsize=32)
+def _spectrum(data: bytes, step: float) -> np.ndarray:
+    """The same for the bytes of the motion: words and pictures ask for the same ones."""
+    found = response_spectrum(np.frombuffer(data), step, 1 / PERIODS, SPECTRUM_DAMPING)
+    return found.acceleration
+
+
 def main_axis(motion: xr.DataArray) -> int:
     """The axis (0 x, 1 y) along which a point moves most."""
     return int(np.argmax(np.ptp(motion.values, axis=0)))
@@ -115,12 +129,13 @@ def _movement(found: Verdict, scene: Scene) -> None:
     for i, frame in enumerate(frames):
         now = scene.coordinates(frame) - start
         moved[i], turned[i] = np.hypot(now[:, 0], now[:, 1]), now[:, 2]
+    seen = "" if scene.frames > 2 else " (of the first and the last frame alone)"
     i, block = np.unravel_index(np.argmax(moved), moved.shape)
     last = int(np.argmax(moved[-1]))
     found.say(
         "displacement",
         f"largest {_length(moved[i, block])}, {scene.names[block]} at {scene.time[frames[i]]:.3g} "
-        f"s; at the end {_length(moved[-1, last])}, {scene.names[last]}",
+        f"s; at the end {_length(moved[-1, last])}, {scene.names[last]}{seen}",
         largest_displacement_m=moved[i, block],
         residual_displacement_m=moved[-1, last],
     )
@@ -212,7 +227,7 @@ def _points(found: Verdict, data: xr.Dataset) -> None:
         axis = int(np.argmax(abs(acceleration).max(axis=0)))
         series, velocity = acceleration[:, axis], data.velocity.values[:, i, axis]
         arias = np.pi / (2 * GRAVITY) * np.trapezoid(series**2, dx=step)
-        spectrum = response_spectrum(series, step, 1 / PERIODS, 0.05).acceleration
+        spectrum = acceleration_spectrum(series, step)
         top = int(np.argmax(spectrum))
         found.say(
             f"point {name}",
