@@ -357,18 +357,27 @@ def labelled(data: xr.Dataset) -> xr.Dataset:
     """
     if "vertex_block" not in data:
         return data
-    names = Scene.of(data).names
+    scene = Scene.of(data)
     units = ["m", "m", "rad", "1", "1", "1"]
-    rates = ["m/s", "m/s", "rad/s", "1/s", "1/s", "1/s"]
+    rates = [unit + "/s" if unit != "1" else "1/s" for unit in units]
+    parts = ["x", "y", "rotation", "strain_x", "strain_y", "shear_strain"]
+    labels = {
+        "axis": ("axis", ["x", "y"], "axis of the model"),
+        "coordinate": ("coordinate", parts, "coordinate of a block"),
+        "coordinate_unit": ("coordinate", units, "unit of a block coordinate"),
+        "rate_unit": ("coordinate", rates, "unit of the rate of a block coordinate"),
+        "component": ("component", ["xx", "yy", "xy"], "component of the stress"),
+        "block": ("block", scene.names, "name of a block"),
+    }
     data = data.assign_coords(
-        axis=["x", "y"],
-        coordinate=["x", "y", "rotation", "strain_x", "strain_y", "shear_strain"],
-        component=["xx", "yy", "xy"],
-        block=names,
-        frame=("frame", data["frame_time"].values, {"units": "s", "long_name": "time of a frame"}),
-        coordinate_unit=("coordinate", units),
-        rate_unit=("coordinate", rates),
+        {
+            name: (dimension, values, {"units": "1", "long_name": words})
+            for name, (dimension, values, words) in labels.items()
+            if dimension in data.dims
+        }
     )
+    time = {"units": "s", "long_name": "time of a frame"}
+    data = data.assign_coords(frame=("frame", scene.time, time))
     for name in ("block_coordinates", "block_rates"):
         data[name].attrs.pop("units", None)
     return data
