@@ -122,6 +122,24 @@ class Modes:
     shapes: np.ndarray
     words: str
 
+    def __repr__(self) -> str:
+        """Frequencies and damping."""
+        pairs = zip(self.frequency, self.damping, strict=True)
+        return f"<sitedda.Modes {', '.join(f'{f:.4g} Hz ({100 * d:.2g} %)' for f, d in pairs)}>"
+
+    def _repr_html_(self) -> str:
+        """A table, for a notebook."""
+        from .report import Paragraph, Table
+        from .report.html import fragment
+
+        heads = ["mode", "frequency (Hz)", "damping (%)", "longer (%)", "mass x (%)", "mass y (%)"]
+        shares = np.column_stack([self.damping, self.elongation, self.effective_mass])
+        rows = [
+            [str(i + 1), f"{frequency:.4g}", *(f"{100 * v:.3g}" for v in shares[i])]
+            for i, frequency in enumerate(self.frequency)
+        ]
+        return fragment(Table(heads, rows), Paragraph(self.words))
+
 
 @dataclass(frozen=True)
 class Penalty:

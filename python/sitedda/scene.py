@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -70,23 +71,25 @@ class Scene:
             name or f"block {i + 1}"
             for i, name in enumerate(names if known else [""] * self.blocks)
         ]
+        known = len(materials) == len(joints) == self.blocks
         self._set_materials(materials if known else None, joints if known else None)
 
     @classmethod
     def of(cls, source) -> Scene:
-        """The scene of an input file, an output file, a Simulation, a Run or a Dataset."""
+        """The scene of an input or output file, a Run, a Dataset, a Simulation or its model."""
         if isinstance(source, Run):
             source = source.history
         if isinstance(source, xr.Dataset):
             return cls(source, block_labels(str(source.attrs.get("input_text", ""))))
         if isinstance(source, Simulation):
             return cls._of_simulation(source)
-        file = Path(source)
-        if not file.exists():
-            raise InputError(f"{file}: there is no such file")
-        if _is_netcdf(file):
-            return cls.of(open_output(file))
-        with Simulation(file) as simulation:
+        if isinstance(source, str | os.PathLike):
+            source = Path(source)
+            if not source.exists():
+                raise InputError(f"{source}: there is no such file")
+            if _is_netcdf(source):
+                return cls.of(open_output(source))
+        with Simulation(source) as simulation:
             return cls._of_simulation(simulation)
 
     @classmethod

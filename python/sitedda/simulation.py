@@ -131,6 +131,13 @@ class Simulation:
         """Free the simulation."""
         self.close()
 
+    def __repr__(self) -> str:
+        """Title, blocks and time."""
+        if not self._handle:
+            return f"<sitedda.Simulation of {self.file}, closed>"
+        blocks, now = self._sizes()[0], f"{self.time:g} of {self.duration:g} s"
+        return f"<sitedda.Simulation {self.title!r}: {blocks} blocks, {now}>"
+
     def close(self) -> None:
         """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
         with self._one:

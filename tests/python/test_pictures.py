@@ -309,6 +309,18 @@ def test_outputs_are_selected_by_names(run):
     assert "&lt;" in run._repr_html_() and "<img" not in run._repr_html_()
 
 
+def test_objects_say_what_they_are(write_input):
+    file = write_input(tower())
+    simulation = sitedda.Simulation(file)
+    assert repr(simulation) == "<sitedda.Simulation 'A small tower': 4 blocks, 0 of 0.06 s>"
+    simulation.close()
+    assert repr(simulation).endswith("closed>")
+    modes = sitedda.modes(file, 2)
+    assert f"{modes.frequency[0]:.4g} Hz" in repr(modes)
+    assert f"<td class='n'>{modes.frequency[1]:.4g}</td>" in modes._repr_html_()
+    assert "highest frequency" in sitedda.check(file)._repr_html_()
+
+
 def test_check_tells_its_lines_in_four_digits(write_input, main):
     import json
 
