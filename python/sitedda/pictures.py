@@ -166,7 +166,9 @@ class BlockPicture:
         if scene.before or self.color == "material":
             handles += _boundary(axes, scene)
         shown = [deformed(scene, f, self.deformation) for f in _some_of(self.frames)]
-        _view(axes, scene, np.concatenate([vertices, *shown]))
+        if scene.before or self.color == "material":
+            shown += [tail for tail, _, _ in load_arrows(scene)]
+        _view(axes, scene, np.vstack([vertices, *shown]))
         self.note = head(axes, _plain(scene.title or "Untitled"), "")
         if handles and self.legend:
             _legend(axes, handles, self.alone)
@@ -404,17 +406,24 @@ def _boundary(axes: Axes, scene: Scene) -> list:
     return handles + _slivers(axes, scene)
 
 
-def _loads(axes: Axes, scene: Scene) -> list:
+def load_arrows(scene: Scene) -> list[tuple]:
+    """Tail and tip of the arrow of each load, m, and its size, N/m; the longest is 12 % of all."""
     loads = scene.loads()
-    if not loads:
+    sizes = [float(np.hypot(load["fx"], load["fy"])) for load in loads]
+    reach = 0.12 * scene.size / (max(sizes, default=0.0) or 1.0)
+    tips = [np.array([load["x"], load["y"]], dtype=float) for load in loads]
+    pushes = [reach * np.array([load["fx"], load["fy"]]) for load in loads]
+    return [(t - p, t, size) for t, p, size in zip(tips, pushes, sizes, strict=True)]
+
+
+def _loads(axes: Axes, scene: Scene) -> list:
+    arrows = load_arrows(scene)
+    if not arrows:
         return []
-    size = max(np.hypot(load["fx"], load["fy"]) for load in loads) or 1.0
-    reach = 0.12 * scene.size
-    for load in loads:
-        tail = (load["x"] - reach * load["fx"] / size, load["y"] - reach * load["fy"] / size)
-        arrow = {"arrowstyle": "-|>", "color": LOAD, "lw": 1.8, "mutation_scale": 13}
-        axes.annotate("", (load["x"], load["y"]), tail, arrowprops=arrow, zorder=7)
-        axes.update_datalim([tail])
+    look = {"arrowstyle": "-|>", "color": LOAD, "lw": 1.8, "mutation_scale": 13}
+    for tail, tip, _ in arrows:
+        axes.annotate("", tip, tail, arrowprops=look, zorder=7)
+    size = max(size for _, _, size in arrows)
     scale, unit = in_unit(size, "N/m")
     label = f"load, largest {size / scale:.3g} {unit}"
     return [Line2D([], [], color=LOAD, lw=1.8, marker=">", label=label)]

@@ -62,6 +62,7 @@ def verdict(source) -> Verdict:
     found = Verdict()
     _movement(found, scene)
     _joints(found, scene)
+    _fallen(found, scene)
     _lost(found, scene)
     _points(found, scene.data)
     _damping(found, scene.data)
@@ -201,16 +202,40 @@ def _joints(found: Verdict, scene: Scene) -> None:
         found.say("bonds", f"{broken.group(1)} broken", bonds_broken=int(broken.group(1)))
 
 
+def _fallen(found: Verdict, scene: Scene) -> None:
+    """Blocks that have moved by more than their own size, against the lowest one."""
+    low, size = int(np.argmin(scene.coordinates(0)[:, 1])), np.sqrt(scene.areas())
+
+    def away(frame: int) -> np.ndarray:
+        moved = scene.displacement(frame)
+        return np.linalg.norm(moved - moved[low], axis=1) > size
+
+    gone = np.flatnonzero(away(scene.frames - 1))
+    if len(gone) == 0:
+        return
+    first = next((f for f in _looked_at(scene) if away(f).any()), scene.frames - 1)
+    found.say(
+        "fallen",
+        f"{len(gone)} of {scene.blocks} blocks ended farther from their place than they are "
+        f"large, the first by {scene.time[first]:.3g} s: {_names(scene, gone)}",
+        blocks_fallen=len(gone),
+        first_block_fallen_s=scene.time[first],
+    )
+
+
+def _names(scene: Scene, blocks: np.ndarray) -> str:
+    return ", ".join(scene.names[b] for b in blocks[:5]) + (" …" if len(blocks) > 5 else "")
+
+
 def _lost(found: Verdict, scene: Scene) -> None:
     gone = scene.lost(scene.frames - 1)
     if len(gone) == 0:
         return
     first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
-    names = ", ".join(scene.names[b] for b in gone[:5]) + (" …" if len(gone) > 5 else "")
     found.say(
         "lost",
         f"{len(gone)} block{'s' * (len(gone) > 1)} left the model, the first by "
-        f"{scene.time[first]:.3g} s: {names}",
+        f"{scene.time[first]:.3g} s: {_names(scene, gone)}",
         blocks_lost=len(gone),
         first_block_lost_s=scene.time[first],
     )

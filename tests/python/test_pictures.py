@@ -248,7 +248,8 @@ def test_blocks_that_leave_are_counted_and_named(write_input):
         ("output", {"block_interval": 20}),
     ]
     run = sitedda.run(write_input(groups))
-    assert run.verdict.values["blocks_lost"] == 1
+    assert run.verdict.values["blocks_lost"] == run.verdict.values["blocks_fallen"] == 1
+    assert run.verdict.values["first_block_fallen_s"] < run.verdict.values["first_block_lost_s"]
     assert 0 < run.verdict.values["first_block_lost_s"] < 2
     axes = run.draw()
     assert "1 out of view: falls" in axes.texts[-1].get_text()

@@ -55,16 +55,36 @@ class Encoded:
 
 @dataclass
 class Channel:
-    """A quantity of many things over all frames, shape (frames, things), and its quantum."""
+    """A quantity of many things over all frames, and how it is rounded.
+
+    Attributes
+    ----------
+    name : str
+    values : ndarray, shape (frames, things)
+    quantum : float
+        Of the values, or of their roots.
+    root : bool
+        Signed roots are stored: small values keep their digits beside the peaks of impacts.
+    """
 
     name: str
     values: np.ndarray
     quantum: float
+    root: bool = False
+
+    @classmethod
+    def rooted(cls, name: str, values: np.ndarray, steps: int) -> Channel:
+        """With so many steps from zero to the largest root."""
+        quantum = float(np.sqrt(abs(values).max(initial=0.0))) / steps or 1.0
+        return cls(name, values, quantum, True)
 
     @property
     def whole(self) -> np.ndarray:
         """Values in quanta."""
-        return np.rint(self.values / self.quantum).astype(np.int32)
+        values = self.values
+        if self.root:
+            values = np.sign(values) * np.sqrt(abs(values))
+        return np.rint(values / self.quantum).astype(np.int32)
 
 
 def planes(steps: np.ndarray) -> tuple[bytes, int]:
@@ -166,9 +186,7 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
         parts = (stress[..., k] for k in range(3))
         colors = {"speed": speed} | dict(zip(("sx", "sy", "txy"), parts, strict=True))
     steps = _COARSE if lean else _FINE
-    for name, values in colors.items():
-        channels.append(Channel(name, values, float(abs(values).max()) / steps or 1.0))
-    return channels
+    return channels + [Channel.rooted(name, values, steps) for name, values in colors.items()]
 
 
 def _freeze_lost(moved: np.ndarray, scene: Scene) -> None:
@@ -189,8 +207,8 @@ def _put_channels(result: Encoded, channels: list[Channel], key: str) -> None:
         data, width = planes(np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])))
         result.put(channel.name, zlib.compress(data, _LEVEL))
         wide = bool(abs(whole).max(initial=0) > np.iinfo(np.int16).max)
-        one = {"name": channel.name, "quantum": channel.quantum, "bytes": width, "wide": wide}
-        described.append(one)
+        one = {"name": channel.name, "quantum": channel.quantum, "root": channel.root}
+        described.append(one | {"bytes": width, "wide": wide})
     result.meta[key] = described
 
 
@@ -234,10 +252,9 @@ def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) 
         shear[i, at] = contacts["shear_force"][closed]
     largest = float(normal.max())
     streams = Encoded()
-    # Roots spread the many small forces over the steps of a byte.
-    parts = (("normal", np.sqrt(normal)), ("shear", np.sign(shear) * np.sqrt(abs(shear))))
-    quantum = np.sqrt(largest) / _COARSE
-    _put_channels(streams, [Channel(n, v, quantum) for n, v in parts], "force_channels")
+    parts = (("normal", normal), ("shear", shear))
+    forces = [Channel.rooted(name, values, _COARSE) for name, values in parts]
+    _put_channels(streams, forces, "force_channels")
     streams.put_array("pairs", np.column_stack([pairs // vertices, pairs % vertices]), "<i4")
     if streams.size > room:
         result.meta["no_forces"] = "contact forces would not fit into the file"

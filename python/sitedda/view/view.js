@@ -12,6 +12,8 @@
   const lineColor = (i) => (DARK.matches ? ON_DARK : ON_LIGHT)[i % ON_LIGHT.length];
   const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
   const FALLBACK_BLOCKS = 8000;  // drawn without WebGL
+  const SAMPLES = 200000;        // values that the limits of the colours are found from
+  const SHOWN = 0.99;            // share of them that the colours tell apart
   const SMOOTH_BLOCKS = 300;     // up to which software rendering smooths edges
 
   // --- streams --------------------------------------------------------------------------------
@@ -55,7 +57,19 @@
   async function channel(view, described, frames, things) {
     const bytes = await inflate(view, described.name);
     const values = summed(bytes, described.bytes, described.wide, frames, things);
-    return {values, quantum: described.quantum};
+    return {values, quantum: described.quantum, root: described.root};
+  }
+
+  /** Value i of a channel; of some the roots are stored. */
+  function value(channel, i) {
+    const x = channel.values[i] * channel.quantum;
+    return channel.root ? Math.sign(x) * x * x : x;
+  }
+
+  /** A value that only a small share of many are above. */
+  function quantile(values, share) {
+    const sorted = Float64Array.from(values).sort();
+    return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] : 0;
   }
 
   // --- small helpers --------------------------------------------------------------------------
@@ -79,7 +93,7 @@
   function inUnit(largest, unit) {
     const steps = PREFIXES[unit] || [[1, unit]];
     for (const step of steps) if (Math.abs(largest) >= step[0]) return step;
-    return largest === 0 ? steps[0] : steps[steps.length - 1];
+    return largest === 0 ? steps.find((step) => step[0] === 1) || steps[0] : steps[steps.length - 1];
   }
 
   function short(value) {
@@ -171,8 +185,7 @@
     }
 
     at(name, frame, block) {
-      const found = this.channels[name];
-      return found.values[frame * this.n + block] * found.quantum;
+      return value(this.channels[name], frame * this.n + block);
     }
 
     /** Coordinates of a block: x, y, rotation, three strains, and the 2 × 2 matrix R (I + ε). */
@@ -237,30 +250,30 @@
       }
     }
 
-    /** Smallest and largest value of a quantity over all frames. */
-    range(name) {
-      this.ranges ||= {};
+    /** Limits of the colours of a quantity: of a frame, or of all but the rarest values of all. */
+    range(name, frame) {
       if (!this.decoded) return [0, 1];
-      if (!this.ranges[name]) {
-        let low = Infinity, high = -Infinity;
-        for (let f = 0; f < this.frames; f++) {
-          for (let b = 0; b < this.n; b++) {
-            const value = this.quantity(name, f, b);
-            if (value < low) low = value;
-            if (value > high) high = value;
-          }
-        }
-        if (name === "rotation") {
-          high = Math.max(Math.abs(low), Math.abs(high)) || 1;
-          low = -high;
-        } else if (name !== "stress") {
-          low = 0;
-        } else {
-          low = Math.min(low, 0);
-        }
-        this.ranges[name] = [low, high > low ? high : low + 1];
+      this.ranges ||= {};
+      if (frame < 0 && this.ranges[name]) return this.ranges[name];
+      const found = [];
+      const step = frame < 0 ? Math.max(1, Math.floor(this.n * this.frames / SAMPLES)) : 1;
+      const first = frame < 0 ? 0 : frame * this.n;
+      const end = frame < 0 ? this.n * this.frames : first + this.n;
+      for (let i = first; i < end; i += step) {
+        found.push(this.quantity(name, Math.floor(i / this.n), i % this.n));
       }
-      return this.ranges[name];
+      const share = frame < 0 ? SHOWN : 1;
+      let low = Math.min(0, -quantile(found.map((v) => -v), share));
+      let high = Math.max(0, quantile(found, share));
+      if (name === "rotation") {
+        high = Math.max(-low, high) || 1;
+        low = -high;
+      } else if (name !== "stress") {
+        low = 0;
+      }
+      const limits = [low, high > low ? high : low + 1];
+      if (frame < 0) this.ranges[name] = limits;
+      return limits;
     }
 
     area(b) {
@@ -795,6 +808,10 @@
       if (this.meta.faces) kinds.push(["slip", "slip"], ["open", "opening"]);
       if (this.meta.pairs) kinds.splice(1, 0, ["force", "forces"]);
       this.contactSelect = select("contacts", kinds, "none", (v) => this.setContacts(v));
+      select("scale", [["all", "all frames"], ["own", "this frame"]], "all", (v) => {
+        this.ownScale = v === "own";
+        this.refresh();
+      });
       const factors = [1, 2, 5, 10, 20, 50, 100, 1000];
       select("deformation", factors.map((f) => [f, `× ${f}`]), 1, (v) => {
         this.factor = +v;
@@ -1022,11 +1039,16 @@
         drawMs: performance.now() - begun});
     }
 
+    /** The frame whose values the colours span, or −1 for all. */
+    scaleFrame() {
+      return this.ownScale ? this.frame : -1;
+    }
+
     tint() {
       const {model, tints, color} = this, out = [0, 0, 0];
       const stones = this.meta.stones.map(rgb);
       const plain = color === "material" || !model.decoded;
-      const [low, high] = plain ? [0, 1] : model.range(color);
+      const [low, high] = plain ? [0, 1] : model.range(color, this.scaleFrame());
       const stops = this.meta.maps[color === "rotation" ? "signed" : "magnitude"];
       for (let b = 0; b < model.n; b++) {
         const c = plain ? stones[model.material[b] % stones.length]
@@ -1053,10 +1075,9 @@
       const {normal, shear} = model.force, sums = new Map();
       const owner = this.owner ||= this.ownerOf();
       for (let k = 0; k < n; k++) {
-        const root = normal.values[frame * n + k] * normal.quantum;
-        if (root <= 0) continue;
-        const push = root * root, cut = shear.values[frame * n + k] * shear.quantum;
-        const drag = Math.sign(cut) * cut * cut;
+        const push = value(normal, frame * n + k);
+        if (push <= 0) continue;
+        const drag = value(shear, frame * n + k);
         const v = model.pairs[2 * k], e = model.pairs[2 * k + 1], a = owner[v], b = owner[e];
         const w = e + 1 < model.first[b + 1] ? e + 1 : model.first[b];
         const dx = p[2 * w] - p[2 * e], dy = p[2 * w + 1] - p[2 * e + 1];
@@ -1071,18 +1092,34 @@
         sum[3] += sign * (push * ty - drag * tx);
         sum[4] += sign * (-push * tx - drag * ty);
       }
-      const color = rgb(variable("--force")), most = this.meta.largest_force;
+      const color = rgb(variable("--force"));
+      const sizes = [...sums.values()].map((sum) => Math.hypot(sum[3], sum[4]));
+      const most = this.forceScale(Math.max(0, ...sizes));
       this.lines.start(2 * sums.size);
       const pixel = 1 / this.camera.scale;
       for (const [push, x, y, fx, fy] of sums.values()) {
-        const cx = x / push, cy = y / push, half = 0.45 * this.side / most;
-        const share = Math.hypot(fx, fy) / most;
-        if (share < 0.005) continue;
+        const size = Math.hypot(fx, fy), share = Math.min(size / most, 1.5);
+        if (share < 0.01) continue;
+        const cx = x / push, cy = y / push, half = 0.45 * this.side * share / size;
         const width = Math.max(Math.min(0.1 * this.side, 7 * pixel) * share, 1.2 * pixel);
         const ends = [cx - half * fx, cy - half * fy, cx + half * fx, cy + half * fy];
         this.lines.add(...ends, width + 2 * pixel, [255, 255, 255]);
         this.lines.add(...ends, width, color);
       }
+    }
+
+    /** The force of the longest line: of this frame, or of all but the rarest of all frames. */
+    forceScale(largest) {
+      if (this.ownScale) return this.usualForce = largest || 1;
+      if (!this.commonForce) {
+        const {normal} = this.model.force, step = Math.ceil(normal.values.length / SAMPLES);
+        const found = [];
+        for (let i = 0; i < normal.values.length; i += step) {
+          if (normal.values[i] > 0) found.push(value(normal, i));
+        }
+        this.commonForce = 2 * quantile(found, SHOWN) || 1;  // two contacts make a joint
+      }
+      return this.usualForce = this.commonForce;
     }
 
     ownerOf() {
@@ -1107,19 +1144,19 @@
       }
     }
 
-    /** Largest slip or opening at the end, for the scale. */
+    /** The slip or opening of the darkest colour: of this frame, or of the last one. */
     mostMovement(which) {
-      this.most ||= [];
-      if (this.most[which] === undefined) {
-        const out = new Float64Array(6), last = this.model.frames - 1;
-        const poses = this.model.poses(last);
-        let most = 0;
+      const frame = this.ownScale ? this.frame : this.model.frames - 1;
+      this.most ||= {};
+      const key = `${which} ${frame}`;
+      if (this.most[key] === undefined) {
+        const out = new Float64Array(6), poses = this.model.poses(frame), found = [];
         for (let k = 0; k < this.meta.faces; k++) {
-          most = Math.max(most, this.model.joint(k, last, poses, out)[which]);
+          found.push(this.model.joint(k, frame, poses, out)[which]);
         }
-        this.most[which] = most || 1e-12;
+        this.most[key] = quantile(found, this.ownScale ? 1 : SHOWN) || 1e-12;
       }
-      return this.most[which];
+      return this.most[key];
     }
 
     /** The picked block and the scale bar, anew only when they change. */
@@ -1185,7 +1222,7 @@
 
     drawLegend() {
       const decoded = this.model.decoded;
-      const key = `${this.color} ${this.contacts} ${decoded}`;
+      const key = `${this.color} ${this.contacts} ${decoded} ${this.scaleFrame()}`;
       if (this.legendKey === key) return;
       this.legendKey = key;
       this.legend.replaceChildren();
@@ -1200,13 +1237,14 @@
         const names = {displacement: "displacement", velocity: "velocity", rotation: "rotation",
           stress: "largest compression"};
         const map = this.color === "rotation" ? "signed" : "magnitude";
-        this.scaleBar(names[this.color], this.model.range(this.color), units[this.color], map);
+        this.scaleBar(names[this.color], this.model.range(this.color, this.scaleFrame()),
+          units[this.color], map);
       }
       if (!decoded || this.contacts === "none") return;
       if (this.contacts === "force") {
         const row = element("div", this.legend, "", "key");
         element("i", row).style.background = variable("--force");
-        element("span", row, `contact force, largest ${withUnit(this.meta.largest_force, "N/m")}`);
+        element("span", row, `contact force, as long as a block: ${withUnit(this.usualForce, "N/m")}`);
       } else {
         const slip = this.contacts === "slip";
         const most = this.mostMovement(slip ? 0 : 1);
@@ -1228,8 +1266,9 @@
       }
       c.putImageData(pixels, 0, 0);
       const ends = element("div", box, "", "scale-ends");
-      for (const value of [low, 0.5 * (low + high), high]) {
-        element("span", ends, short(+(value / scale).toPrecision(3)));
+      for (const at of [low, 0.5 * (low + high), high]) {
+        const more = at === high && !this.ownScale ? "≥ " : "";  // rare values are beyond
+        element("span", ends, more + short(+(at / scale).toPrecision(3)));
       }
     }
 
