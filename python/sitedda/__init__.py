@@ -36,6 +36,11 @@ from .spectra import Peak, amplification, find_peak, fourier_spectrum
 __version__ = version()
 del version
 
+_LATER = {
+    "draw": "pictures",
+    "open_output": "scene",
+}  # names whose modules are slow to import: read at first use
+
 __all__ = [
     "AuditWarning",
     "CheckError",
@@ -57,9 +62,11 @@ __all__ = [
     "SolverError",
     "amplification",
     "check",
+    "draw",
     "find_peak",
     "fourier_spectrum",
     "modes",
+    "open_output",
     "penalty_for_frequency",
     "penalty_for_shift",
     "read_record",
@@ -71,7 +78,8 @@ __all__ = [
     "time_step_for_damping",
     "transfer",
 ]
-_MODULES = ("drawing", "plot", "response", "signals")  # imported when they are asked for
+_MODULES = ("drawing", "pictures", "plot", "response", "scene", "signals")  # read when asked for
+_FUNCTIONS = {"draw": "pictures", "open_output": "scene"}  # of modules that are
 
 
 def __dir__() -> list[str]:
@@ -80,9 +88,11 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str):
-    """The modules that need scipy or matplotlib."""
-    if name in _MODULES:
-        from importlib import import_module
+    """The modules that need scipy or matplotlib, and functions of them."""
+    from importlib import import_module
 
+    if name in _MODULES:
         return import_module(f".{name}", __name__)
+    if name in _FUNCTIONS:
+        return getattr(import_module(f".{_FUNCTIONS[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

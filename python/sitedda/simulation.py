@@ -11,6 +11,7 @@ import warnings
 import weakref
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
+from functools import cached_property
 from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -104,6 +105,13 @@ class Simulation:
     def __exit__(self, *_):
         """Free the simulation."""
         self.close()
+
+    def __repr__(self) -> str:
+        """Title, blocks and time."""
+        if not self._handle:
+            return f"<sitedda.Simulation of {self.file}, closed>"
+        blocks, now = self._sizes()[0], f"{self.time:g} of {self.duration:g} s"
+        return f"<sitedda.Simulation {self.title!r}: {blocks} blocks, {now}>"
 
     def close(self) -> None:
         """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
@@ -337,6 +345,48 @@ class Run:
         self.output = output
         self.summary = summary
 
+    @cached_property
+    def verdict(self):
+        """What happened, a `Verdict`: ``print(run.verdict)``, ``run.verdict.values``."""
+        from .verdict import verdict
+
+        return verdict(self.history)
+
+    def draw(self, **options):
+        """Draw the blocks, see `sitedda.draw`; matplotlib axes."""
+        from .pictures import draw
+
+        return draw(self, **options)
+
+    def animate(self, **options):
+        """The frames as an animation for notebooks, see `sitedda.movie.animate`."""
+        from .movie import animate
+
+        return animate(self, **options)
+
+    def view(self, file=None, **options):
+        """Write the interactive view to a page, see `sitedda.view.write_view`; its file."""
+        from .view import write_view
+
+        return write_view(self, file or Path("view.html"), **options)
+
+    def report(self, file=None) -> Path:
+        """Write the report of the run to one HTML file, beside the output by default."""
+        from .report import write_html
+        from .report.run_page import report_page
+
+        beside = self.output.with_suffix(".html") if self.output else Path("run.html")
+        return write_html(report_page(self), file or beside)
+
+    def _repr_html_(self) -> str:
+        """What happened, for a notebook."""
+        from .report import Facts
+        from .report.html import fragment
+
+        state = "complete" if self.complete else "incomplete"
+        head = ("run", f"{self.history.attrs.get('title', '')} ({state})")
+        return fragment(Facts([head, *self.verdict.lines]))
+
     def __repr__(self) -> str:
         """One line."""
         state = "complete" if self.complete else "incomplete"
@@ -419,8 +469,10 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
             where = where.with_name(where.name + ".partial")
         with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
             history = dataset.load()
+    from .scene import labelled
+
     summary = history.attrs["step_control"]
-    return Run(history, complete, None if output is None else where, summary)
+    return Run(labelled(history), complete, None if output is None else where, summary)
 
 
 def _to_end(simulation: Simulation, progress, stop: Stop) -> bool:

@@ -11,9 +11,10 @@ import pytest
 import sitedda.paper as paper
 from sitedda.paper.cantilever import kinetic_damping_roots
 from sitedda.paper.discrete import DiscreteModel
-from sitedda.paper.report import write_html, write_markdown, write_pictures
+from sitedda.paper.report import paper_page
 from sitedda.paper.rows import Row, deviation, per_cent, show
 from sitedda.paper.runs import input_file
+from sitedda.report import write_html, write_markdown
 from sitedda.scheme import Scheme
 
 
@@ -87,18 +88,17 @@ def test_no_printed_settling_case_is_lost(studies):
 
 def test_the_report_holds_every_picture(studies, tmp_path):
     done = list(studies.values())
-    pictures = write_pictures(done, tmp_path / "paper")
-    write_html(done, pictures, tmp_path / "paper.html", 1.0)
-    write_markdown(done, pictures, tmp_path / "paper.md")
-    page = (tmp_path / "paper.html").read_text(encoding="utf-8")
-    inside = re.findall(r"src='data:image/png;base64,([^']+)'", page)
-    assert len(inside) == len(pictures) == sum(len(study.pictures) for study in done)
-    assert all(base64.b64decode(data).startswith(b"\x89PNG") for data in inside)
-    assert all(file.stat().st_size <= 60_000 for file in pictures.values())
-    assert "src='http" not in page and "<link" not in page
+    wanted = sum(len(study.pictures) for study in done)
+    page = paper_page(done, 1.0)
+    write_markdown(page, tmp_path / "paper.md", "paper")
+    text = write_html(page, tmp_path / "paper.html").read_text(encoding="utf-8")
+    inside = re.findall(r"src='data:image/svg\+xml;base64,([^']+)'", text)
+    assert len(inside) == wanted
+    assert all(b"<svg" in base64.b64decode(data) for data in inside)
+    assert "src='http" not in text and "<link" not in text
     links = re.findall(r"\]\((\S+)\)", (tmp_path / "paper.md").read_text(encoding="utf-8"))
-    assert len(links) == len(pictures)
-    assert all((tmp_path / link).is_file() for link in links)
+    assert len(links) == wanted
+    assert all(0 < (tmp_path / link).stat().st_size <= 60_000 for link in links)
 
 
 def test_an_unknown_study_is_named():

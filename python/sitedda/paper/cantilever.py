@@ -6,7 +6,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..drawing import BLUE, COLORS, GREY, RED, small_picture
+from ..drawing import BLUE, COLORS, GREY, RED, small_axes
 from ..scheme import Scheme
 from ..simulation import run
 from .discrete import DiscreteModel
@@ -318,8 +318,8 @@ def _pictures(found: dict) -> list[Picture]:
     ]  # fmt: skip
 
 
-def _draw_kinetic(file, found) -> None:
-    with small_picture(file, 1, 2, size=(7.6, 3.3), width_ratios=[1, 2.6]) as (load, tip):
+def _draw_kinetic(drawing, found) -> None:
+    with small_axes(drawing, 1, 2, size=(7.6, 3.3), width_ratios=[1, 2.6]) as (load, tip):
         load.plot([0, 10, 20, 40], [0, 10, 0, 0], color=GREY)
         load.set(xlabel="time (ms)", ylabel="F (kN, downwards)", title="Fig. 3, assumed size")
         full, damped = found[("step", 1e-5)], found[("kinetic", 0.99)]
@@ -333,9 +333,9 @@ def _draw_kinetic(file, found) -> None:
         tip.set_ylim(top=1.35 * 1e3 * full["tip"].max())
 
 
-def _draw_steps(file, found) -> None:
+def _draw_steps(drawing, found) -> None:
     omega = _model().omega[0]
-    with small_picture(file, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
+    with small_axes(drawing, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
         for axis, step, color in zip(axes, _STEPS, COLORS, strict=False):
             result = found[("step", step)]
             thin = round(1e-3 / _SAMPLING)
@@ -355,11 +355,11 @@ def _maxima(x: np.ndarray) -> np.ndarray:
     return inner[(inner > x[:-2]) & (inner >= x[2:]) & (inner > 0.5 * x.max())]
 
 
-def _draw_penalty(file, found) -> None:
+def _draw_penalty(drawing, found) -> None:
     decays = [_decay(found[("penalty", f)], _model(f)) for f in _PENALTIES]
     lines = np.geomspace(1, 100, 30)
     omegas = np.array([_model(float(k)).omega[0] for k in lines])
-    with small_picture(file, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
+    with small_axes(drawing, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
         low.loglog(lines, omegas / 2 / np.pi, color=RED, lw=1, label="discrete theory")
         low.loglog(_PENALTIES, [d.frequency for d in decays], "o", color=BLUE, label="sitedda")
         low.axhline(_shear_frequency(), color="0.6", ls=":", lw=1, label="shear beam, √(G/ρ)/4L")

@@ -6,7 +6,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..drawing import BLUE, COLORS, RED, small_picture
+from ..drawing import BLUE, COLORS, RED, small_axes
 from ..scheme import Scheme, scheme_damping
 from .discrete import DiscreteModel
 from .rows import Picture, Requirement, Row, Study, Table, per_cent, show
@@ -165,8 +165,8 @@ def _free_damping(frequency, time_step: float) -> np.ndarray:
     return Scheme().vibration(frequency, time_step).damping
 
 
-def _draw_damping(file) -> None:
-    with small_picture(file, size=(6.4, 3.5)) as axis:
+def _draw_damping(drawing) -> None:
+    with small_axes(drawing, size=(6.4, 3.5)) as axis:
         for step, color in zip((1e-5, 1e-4, 1e-3, 1e-2), COLORS, strict=False):
             top = min(4 / step / 2 / np.pi * 0.999, 1e4)
             frequency = np.geomspace(0.5, top, 200)
@@ -182,9 +182,9 @@ def _draw_damping(file) -> None:
         axis.legend(loc="lower right")
 
 
-def _draw_omega(file, found) -> None:
+def _draw_omega(drawing, found) -> None:
     penalties = sorted(found)
-    with small_picture(file, size=(6.2, 3.4)) as axis:
+    with small_axes(drawing, size=(6.2, 3.4)) as axis:
         for name, color in (("highest", BLUE), ("first", RED)):
             values = [found[k][name] / 2 / np.pi for k in penalties]
             axis.loglog(penalties, values, "o-", color=color, lw=1, label=f"{name} frequency")

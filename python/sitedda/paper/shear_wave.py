@@ -7,7 +7,7 @@ from functools import cache, partial
 import numpy as np
 from scipy.signal import correlate
 
-from ..drawing import BLUE, COLORS, GREY, INK, RED, small_picture
+from ..drawing import BLUE, COLORS, GREY, INK, RED, small_axes
 from ..simulation import run
 from .discrete import DiscreteModel
 from .measure import sub_sample_maximum
@@ -412,8 +412,8 @@ def _pictures(found: dict) -> list[Picture]:
     return pictures
 
 
-def _draw_errors(file, found) -> None:
-    with small_picture(file, 1, 2, size=(7.8, 3.4), width_ratios=[1, 2.2]) as (pulse, errors):
+def _draw_errors(drawing, found) -> None:
+    with small_axes(drawing, 1, 2, size=(7.8, 3.4), width_ratios=[1, 2.2]) as (pulse, errors):
         values, spacing = _pulse("triangle", _PERIOD)
         pulse.plot(1e3 * spacing * np.arange(-100, 501),
                    1e3 * np.pad(values, 100), color=GREY)  # fmt: skip
@@ -435,8 +435,8 @@ def _draw_errors(file, found) -> None:
         errors.legend()
 
 
-def _draw_forms(file, found) -> None:
-    with small_picture(file, 2, 2, size=(7.4, 4.6), sharey=True) as axes:
+def _draw_forms(drawing, found) -> None:
+    with small_axes(drawing, 2, 2, size=(7.4, 4.6), sharey=True) as axes:
         for axis, ratio in zip(axes.flat, _PRINTED, strict=True):
             result = found[("sine", ratio, 1e-4, _PENALTY, _PERIOD)]
             delay = _DISTANCE / (ratio * _SIZE / _PERIOD)
@@ -453,10 +453,10 @@ def _draw_forms(file, found) -> None:
             axis.set_ylabel("u (mm)")
 
 
-def _draw_speed(file, found) -> None:
+def _draw_speed(drawing, found) -> None:
     measured = [_speed(found[("sine", _SLOWER, 1e-5, p, _PERIOD)]) for p in _PENALTIES]
     line = np.geomspace(0.7, 1500, 80)
-    with small_picture(file, size=(5.6, 3.2)) as axis:
+    with small_axes(drawing, size=(5.6, 3.2)) as axis:
         axis.semilogx(line, [_speed_loss(p) for p in line], color=RED, lw=1,
                       label="1/√(1 + GW/2k$_s$Δx)")  # fmt: skip
         axis.semilogx(_PENALTIES, measured, "o", color=BLUE, label=f"sitedda, λ/Δx = {_SLOWER}")
