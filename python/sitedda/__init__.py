@@ -27,6 +27,7 @@ from .errors import (  # noqa: E402
     SiteddaError,
     SolverError,
 )
+from .model import Model  # noqa: E402
 from .records import read_record  # noqa: E402
 from .simulation import Run, Simulation, resume, run  # noqa: E402
 from .spectra import Peak, amplification, find_peak, fourier_spectrum  # noqa: E402
@@ -42,6 +43,7 @@ __all__ = [
     "InputError",
     "InterruptedRun",
     "Layer",
+    "Model",
     "Modes",
     "OutputError",
     "Peak",

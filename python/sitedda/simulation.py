@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 
 from ._core import api
+from .building import built_text, opened_input
 from .errors import AuditWarning, InputError, OutputError, SiteddaError
 from .stop import Stop
 
@@ -67,8 +68,8 @@ class Simulation:
 
     Parameters
     ----------
-    file : path
-        Namelist input.
+    file : path or Model
+        Namelist input; groups of joints and masonry are turned into blocks.
     output : path, True or None
         Output file; True: where the input says; None: no file is written.
     resume : bool
@@ -93,22 +94,19 @@ class Simulation:
     def __init__(self, file, output=None, *, resume=False, **changes):
         if resume and output is None:
             raise ValueError("only a run with an output can be resumed")
-        file = Path(file)
-        text = _checked_input(file)
-        if changes:
-            text = changed_input(text, changes)
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # held while the engine works on this simulation
-        with _FILES:
-            self._handle = _checked(
-                *api.open_run(
-                    os.fsencode(file),
-                    text.encode("utf-8", "surrogateescape"),
-                    target,
-                    self._writes + bool(resume),
+        with opened_input(file) as (file, text):
+            if changes:
+                text = changed_input(text, changes)
+            text, self.built = built_text(text, file)
+            writes = self._writes + bool(resume)
+            with _FILES:
+                opened = api.open_run(
+                    os.fsencode(file), text.encode("utf-8", "surrogateescape"), target, writes
                 )
-            )
+            self._handle = _checked(*opened)
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
         self.done = False

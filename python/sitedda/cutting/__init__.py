@@ -1,6 +1,7 @@
 """Regions cut into blocks by joints: single ones, sets, random polygons; holes and surfaces."""
 
-from .cut import Blocks, cut, main_joints
+from importlib import import_module
+
 from .distributions import DISTRIBUTIONS
 from .geometry import (
     Cutting,
@@ -13,7 +14,19 @@ from .geometry import (
     Tunnel,
     Voronoi,
 )
-from .slivers import Sliver, slivers
+
+# What needs shapely is imported when it is asked for.
+_LATER = {"Blocks": "blocks", "cut": "blocks", "main_joints": "blocks"}
+_LATER |= {"Sliver": "small_blocks", "slivers": "small_blocks"}
+
+
+def __getattr__(name: str):
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = import_module(f".{_LATER[name]}", __name__)
+    globals()[name] = getattr(module, name)
+    return globals()[name]
+
 
 __all__ = [
     "DISTRIBUTIONS",

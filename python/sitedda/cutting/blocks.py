@@ -25,10 +25,11 @@ from .geometry import (
     Tunnel,
     Voronoi,
 )
+from .merging import merge_slivers
 from .network import Network, half_edge_starts, split_network, split_segments
 from .network import trace_faces, without_dead_ends
 from .rings import Rings
-from .slivers import Sliver, merge_slivers, slivers
+from .small_blocks import Sliver, slivers
 
 _ROUNDING = 1e-9  # of the size of the regions
 _SLIVER_AREA = 1e-3  # of the mean area of the blocks
