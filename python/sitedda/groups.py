@@ -286,7 +286,9 @@ def _read(group: str, name: str, text: str):
     while at < len(text):
         item = _ITEM.match(text, at)
         if not item:
-            raise InputError(f"{name}: a value is left out or cannot be read: {text.strip()[:40]!r}")
+            raise InputError(
+                f"{name}: a value is left out or cannot be read: {text.strip()[:40]!r}"
+            )
         count = int(item[1] or 1)
         if count > 1_000_000:
             raise InputError(f"{name}: {count} equal values are too many")

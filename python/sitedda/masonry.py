@@ -1,4 +1,4 @@
-"""Masonry from a few numbers: arches, piers, lintels, colonnades, retaining and multi-leaf walls."""
+"""Masonry from a few numbers: arches, piers, lintels, colonnades, walls."""
 
 from __future__ import annotations
 
@@ -88,8 +88,12 @@ def _courses(left, right, bottom, height, courses, stones) -> Iterator[tuple[int
         head = np.interp(shares, [0, 1], [np.interp(high, [0, 1], side) for side in (left, right)])
         y, top = bottom + low * height, bottom + high * height
         for i in range(len(shares) - 1):
-            yield k, np.array(
-                [(foot[i], y), (foot[i + 1], y), (head[i + 1], top), (head[i], top)], dtype=float
+            yield (
+                k,
+                np.array(
+                    [(foot[i], y), (foot[i + 1], y), (head[i + 1], top), (head[i], top)],
+                    dtype=float,
+                ),
             )
 
 

@@ -223,7 +223,9 @@ class Model:
             return found
         named = {group._values.get("name"): group for group in reversed(found)}
         if name not in named:
-            raise KeyError(f"there is no &{kind} named {name!r}{nearest(name, filter(None, named))}")
+            raise KeyError(
+                f"there is no &{kind} named {name!r}{nearest(name, filter(None, named))}"
+            )
         return named[name]
 
     def remove(self, group: Group) -> None:
@@ -405,5 +407,3 @@ class Model:
         from .simulation import run
 
         return run(self, output, progress, **changes)
-
-

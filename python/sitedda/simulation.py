@@ -302,6 +302,17 @@ class Simulation:
         """The solver at work, which ``'auto'`` may change."""
         return self._text("solver").decode()
 
+    def block_notes(self) -> str:
+        """What making blocks removed, merged or left, and which blocks are slivers, in words."""
+        from .cutting import slivers
+
+        found = list(map(str, slivers(self.polygons, self.block_names)))
+        words = [one for one in self.built.messages if "are slivers" not in one]
+        if found:
+            more = " …" if len(found) > 5 else ""
+            words.append(f"{len(found)} blocks are slivers: {'; '.join(found[:5])}{more}")
+        return "\n".join(words)
+
     def phase_times(self) -> dict[str, float]:
         """Seconds spent in the phases of the steps since the first call, which starts the watch.
 

@@ -26,8 +26,14 @@ from .geometry import (
     Voronoi,
 )
 from .merging import merge_slivers
-from .network import Network, half_edge_starts, split_network, split_segments
-from .network import trace_faces, without_dead_ends
+from .network import (
+    Network,
+    half_edge_starts,
+    split_network,
+    split_segments,
+    trace_faces,
+    without_dead_ends,
+)
 from .rings import Rings
 from .small_blocks import Sliver, slivers
 

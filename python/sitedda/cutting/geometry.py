@@ -177,9 +177,7 @@ class Tunnel:
         if not 8 <= self.sides <= 512:
             raise InputError(f"sides = {self.sides} must lie between 8 and 512")
         if self.shape not in ("circle", "horseshoe", "rectangle"):
-            raise InputError(
-                f"shape = {self.shape!r} must be 'circle', 'horseshoe' or 'rectangle'"
-            )
+            raise InputError(f"shape = {self.shape!r} must be 'circle', 'horseshoe' or 'rectangle'")
         if self.shape == "horseshoe" and self.height <= self.width / 2:
             raise InputError("height must be more than half the width of a horseshoe")
 
