@@ -6,6 +6,7 @@ import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 import shapely
@@ -43,7 +44,8 @@ _SLIVER_EDGE = 1e-3  # of its root
 _BYTES = 4000  # of memory that a block takes while it is cut
 MOST_CORNERS = 512  # of one block
 _NAMED = 5  # places in a message
-_STRAIGHT = 1e-12  # of the size of the regions: corners closer to a straight line are left out
+_STRAIGHT = 1e-13  # of the size of the regions: corners closer to a straight line are left out
+_LEVEL = 1e-9  # of the size of the regions: corners closer in height are equally low
 _ORDER = 1e-6  # of the size of the regions: centroids closer in height count as level
 
 
@@ -165,8 +167,9 @@ class _Cut:
         self.pits = [self._local(excavation.outline) for excavation in excavations]
         self._check_inside(holes, self.holes, "hole")
         self._check_inside(excavations, self.pits, "excavation")
-        whole = shapely.union_all(self.outlines)
-        self.domain = shapely.difference(whole, shapely.union_all(self.holes))
+        # One after the other: the union of many at once has been seen to lose some (GEOS 3.14).
+        self.domain = reduce(shapely.union, self.outlines)
+        self.domain = reduce(shapely.difference, self.holes, self.domain)
         if self.domain.area <= 0:
             raise InputError("the holes leave nothing of the regions")
         shapely.prepare(self.domain)
@@ -278,7 +281,7 @@ class _Cut:
         self._tell_loops(loops)
         polygons = _shapes(network, faces.cycles)
         kinds, keys = self._kinds(polygons)
-        self._check_rings(network, faces, polygons, kinds)
+        self._check_rings(network, faces, polygons)
         self._check_area(faces.areas[kinds >= 0])
         mean = self.domain.area / max(1, int((kinds >= 0).sum()))
         least = self.settings.least_area
@@ -304,7 +307,7 @@ class _Cut:
         if self.settings.slivers != "merge" or least <= self.tolerance:
             return network, faces
         before = network.moved
-        network, _, _ = without_dead_ends(split_network(network, least))
+        network, _, _ = without_dead_ends(split_network(network, least, rigid=True))
         if network.moved > before:
             count = network.moved - before
             self.messages.append(f"{count} corners closer than {least:.3g} m were made one")
@@ -336,7 +339,7 @@ class _Cut:
         keys, kinds = np.unique(np.column_stack([region, pit, layer]), axis=0, return_inverse=True)
         return np.where(region >= 0, kinds.ravel(), -1), keys
 
-    def _check_rings(self, network: Network, faces, polygons, kinds) -> None:
+    def _check_rings(self, network: Network, faces, polygons) -> None:
         """Refuse a block that surrounds others or a hole: it is no simple polygon."""
         count = len(network.nodes)
         ends = network.edges.T
@@ -348,13 +351,23 @@ class _Cut:
         nodes = network.edges[first, 0]
         tree = shapely.STRtree(polygons)
         node, face = tree.query(shapely.points(network.nodes[nodes]), predicate="within")
-        start = half_edge_starts(network)
         for n, f in zip(nodes[node], face, strict=True):
-            if kinds[f] >= 0 and part[start[faces.cycles[f][0]]] != part[n]:
+            place = self._inside_edge(network, faces.cycles[f])
+            if shapely.contains_xy(self.domain, *place):
                 raise InputError(
                     "a block is a ring around the hole or region with a corner at "
                     f"{self._listed([network.nodes[n]])}; draw a joint that cuts it"
                 )
+
+    @staticmethod
+    def _inside_edge(network: Network, cycle) -> np.ndarray:
+        """A point just inside the longest edge of a face."""
+        start = half_edge_starts(network)
+        edges = np.array(cycle)
+        a, b = network.nodes[start[edges]], network.nodes[start[edges ^ 1]]
+        longest = int(((b - a) ** 2).sum(axis=1).argmax())
+        x, y = b[longest] - a[longest]
+        return 0.5 * (a[longest] + b[longest]) + 1e-6 * np.array([-y, x])
 
     def _check_area(self, areas) -> None:
         lost = abs(float(areas.sum()) - self.domain.area)
@@ -374,7 +387,7 @@ class _Cut:
         labels = labels[keep]
         rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
         self._check_corners(rings)
-        turned = rings.from_lowest(1e3 * near)
+        turned = rings.from_lowest(_LEVEL * self.size)
         polygons = np.split(rings.corners[turned] + self.centre, rings.first[1:-1])
         joints = np.array(self.joint_names, dtype=object)[labels[turned]].tolist()
         order = np.lexsort(np.round(rings.centroids() / (_ORDER * self.size)).T)

@@ -19,6 +19,10 @@ from scipy.spatial import cKDTree
 from ..errors import InputError
 
 _PASSES = 40
+# Of the tolerance: nodes closer to an edge split it.  Below cos 45° two nodes that are no closer to
+# each other than the tolerance cannot both lie that close to the edge from a third to the other,
+# which would split the two edges in turn without end.
+_BESIDE = 0.7
 _CANDIDATES = 1_000_000  # pairs of segments looked at together
 MOST_CANDIDATES = 400_000_000
 
@@ -75,18 +79,24 @@ def split_segments(segments, labels, outline, tolerance: float) -> Network:
     return split_network(_in_order(segments, labels, outline), tolerance)
 
 
-def split_network(network: Network, tolerance: float) -> Network:
+def split_network(network: Network, tolerance: float, rigid: bool = False) -> Network:
     """The network with its edges split where they cross or touch.
 
-    Nodes that are closer to each other than the tolerance (m) become one; those that are closer to
-    an edge split it, and free ends of joints are moved onto it.
+    Parameters
+    ----------
+    network : Network
+    tolerance : float
+        m: nodes that are closer to each other become one, those that are closer than 0.7 of it to
+        an edge split it, and free ends of joints are moved onto it.
+    rigid : bool
+        Outlines keep their shape: what lies on one does not become one with another.
     """
-    network = _joined(network, tolerance)
+    network = _joined(network, tolerance, rigid)
     for _ in range(_PASSES):
-        events = _events(network, tolerance)
+        events = _events(network, tolerance, rigid)
         before = len(network.nodes)
         network = _split(network, *events)
-        network = _joined(network, tolerance)
+        network = _joined(network, tolerance, rigid)
         if not len(events[0]) and len(network.nodes) == before:
             return network
     raise InputError(
@@ -141,7 +151,7 @@ def _cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _events(network: Network, tolerance: float):
+def _events(network: Network, tolerance: float, rigid: bool):
     """Where edges are to be split: edge, share of its length, node; and the new nodes.
 
     Returns
@@ -151,25 +161,29 @@ def _events(network: Network, tolerance: float):
     places : ndarray, shape (new, 2)
     kinds : ndarray, shape (new,)
     moved, targets : ndarray
-        Free ends that touch an edge, and their places on it.
+        Free ends that touch an edge, and their places on it; those on outlines last.
     """
-    edge, share, node, places, kinds, moved, targets = [], [], [], [], [], [], []
+    edge, share, node, places, kinds, moved, targets, on_outline = ([] for _ in range(8))
     fresh = len(network.nodes)
     for one, other in _candidates(network, tolerance):
         touched = np.zeros(len(one), dtype=bool)
         for this, that in ((one, other), (other, one)):
             for side in (0, 1):
-                found = _touches(network, this, network.edges[that, side], tolerance)
-                hit, along, where = found
+                ends = network.edges[that, side]
+                hit, along, where = _touches(network, this, ends, _BESIDE * tolerance)
+                if rigid:
+                    stiff = network.outline[this[hit]] & (network.kinds[ends[hit]] <= BOUNDARY)
+                    hit, along, where = hit[~stiff], along[~stiff], where[~stiff]
                 touched[hit] = True
                 edge.append(this[hit])
                 share.append(along)
-                end = network.edges[that[hit], side]
+                end = ends[hit]
                 node.append(end)
                 limit = np.where(network.outline[this[hit]], CROSSING, END)
                 free = network.kinds[end] >= limit
                 moved.append(end[free])
                 targets.append(where[free])
+                on_outline.append(network.outline[this[hit]][free])
         hit, along, across, where = _crossings(network, one, other, ~touched)
         new = fresh + np.arange(len(hit))
         fresh += len(hit)
@@ -177,15 +191,15 @@ def _events(network: Network, tolerance: float):
         share += [along, across]
         node += [new, new]
         places.append(where)
-        on_outline = network.outline[one[hit]] | network.outline[other[hit]]
-        kinds.append(np.where(on_outline, BOUNDARY, CROSSING))
+        outlines = network.outline[one[hit]].astype(int) + network.outline[other[hit]]
+        kinds.append(CROSSING - outlines)
     join = np.concatenate
     if not edge:
         none = np.zeros(0, dtype=int)
         return none, np.zeros(0), none, np.zeros((0, 2)), none, none, np.zeros((0, 2))
-    return (
-        join(edge), join(share), join(node), join(places), join(kinds), join(moved), join(targets),
-    )  # fmt: skip
+    last = np.argsort(join(on_outline), kind="stable")
+    moved, targets = join(moved)[last], join(targets)[last]
+    return join(edge), join(share), join(node), join(places), join(kinds), moved, targets
 
 
 def _touches(network, edge, node, tolerance):
@@ -219,6 +233,7 @@ def _split(network, edge, share, node, places, kinds, moved, targets) -> Network
     """The network with its edges split at the nodes that lie on them."""
     nodes = np.concatenate([network.nodes, places])
     kinds = np.concatenate([network.kinds, kinds]).astype(int)
+    # Where a free end touches both, an outline has the last word over a joint.
     nodes[moved] = targets
     on_outline = np.zeros(len(kinds), dtype=bool)
     on_outline[node[network.outline[edge]]] = True
@@ -238,10 +253,12 @@ def _split(network, edge, share, node, places, kinds, moved, targets) -> Network
     )
 
 
-def _joined(network: Network, tolerance: float) -> Network:
+def _joined(network: Network, tolerance: float, rigid: bool) -> Network:
     """The network with nodes that are close to each other made one, and every edge once."""
     count = len(network.nodes)
     pairs = cKDTree(network.nodes).query_pairs(tolerance, output_type="ndarray")
+    if rigid and len(pairs):
+        pairs = _rigid_pairs(network, pairs)
     links = coo_array((np.ones(len(pairs)), pairs.T.reshape(2, -1)), shape=(count, count))
     groups, group = connected_components(links, directed=False)
     nodes, kinds = network.nodes, network.kinds
@@ -265,6 +282,26 @@ def _joined(network: Network, tolerance: float) -> Network:
     edges = np.column_stack(np.divmod(key, groups))
     moved = network.moved + int((nodes != places[group]).any(axis=1).sum())
     return Network(places, best, edges, labels, outline, moved)
+
+
+def _rigid_pairs(network: Network, pairs) -> np.ndarray:
+    """Of pairs of nodes that are close, those that may become one while outlines keep their shape.
+
+    These are neighbours along an outline; a node beside it with the nearest one on it; and nodes
+    within the regions that have none on an outline near them.
+    """
+    fixed = network.kinds[pairs] <= BOUNDARY
+    count = np.array([len(network.nodes), 1])
+    along = np.sort(network.edges[network.outline], axis=1) @ count
+    linked = fixed.all(axis=1) & np.isin(np.sort(pairs, axis=1) @ count, along)
+    mixed = fixed[:, 0] != fixed[:, 1]
+    loose = np.where(fixed[mixed, 0], pairs[mixed, 1], pairs[mixed, 0])
+    away = np.linalg.norm(np.diff(network.nodes[pairs[mixed]], axis=1)[:, 0], axis=1)
+    order = np.lexsort((away, loose))
+    _, nearest = np.unique(loose[order], return_index=True)
+    beside = pairs[mixed][order[nearest]]
+    free = ~fixed.any(axis=1) & ~np.isin(pairs, loose).any(axis=1)
+    return np.concatenate([pairs[linked], beside, pairs[free]])
 
 
 def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]:
