@@ -19,7 +19,7 @@ from .errors import InputError
 _PLACE = "x:number y:number block:text"
 ENGINE = {
     "run": "title:text",
-    "control": "time_step:number duration:number steps:number least_time_step:number "
+    "control": "time_step:number duration:number steps:whole least_time_step:number "
     "dynamic_factor:number max_displacement_ratio:number gravity:numbers time_step_control:text "
     "analysis:text solver:text base_motion_x:text base_motion_y:text",
     "contact": "normal_stiffness:number shear_ratio:number fixed_point_ratio:number "
@@ -259,7 +259,7 @@ def read_values(found: Found, file) -> dict:
         if found.body[:begin].strip(" \t\r\n,"):
             raise InputError(f"{found.body[:begin].strip()[:40]!r} is no variable")
         ends = [match.start() for match in given[1:]] + [len(found.body)]
-        for match, end in zip(given, ends, strict=True):
+        for match, end in zip(given, ends, strict=False):
             name = match[1].lower()
             if match[2]:
                 raise InputError(f"{name}{match[2]}: give the whole array, without an index")

@@ -51,16 +51,20 @@ class Group:
 
     def __call__(self, **values) -> Group:
         """Set several variables."""
-        values = {name: checked(self._name, name, value) if value is not None else None
-                  for name, value in values.items()}  # fmt: skip
-        for name, value in values.items():
-            known_variable(self._name, name)
-            self._values.pop(name, None) if value is None else self._values.update({name: value})
         if self._name == "control" and None not in map(values.get, ("duration", "steps")):
             raise InputError("give either duration or steps")
-        for name, other in (("duration", "steps"), ("steps", "duration")):
-            if self._name == "control" and values.get(name) is not None:
-                self._values.pop(other, None)
+        new = {
+            name: None if value is None else checked(self._name, name, value)
+            for name, value in values.items()
+        }
+        for name, value in new.items():
+            known_variable(self._name, name)
+            if name in ("duration", "steps") and value is not None:
+                self._values.pop("steps" if name == "duration" else "duration", None)
+            if value is None:
+                self._values.pop(name, None)
+            else:
+                self._values[name] = value
         return self
 
     def __getattr__(self, name: str):
@@ -176,8 +180,7 @@ class Model:
     def _take(self, group: Group) -> Group:
         kind, name = group._name, group._values.get("name")
         if kind in ONCE:
-            raise InputError(f"{group._place}: this group may appear only once" if group._place
-                             else f"&{kind} is there once; set its variables")  # fmt: skip
+            raise InputError(f"&{kind} is there once; set its variables, as model.{kind}(…)")
         if kind in _UNIQUE and any(
             one._values.get("name") == name for one in self.groups if one._name == kind
         ):
