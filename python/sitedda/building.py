@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,9 +13,24 @@ from pathlib import Path
 import numpy as np
 
 from .errors import InputError
-from .groups import CUT, FROM_FILE, MASONRY, Found, find_groups, group_text, is_made, read_values
+from .groups import (
+    CUT,
+    FROM_FILE,
+    MASONRY,
+    Found,
+    find_groups,
+    group_text,
+    is_made,
+    nearest,
+    read_values,
+)
 
-_ANY = re.compile(r"&\s*(" + "|".join([*CUT, *MASONRY, "polygons"]) + r")\b", re.IGNORECASE)
+# Whether blocks are written with the joint of each edge: once the engine reads it, True.
+EDGE_JOINTS = False
+_NAMED = ("material", "joint", "region")  # groups that others name
+_ANY = re.compile(
+    r"^[^!\n]*&(" + "|".join([*CUT, *MASONRY, "polygons"]) + r")\b", re.IGNORECASE | re.MULTILINE
+)
 
 
 @dataclass
@@ -38,13 +53,13 @@ class Built:
     slivers: list[str] = field(default_factory=list)
 
 
-def build_blocks(groups: Iterable[tuple[str, dict, str]], folder) -> Built:
+def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     """Blocks from the groups that are turned into blocks.
 
     Parameters
     ----------
-    groups : iterable of (str, dict, str)
-        Name, variables, and where the group stands, for messages ("" if nowhere).
+    groups : sequence of (str, dict, str)
+        All groups of an input: name, variables, and where the group stands, for messages.
     folder : path
         That file names are relative to.
 
@@ -52,6 +67,13 @@ def build_blocks(groups: Iterable[tuple[str, dict, str]], folder) -> Built:
     -------
     Built
     """
+    names = {kind: [] for kind in _NAMED}
+    for kind, values, _ in groups:
+        if kind in _NAMED:
+            names[kind].append(values.get("name", getattr(CUT.get(kind), "name", "")))
+    groups = [group for group in groups if is_made(group[0])]
+    for _, values, place in groups:
+        _check_names(names, values, place)
     built, parts = Built(), {name: [] for name in CUT}
     pieces: list[dict] = []
     place = first = ""
@@ -77,6 +99,15 @@ def build_blocks(groups: Iterable[tuple[str, dict, str]], folder) -> Built:
     return built
 
 
+def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
+    """Refuse the name of a material, a joint or a region that is not there."""
+    for variable, name in values.items():
+        kind = variable.removeprefix("core_")
+        if kind in _NAMED and name and name not in names[kind]:
+            hint = nearest(name, names[kind])
+            raise InputError(f"{place}: {variable} = {name!r} is not the name of a &{kind}{hint}")
+
+
 def _placed(place: str, error: InputError) -> InputError:
     return InputError(f"{place}: {error}" if place else str(error))
 
@@ -84,6 +115,7 @@ def _placed(place: str, error: InputError) -> InputError:
 def _block(values: dict) -> dict:
     values = dict(values)
     values["vertices"] = values.pop("polygon")
+    values["vertices"].flags.writeable = False
     return {name: value for name, value in values.items() if not isinstance(value, str) or value}
 
 
@@ -161,7 +193,7 @@ def _add_cut(built: Built, parts: dict[str, list]) -> None:
         built.blocks.append(block)
 
 
-def blocks_text(blocks: Sequence[dict], edge_joints: bool = False) -> str:
+def blocks_text(blocks: Sequence[dict], edge_joints: bool = EDGE_JOINTS) -> str:
     """The blocks as &block groups, one a line.
 
     Parameters
@@ -200,13 +232,16 @@ def built_text(text: str, file) -> tuple[str, Built]:
     file : path
         Where it comes from, for messages and for files that it names.
     """
-    found = []
-    if _ANY.search(text):
-        found = [one for one in find_groups(text) if is_made(one.name)]
-    read = [(one.name, read_values(one, file), one.place(file)) for one in found]
-    built = build_blocks(read, Path(file).parent)
+    every = list(find_groups(text)) if _ANY.search(text) else []
+    found = [one for one in every if is_made(one.name)]
     if not found:
-        return text, built
+        return text, Built()
+    read = [
+        (one.name, read_values(one, file), one.place(file))
+        for one in every
+        if is_made(one.name) or one.name in _NAMED
+    ]
+    built = build_blocks(read, Path(file).parent)
     head = f"! {len(built.blocks)} blocks, made from the groups that stand as comments above.\n"
     body = _as_comments(text, found)
     end = "" if body.endswith("\n") else "\n"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .building import blocks_text, build_blocks
+from .building import EDGE_JOINTS, blocks_text, build_blocks
 from .errors import InputError, OutputError
 from .groups import (
     ONCE,
@@ -48,6 +48,13 @@ class Group:
         object.__setattr__(self, "_values", {})
         object.__setattr__(self, "_place", place)
         self(**(values or {}))
+
+    @classmethod
+    def _of(cls, name: str, values: dict, place: str = "") -> Group:
+        """A group of values that are checked already."""
+        group = cls(name, None, place)
+        group._values.update(values)
+        return group
 
     def __call__(self, **values) -> Group:
         """Set several variables."""
@@ -297,15 +304,18 @@ class Model:
         for found in find_groups(text.removeprefix("\ufeff")):
             values, place = read_values(found, file), found.place(file)
             if found.name not in ONCE:
-                model._take(Group(found.name, values, place))
+                model._take(Group._of(found.name, values, place))
             elif found.name in seen:
                 raise InputError(f"{place}: this group may appear only once")
             else:
-                model._once[found.name](**values)
+                try:
+                    model._once[found.name](**values)
+                except InputError as error:
+                    raise InputError(f"{place}: {error}") from None
             seen.add(found.name)
         return model
 
-    def to_namelist(self, edge_joints: bool = False) -> str:
+    def to_namelist(self, edge_joints: bool = EDGE_JOINTS) -> str:
         """The model as a namelist text.
 
         Parameters
@@ -322,7 +332,7 @@ class Model:
                 )
         return self._text(edge_joints)
 
-    def _text(self, edge_joints: bool = False, motions: dict | None = None) -> str:
+    def _text(self, edge_joints: bool = EDGE_JOINTS, motions: dict | None = None) -> str:
         parts = [group_text(one._name, one._values) for one in self._once.values() if one._values]
         for group in self.groups:
             if group._name == "block":
@@ -332,7 +342,7 @@ class Model:
             parts.append(group_text(group._name, values))
         return "".join(parts)
 
-    def write(self, file, edge_joints: bool = False) -> Path:
+    def write(self, file, edge_joints: bool = EDGE_JOINTS) -> Path:
         """Write the model to a namelist file.
 
         Motions of more than 4096 values go into text files beside it, ``FILE.MOTION.txt``, and
@@ -374,10 +384,12 @@ class Model:
 
     def build(self) -> Model:
         """A model in which joints, regions and masonry have become blocks."""
-        made = [group for group in self.groups if is_made(group._name)]
-        parts = [(group._name, group._values, group._place or f"&{group._name}") for group in made]
-        if self._once["cutting"]._values:
-            parts.append(("cutting", self._once["cutting"]._values, "&cutting"))
+        groups = [*self.groups, self._once["cutting"]]
+        parts = [
+            (group._name, group._values, group._place or f"&{group._name}")
+            for group in groups
+            if group._values
+        ]
         built = build_blocks(parts, self.folder)
         model = Model()
         model.folder = self.folder
@@ -386,8 +398,8 @@ class Model:
                 model._once[name](**group._values)
         kept = [group for group in self.groups if not is_made(group._name)]
         for group in kept:
-            model.groups.append(Group(group._name, group._values, group._place))
-        model.groups.extend(Group("block", block) for block in built.blocks)
+            model.groups.append(Group._of(group._name, group._values, group._place))
+        model.groups.extend(Group._of("block", block) for block in built.blocks)
         return model
 
     @contextmanager

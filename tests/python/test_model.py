@@ -101,6 +101,7 @@ BAD_TEXT = {
     "once": ("&run /\n&run /", "&run (line 2)", "only once"),
     "same name": ("&joint name = 'a' /\n&joint name = 'a' /", "&joint (line 2)", "used twice"),
     "odd": ("&block vertices = 1, 2, 3 /", "&block", "pairs"),
+    "both": ("&control steps = 1, duration = 1 /", "&control (line 1)", "either duration"),
 }
 
 
@@ -262,6 +263,17 @@ BAD_GROUPS = [
     ("&arch radius = 1 /", "&arch (line 1)", "thickness"),
     ("&pier width = 'a' /", "&pier", "no number"),
     ("&cutting slivers = 'eat' /", "&cutting", "'eat'"),
+    ("\n&pier width = 1, height = 1, joint = 'bedd' /", "(line 2)", "did you mean 'bedding'?"),
+    (
+        "&region outline = 0,0,1,0,1,1, material = 'x' /",
+        "&region",
+        "is not the name of a &material",
+    ),
+    (
+        "&region outline = 0,0,1,0,1,1 /\n&voronoi size = 1, region = 'x' /",
+        "&voronoi (line 2)",
+        "is not the name of a &region",
+    ),
 ]
 
 
@@ -295,6 +307,14 @@ def test_changes_reach_groups_that_are_built():
         count = len(one.block_names)
     with sitedda.Simulation(model, joint_set={"spacing": 0.5}) as other:
         assert len(other.block_names) > count + 4
+
+
+def test_groups_name_each_other_and_defaults():
+    model = Model(time_step=1e-3, steps=1)
+    model.region(outline=[0, 0, 4, 0, 4, 4, 0, 4])
+    model.joint_line([0, 2, 4, 2], region="rock")
+    assert [block.name for block in model.build()["block"]] == ["rock_1", "rock_2"]
+    assert built_text("! &region\n&run /", "m.nml")[0] == "! &region\n&run /"
 
 
 def test_report_of_a_model():

@@ -257,8 +257,7 @@ class _Cut:
         turn = np.arange(bins) * np.pi / bins
         sine = abs(np.sin(turn[:, None] - turn))
         crossings = 0.5 * float(length @ sine @ length) / self.domain.area
-        through = np.unique(self.labels[~self.outline]).size and len(joints)
-        expected = crossings + min(through, 2 * crossings + 1e5) + len(self.regions)
+        expected = crossings + len(joints) + len(self.regions)
         most = self.settings.most_blocks
         if crossings > 2 * most:
             raise InputError(
