@@ -6,7 +6,7 @@
 !>
 !>     x = x0 + R(θ) (I + ε) ρ ,
 !>
-!> so rotation is exact, a turning block keeps its area, and no error accumulates with the steps. 
+!> so rotation is exact, a turning block keeps its area, and no error accumulates with the steps.
 !> The step's unknowns d (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.
 !>  In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
 module dda_blocks

@@ -9,7 +9,7 @@ module dda_interrupts
    integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, &
       file_size = 25_c_int
 
-   integer(c_int), volatile, save :: last_signal = 0
+   integer(c_int), volatile :: last_signal = 0
 
    interface
       !> C library: call a handler when a signal comes.

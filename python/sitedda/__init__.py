@@ -1,12 +1,6 @@
 """Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock."""
 
-import os
-
-# Threads that wait for each other must not hold a core that another process wants.
-os.environ.setdefault("GOMP_SPINCOUNT", "20000")
-
-from ._core import api as _api  # noqa: E402
-from .check import (  # noqa: E402
+from .check import (
     Modes,
     Penalty,
     Report,
@@ -16,8 +10,9 @@ from .check import (  # noqa: E402
     penalty_for_shift,
     transfer,
 )
-from .column import Column, HalfSpace, Layer, scheme_damping, time_step_for_damping  # noqa: E402
-from .errors import (  # noqa: E402
+from .column import Column, HalfSpace, Layer, scheme_damping, time_step_for_damping
+from .engine import version
+from .errors import (
     AuditWarning,
     CheckError,
     ConvergenceError,
@@ -27,12 +22,13 @@ from .errors import (  # noqa: E402
     SiteddaError,
     SolverError,
 )
-from .model import Model  # noqa: E402
-from .records import read_record  # noqa: E402
-from .simulation import Run, Simulation, resume, run  # noqa: E402
-from .spectra import Peak, amplification, find_peak, fourier_spectrum  # noqa: E402
+from .model import Model
+from .records import read_record
+from .simulation import Run, Simulation, resume, run
+from .spectra import Peak, amplification, find_peak, fourier_spectrum
 
-__version__ = _api.engine_version().decode().strip()
+__version__ = version()
+del version
 
 __all__ = [
     "AuditWarning",
@@ -67,3 +63,19 @@ __all__ = [
     "time_step_for_damping",
     "transfer",
 ]
+# Imported when they are asked for.
+_MODULES = ("cutting", "drawing", "masonry", "plot", "response", "signals")
+
+
+def __dir__() -> list[str]:
+    """What is meant to be used."""
+    return sorted([*__all__, *_MODULES, "__version__", "__doc__", "__name__", "__path__"])
+
+
+def __getattr__(name: str):
+    """The modules that need scipy or matplotlib."""
+    if name in _MODULES:
+        from importlib import import_module
+
+        return import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -51,7 +51,7 @@ module api
       integer(c_int) :: process = 0   !< that opened it
    end type slot_type
 
-   type(slot_type), save :: slots(most_runs)
+   type(slot_type) :: slots(most_runs)
 
 contains
 

@@ -216,9 +216,9 @@ def opened_input(source) -> Iterator[tuple[Path, str]]:
         with source.opened() as opened:
             yield opened
     else:
-        from .simulation import _checked_input
+        from .simulation import _read_input
 
-        yield Path(source), _checked_input(Path(source))
+        yield Path(source), _read_input(Path(source))
 
 
 def built_text(text: str, file) -> tuple[str, Built]:
@@ -282,11 +282,11 @@ def build_file(file, output=None) -> tuple[Path, Built]:
         The file that was written.
     Built
     """
-    from .simulation import _checked_input
+    from .simulation import _read_input
 
     file = Path(file)
     output = Path(output) if output else file.with_name(f"{file.stem}_blocks.nml")
-    text = _checked_input(file)
+    text = _read_input(file)
     if output.resolve() == file.resolve():
         raise InputError(f"{output} is the input itself; give another output")
     text, built = built_text(text, file)

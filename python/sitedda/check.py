@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
-from ._core import api
-from .simulation import Simulation, _checked
+from .simulation import Simulation
 
 
 @dataclass(frozen=True)
@@ -83,25 +84,31 @@ class Penalty:
     limit: float
 
 
-def _open(model, changes) -> Simulation:
-    if isinstance(model, Simulation):
-        if changes:
-            raise ValueError("changes need an input file, not a simulation that is open")
-        return model
-    return Simulation(model, **changes)
+@contextmanager
+def _opened(model, changes: Mapping | None, more: Mapping) -> Iterator[Simulation]:
+    """The simulation of an input with changes, closed in the end, or one that is open already."""
+    changes = dict(changes or {}) | more
+    if not isinstance(model, Simulation):
+        with Simulation(model, changes=changes) as simulation:
+            yield simulation
+        return
+    if changes:
+        raise ValueError("changes need an input file, not a simulation that is open")
+    with model._one:  # what is asked must be of one state
+        yield model
 
 
-def check(model, **changes) -> Report:
+def check(model, changes: Mapping | None = None, **more) -> Report:
     """Check an input file or an open simulation before a long run.
 
     Parameters
     ----------
     model : path or Simulation
-    **changes
+    changes, **more
         Variables to change in the input, see `Simulation`.
     """
-    simulation = _open(model, changes)
-    text, worst, numbers = _checked(*api.check_run(simulation._handle))
+    with _opened(model, changes, more) as simulation:
+        text, worst, numbers = simulation._ask("check_run")
     return Report(
         text.decode("utf-8", "replace").rstrip(),
         ("ok", "ok", "warn", "fail")[int(worst)],
@@ -113,7 +120,9 @@ def check(model, **changes) -> Report:
     )
 
 
-def modes(model, count: int = 5, contacts: str = "auto", **changes) -> Modes:
+def modes(
+    model, count: int = 5, contacts: str = "auto", changes: Mapping | None = None, **more
+) -> Modes:
     """Lowest modes with stiffness.
 
     Parameters
@@ -123,12 +132,12 @@ def modes(model, count: int = 5, contacts: str = "auto", **changes) -> Modes:
     contacts : {'auto', 'closed', 'present', 'settled'}
         Which contacts hold: all in touch, as they are now, or as gravity closes them; 'auto' is
         'settled' with gravity, else 'closed'.
+    changes, **more
+        Variables to change in the input, see `Simulation`.
     """
-    simulation = _open(model, changes)
-    blocks = len(simulation.coordinates)
-    found, values, shapes, words = _checked(
-        *api.mode_shapes(simulation._handle, contacts, blocks, count)
-    )
+    with _opened(model, changes, more) as simulation:
+        blocks = len(simulation.coordinates)
+        found, values, shapes, words = simulation._ask("mode_shapes", contacts, blocks, count)
     values, shapes = values[:, :found].T, shapes[:, :, :found]
     return Modes(
         frequency=values[:, 0].copy(),
@@ -149,7 +158,8 @@ def transfer(
     direction: str = "x",
     damped: bool = True,
     contacts: str = "auto",
-    **changes,
+    changes: Mapping | None = None,
+    **more,
 ) -> np.ndarray:
     """Exact discrete transfer function between two measured points, for base motion.
 
@@ -165,33 +175,35 @@ def transfer(
         With the damping of the scheme, or in continuous time without any.
     contacts : str
         See `modes`.
+    changes, **more
+        Variables to change in the input, see `Simulation`.
 
     Returns
     -------
     ndarray of complex, shape (n,)
     """
-    simulation = _open(model, changes)
-    names = simulation.point_names
-    for name in (surface, base):
-        if name not in names:
-            raise ValueError(f"{name!r} is not a measured point; there are {names}")
-    points = [names.index(surface) + 1, names.index(base) + 1]
     frequencies = np.ascontiguousarray(np.atleast_1d(frequencies), dtype=float)
     axis = ("x", "y").index(direction) + 1
-    return _checked(
-        *api.transfer_of(simulation._handle, contacts, points, axis, frequencies, int(damped))
-    )
+    with _opened(model, changes, more) as simulation:
+        names = simulation.point_names
+        for name in (surface, base):
+            if name not in names:
+                raise ValueError(f"{name!r} is not a measured point; there are {names}")
+        points = [names.index(surface) + 1, names.index(base) + 1]
+        return simulation._ask("transfer_of", contacts, points, axis, frequencies, int(damped))
 
 
-def penalty_for_frequency(model, frequency: float, contacts: str = "auto", **changes) -> Penalty:
+def penalty_for_frequency(
+    model, frequency: float, contacts: str = "auto", changes: Mapping | None = None, **more
+) -> Penalty:
     """The normal stiffness that gives the first mode a measured frequency (Hz)."""
-    simulation = _open(model, changes)
-    values = _checked(*api.first_mode_penalty(simulation._handle, contacts, frequency))
-    return Penalty(*map(float, values))
+    with _opened(model, changes, more) as simulation:
+        return Penalty(*map(float, simulation._ask("first_mode_penalty", contacts, frequency)))
 
 
-def penalty_for_shift(model, percent: float, contacts: str = "auto", **changes) -> Penalty:
+def penalty_for_shift(
+    model, percent: float, contacts: str = "auto", changes: Mapping | None = None, **more
+) -> Penalty:
     """The normal stiffness that keeps the first frequency within so many % of the limit."""
-    simulation = _open(model, changes)
-    values = _checked(*api.shift_penalty(simulation._handle, contacts, percent))
-    return Penalty(*map(float, values))
+    with _opened(model, changes, more) as simulation:
+        return Penalty(*map(float, simulation._ask("shift_penalty", contacts, percent)))

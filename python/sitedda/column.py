@@ -25,17 +25,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
+
+from .spectra import Peak
 
 __all__ = [
     "Column",
     "HalfSpace",
     "Layer",
-    "Peak",
     "complex_modulus",
     "damped_amplification",
     "refined_peak",
@@ -382,13 +381,6 @@ class Layer(HalfSpace):
         super().__post_init__()
 
 
-class Peak(NamedTuple):
-    """A resonance: frequency in Hz and dimensionless amplification."""
-
-    frequency: float
-    amplitude: float
-
-
 @dataclass(frozen=True)
 class Column:
     """Horizontal layers on a base, shaken from below by SH waves that travel vertically.
@@ -703,6 +695,8 @@ def refined_peak(
 
 
 def _refined(transfer: Callable, low: float, high: float) -> Peak:
+    from scipy.optimize import minimize_scalar
+
     def inverse_square(frequency: float) -> float:
         return 1 / abs(np.asarray(transfer(np.array([frequency])))[0]) ** 2
 

@@ -1,4 +1,4 @@
-"""The command line: sitedda run FILE.nml."""
+"""Two-dimensional discontinuous deformation analysis of blocks that are shaken."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import signal
 import sys
 from contextlib import ExitStack
 from pathlib import Path
-
-from tqdm import tqdm
+from typing import NoReturn
 
 from . import __version__
 from .check import check, transfer
@@ -44,8 +43,17 @@ def main(arguments: list[str] | None = None) -> int:
         return error.kind
 
 
+class _Parser(argparse.ArgumentParser):
+    """Ends with the status of bad input; that of argparse means a refused check here."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong with the command line and end."""
+        self.print_usage(sys.stderr)
+        self.exit(1, f"{self.prog}: {message}\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="sitedda", description=__doc__)
+    parser = _Parser(prog="sitedda", description=__doc__)
     parser.add_argument("--version", action="version", version=f"sitedda {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     running = commands.add_parser("run", help="run an input, print and draw what it asks for")
@@ -56,14 +64,6 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("-o", "--output", type=_file_name, help="in place of the input's")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
         command.add_argument("--no-plot", action="store_true", help="draw no pictures")
-        command.add_argument(
-            "--set",
-            action="append",
-            default=[],
-            metavar="NAME=VALUE",
-            type=_assignment,
-            help="change a variable of the input, such as time_step=5e-4",
-        )
         command.set_defaults(act=act)
     reading = commands.add_parser("record", help="read a record and draw its motion")
     reading.add_argument("file", type=Path, metavar="RECORD")
@@ -82,6 +82,16 @@ def _parser() -> argparse.ArgumentParser:
     building.add_argument("file", type=Path, metavar="FILE.nml")
     building.add_argument("-o", "--output", type=_file_name, help="(beside it, FILE_blocks.nml)")
     building.set_defaults(act=_build)
+    for command in (running, resuming, checking):
+        command.add_argument(
+            "--set",
+            action="append",
+            default=[],
+            metavar="NAME=VALUE",
+            type=_assignment,
+            help="change a variable of the input: time_step=5e-4, output.file=fine.nc, "
+            "material.clay.density=1900, joint[bed].friction_angle=30, joint[*].cohesion=0",
+        )
     return parser
 
 
@@ -131,7 +141,7 @@ def _tell(words: str) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
-    with Simulation(options.file) as simulation:
+    with Simulation(options.file, changes=dict(options.set)) as simulation:
         _tell(simulation.block_notes())
         found = check(simulation)
     print(found)
@@ -151,6 +161,8 @@ def _resume(options: argparse.Namespace) -> int:
 
 
 def _to_end(options: argparse.Namespace, resume: bool) -> int:
+    from tqdm import tqdm
+
     look = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}]"
     changes = dict(options.set)
     with ExitStack() as stack:
@@ -190,7 +202,7 @@ def _resume_command(options: argparse.Namespace) -> str:
 def _discrete_transfer(source: Path, changes: dict, found):
     """The model's own transfer function where an amplification is asked for, or None."""
     try:
-        with Simulation(source, **changes) as model:
+        with Simulation(source, changes=changes) as model:
             return transfer(model, found.frequency, found.surface, found.base, found.direction)
     except SiteddaError:
         return None

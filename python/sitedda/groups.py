@@ -13,6 +13,7 @@ import numpy as np
 from . import masonry
 from .cutting import geometry
 from .errors import InputError
+from .namelist import value_text
 
 # What the engine reads.  Kinds of variables: text, texts, number, numbers, points (x, y, x, y …),
 # whole (a whole number).  Arguments of `Model` methods may be given in this order.
@@ -178,20 +179,13 @@ _WORDS |= {"numbers": "list of numbers", "points": "list of points x, y"}
 # --- Text ----------------------------------------------------------------------------------------
 
 
-def value_text(value) -> str:
-    """A value as it stands in a namelist."""
-    if isinstance(value, str):
-        return "'" + value.replace("'", "''") + "'"
-    if isinstance(value, tuple):
-        return ", ".join(map(value_text, value))
-    if isinstance(value, np.ndarray):
-        return ", ".join(map(repr, value.ravel().tolist()))
-    return repr(value)
-
-
 def group_text(name: str, values: dict) -> str:
     """A group on one line."""
-    return f"&{name} " + ", ".join(f"{k} = {value_text(v)}" for k, v in values.items()) + " /\n"
+    return f"&{name} " + ", ".join(f"{k} = {_value_text(v)}" for k, v in values.items()) + " /\n"
+
+
+def _value_text(value) -> str:
+    return value_text(value.ravel().tolist() if isinstance(value, np.ndarray) else value)
 
 
 @dataclass(frozen=True)

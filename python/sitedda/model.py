@@ -284,9 +284,9 @@ class Model:
     @classmethod
     def read(cls, file) -> Model:
         """The model of a namelist file."""
-        from .simulation import _checked_input
+        from .simulation import _read_input
 
-        return cls.from_namelist(_checked_input(Path(file)), file)
+        return cls.from_namelist(_read_input(Path(file)), file)
 
     @classmethod
     def from_namelist(cls, text: str, file="model.nml") -> Model:

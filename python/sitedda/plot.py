@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg", force=False)
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-import xarray as xr  # noqa: E402
+from .column import damped_amplification, scheme_damping
+from .drawing import new_figure, save
+from .response import Amplification, layered_twin
+from .signals import smooth_konno_ohmachi
 
-from .column import damped_amplification, scheme_damping  # noqa: E402
-from .response import Amplification, layered_twin  # noqa: E402
-from .signals import smooth_konno_ohmachi  # noqa: E402
+if TYPE_CHECKING:
+    import xarray as xr
 
 BASE, SURFACE, TWIN = "0.55", "tab:blue", "tab:red"
 
@@ -31,9 +31,7 @@ def site_response(history: xr.Dataset, result: Amplification, file, discrete=Non
     discrete : ndarray, optional
         The model's own discrete transfer function at ``result.frequency``.
     """
-    figure, (above, below) = plt.subplots(
-        2, 1, figsize=(9, 7), layout="constrained", height_ratios=[2, 3]
-    )
+    figure, (above, below) = new_figure(2, 1, (9, 7), height_ratios=[2, 3])
     _motions(above, history, result)
     below.plot(result.frequency, result.ratio, color=SURFACE, lw=1.4, label="DDA, time domain")
     _smoothed(below, result)
@@ -57,10 +55,7 @@ def site_response(history: xr.Dataset, result: Amplification, file, discrete=Non
     )
     below.legend(frameon=False, loc="upper left")
     figure.suptitle(history.attrs.get("title", ""))
-    file = Path(file)
-    figure.savefig(file, dpi=130)
-    plt.close(figure)
-    return file
+    return save(figure, file)
 
 
 def _smoothed(axes, result: Amplification) -> None:
@@ -84,7 +79,7 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     file : path
         Picture to write.
     """
-    figure, panels = plt.subplots(3, 1, figsize=(9, 6), sharex=True, layout="constrained")
+    figure, panels = new_figure(3, 1, (9, 6), sharex=True)
     units = ("m/s²", "m/s", "m")
     for axes, name, unit in zip(
         panels, ("acceleration", "velocity", "displacement"), units, strict=True
@@ -98,10 +93,7 @@ def record_panels(motion: xr.Dataset, file) -> Path:
         axes.set_title(f"largest {abs(float(series[peak])):.4g} {unit}", loc="right", fontsize=9)
     panels[-1].set(xlabel="time (s)", xlim=(0, float(motion.time[-1])))
     figure.suptitle(motion.attrs.get("station", "") or motion.attrs["file"], fontsize=10)
-    file = Path(file)
-    figure.savefig(file, dpi=130)
-    plt.close(figure)
-    return file
+    return save(figure, file)
 
 
 def _motions(axes, history: xr.Dataset, result: Amplification) -> None:

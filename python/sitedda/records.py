@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
-from ._core import api
-from .simulation import _checked
+from .engine import api, checked
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _QUANTITIES = ("acceleration", "velocity", "displacement")
 _UNITS = ("m s-2", "m s-1", "m")
@@ -69,13 +71,15 @@ def read_record(
         np.array([time_step, drift_order, taper, scale], dtype=float),
         channel,
     )
-    samples, *_ = _checked(*api.read_ground_motion(*request, 0))
-    _, step, motion, about = _checked(*api.read_ground_motion(*request, samples))
+    samples, *_ = checked(*api.read_ground_motion(*request, 0))
+    _, step, motion, about = checked(*api.read_ground_motion(*request, samples))
     words = about.decode("utf-8", "replace").rstrip().split("\n")
     return _dataset(motion, step, file, words)
 
 
 def _dataset(motion: np.ndarray, step: float, file, words: list[str]) -> xr.Dataset:
+    import xarray as xr
+
     time = ("time", step * np.arange(motion.shape[1]), {"units": "s"})
     names = ("station", "description", "format", "unit", "method")
     return xr.Dataset(

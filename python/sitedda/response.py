@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import f90nml
 import numpy as np
-import xarray as xr
 
 from .column import Column, Layer
 from .spectra import Peak, amplification, find_peak
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _RECTANGLE_TOLERANCE = 1e-6
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import signal
 import tempfile
@@ -10,19 +9,22 @@ import threading
 import time
 import warnings
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from operator import index
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import f90nml
 import numpy as np
-import xarray as xr
 
-from ._core import api
 from .building import built_text, opened_input
-from .errors import AuditWarning, InputError, OutputError, SiteddaError
+from .changes import changed_input
+from .engine import api, checked
+from .errors import AuditWarning, InputError, OutputError
 from .stop import Stop
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _ENERGY_NAMES = (
     "kinetic",
@@ -54,15 +56,6 @@ _CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
 _FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
 
-def _checked(*result):
-    *values, status, message = result
-    if status:
-        raise SiteddaError.of(int(status), message.decode("utf-8", "replace").strip())
-    if not values:
-        return None
-    return values[0] if len(values) == 1 else tuple(values)
-
-
 class Simulation:
     """A model and its state.
 
@@ -75,9 +68,12 @@ class Simulation:
     resume : bool
         Go on from the last checkpoint of the output, which must be of the same input with the same
         changes; from the start if there is none.  `notice` tells which.
-    **changes
-        Variables to change in the input, as ``time_step=5e-4`` or, where more than one group has
-        a variable of that name, ``contact={"normal_stiffness": 1e12}``.
+    changes : mapping, optional
+        Variables to change in the input, by ``group.variable`` or, where an input has several
+        groups of a kind, ``group.name.variable``: ``{"material.clay.density": 1900.0}``.
+    **more
+        The same for variables that need no group, as ``time_step=5e-4``, or with a mapping,
+        ``contact={"normal_stiffness": 1e12}``; see `sitedda.changes.changed_input`.
 
     Raises
     ------
@@ -89,11 +85,25 @@ class Simulation:
     Notes
     -----
     The object can be used in a ``with`` statement.  It is freed when it is closed or collected.
+    Only what is said to be settable can be set.
     """
 
-    def __init__(self, file, output=None, *, resume=False, **changes):
+    __slots__ = (
+        "__weakref__", "_free", "_handle", "_one", "_writes", "built", "done", "file", "input_text",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        file,
+        output=None,
+        *,
+        resume: bool = False,
+        changes: Mapping | None = None,
+        **more,
+    ):
         if resume and output is None:
             raise ValueError("only a run with an output can be resumed")
+        changes = dict(changes or {}) | more
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # held while the engine works on this simulation
@@ -106,9 +116,10 @@ class Simulation:
                 opened = api.open_run(
                     os.fsencode(file), text.encode("utf-8", "surrogateescape"), target, writes
                 )
-            self._handle = _checked(*opened)
+            self._handle = checked(*opened)
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
+        self.input_text = text
         self.done = False
 
     def __enter__(self):
@@ -167,7 +178,7 @@ class Simulation:
     def _ask(self, routine: str, *arguments):
         """What a routine of the engine says of this simulation; threads wait for each other."""
         with self._one:
-            return _checked(*getattr(api, routine)(self._handle, *arguments))
+            return checked(*getattr(api, routine)(self._handle, *arguments))
 
     def _ask_all(self, routine: str, which: int):
         """The same where the routine wants to know how many: blocks, vertices, points, contacts."""
@@ -328,7 +339,7 @@ class Simulation:
         return np.transpose(self._ask_all("point_motions", 2), (2, 1, 0))
 
 
-def _checked_input(file: Path) -> str:
+def _read_input(file: Path) -> str:
     """The text of an input file; errors in the words of the native executable."""
     try:
         data = file.read_bytes()
@@ -368,50 +379,12 @@ class Run:
         return f"<sitedda.Run {self.history.attrs.get('title', '')!r}, {state}: {self.summary}>"
 
 
-def changed_input(text: str, changes: dict) -> str:
-    """The namelist text with variables changed.
-
-    A change is ``variable=value`` for the groups that appear once, or
-    ``group={variable: value, …}`` for every group of that name.
-    """
-    parsed = f90nml.Parser().reads(text.removeprefix("\ufeff"))
-    once = ("run", "control", "contact", "output")
-    homes = {
-        "title": "run",
-        "normal_stiffness": "contact",
-        "shear_ratio": "contact",
-        "fixed_point_ratio": "contact",
-        "max_iterations": "contact",
-        "force_tolerance": "contact",
-        "file": "output",
-        "history_interval": "output",
-        "block_interval": "output",
-        "checkpoint_interval": "output",
-        "checkpoint_minutes": "output",
-    }
-    for name, value in changes.items():
-        if isinstance(value, dict):
-            if name not in parsed and name not in once:
-                raise InputError(f"there is no group &{name} to change in the input")
-            groups = parsed.setdefault(name, f90nml.Namelist())
-            for group in groups if isinstance(groups, list) else [groups]:
-                group.update(value)
-        else:
-            home = homes.get(name, "control")
-            group = parsed.setdefault(home, f90nml.Namelist())
-            if name in ("duration", "steps"):
-                group.pop("steps" if name == "duration" else "duration", None)
-            group[name] = value
-    stream = io.StringIO()
-    parsed.write(stream)
-    return stream.getvalue()
-
-
 def run(
     file,
     output=None,
     progress: Callable[[Simulation], None] | None = None,
-    **changes,
+    changes: Mapping | None = None,
+    **more,
 ) -> Run:
     """Run an input to its end.
 
@@ -423,7 +396,7 @@ def run(
         Output file; True: where the input says; None: kept in memory only.
     progress : callable, optional
         Called now and then with the `Simulation`.
-    **changes
+    changes, **more
         Variables to change in the input, see `Simulation`.
 
     Returns
@@ -432,14 +405,15 @@ def run(
         Incomplete if it was stopped with Ctrl-C; a file then stays as FILE.partial, and `resume`
         goes on.
     """
-    return _run(file, output, progress, changes)
+    return _run(file, output, progress, dict(changes or {}) | more)
 
 
 def resume(
     file,
     output=True,
     progress: Callable[[Simulation], None] | None = None,
-    **changes,
+    changes: Mapping | None = None,
+    **more,
 ) -> Run:
     """Go on with a run that ended early, from the last checkpoint of its output.
 
@@ -454,7 +428,7 @@ def resume(
         Output file, as it was; True: where the input says.
     progress : callable, optional
         Called now and then with the `Simulation`.
-    **changes
+    changes, **more
         Variables to change in the input, as they were.
 
     Raises
@@ -462,13 +436,15 @@ def resume(
     OutputError
         If no checkpoint is good: damaged, or of another input, version or build.
     """
-    return _run(file, output, progress, changes, resume=True)
+    return _run(file, output, progress, dict(changes or {}) | more, resume=True)
 
 
 def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)) -> Run:
+    import xarray as xr
+
     with tempfile.TemporaryDirectory() as folder, Stop(signals) as stop:
         target = Path(folder) / "history.nc" if output is None else output
-        with Simulation(file, output=target, resume=resume, **changes) as simulation:
+        with Simulation(file, output=target, resume=resume, changes=changes) as simulation:
             complete = _to_end(simulation, progress, stop)
             where = simulation.finish()
             summary = simulation.summary

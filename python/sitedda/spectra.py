@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._core import api
-from .errors import SiteddaError
+from .engine import api, checked
 
 
 @dataclass(frozen=True)
@@ -17,26 +16,19 @@ class Peak:
     Attributes
     ----------
     frequency : float
-        Hz, at the vertex of the parabola through the three highest bins.
+        Hz; of a spectrum, at the vertex of the parabola through the three highest bins.
     amplitude : float
         There.
     bin_width : float
-        Hz between bins: what the interpolation refines.
+        Hz between bins: what the interpolation refines; 0 for the peak of a formula.
     interpolated : bool
-        False if the highest bin lies at an end of the band.
+        False if the highest bin lies at an end of the band, and for the peak of a formula.
     """
 
     frequency: float
     amplitude: float
-    bin_width: float
-    interpolated: bool
-
-
-def _checked(*result):
-    *values, status, message = result
-    if status:
-        raise SiteddaError.of(int(status), message.decode("utf-8", "replace").strip())
-    return values[0] if len(values) == 1 else tuple(values)
+    bin_width: float = 0.0
+    interpolated: bool = False
 
 
 def _series(name: str, values) -> np.ndarray:
@@ -73,7 +65,7 @@ def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 
     """
     series = _series("series", series)
     bins = int(padding) * series.size // 2 + 1
-    return _checked(*api.spectrum_of(series, time_step, padding, taper, bins))
+    return checked(*api.spectrum_of(series, time_step, padding, taper, bins))
 
 
 def amplification(surface, base, time_step: float, padding: int = 8, taper: float = 0.0):
@@ -100,7 +92,7 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
     if surface.shape != base.shape:
         raise ValueError(f"surface and base differ in length: {surface.size} and {base.size}")
     bins = int(padding) * surface.size // 2 + 1
-    return _checked(*api.amplification_of(surface, base, time_step, padding, taper, bins))
+    return checked(*api.amplification_of(surface, base, time_step, padding, taper, bins))
 
 
 def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
@@ -111,7 +103,7 @@ def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
     ValueError
         If no bin lies in the band.
     """
-    found = _checked(
+    found = checked(
         *api.peak_of(
             _series("frequency", frequency), _series("amplitude", amplitude), lowest, highest
         )

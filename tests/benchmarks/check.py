@@ -50,8 +50,10 @@ def main(sizes: list[int]) -> None:
                 spent = time.perf_counter() - begun
                 low, high = report.bracket
                 inside = low <= report.omega_max <= high
-                print(f"{len(model.coordinates):8d} {read:8.2f} {spent:8.2f}     {inside}, "
-                      f"{report.omega_max:.6g} in {low:.6g} … {high:.6g} rad/s")
+                print(
+                    f"{len(model.coordinates):8d} {read:8.2f} {spent:8.2f}     {inside}, "
+                    f"{report.omega_max:.6g} in {low:.6g} … {high:.6g} rad/s"
+                )
 
 
 if __name__ == "__main__":

@@ -97,9 +97,7 @@ def wall(blocks: int) -> Model:
         if course % 2:
             ends = np.concatenate([[0.0], np.arange(bricks) + 0.5, [bricks]])
         for left, right in zip(ends[:-1], ends[1:], strict=True):
-            polygons.append(
-                rectangle(left, 0.5 * course, right - HEAD_JOINT, 0.5 * (course + 1))
-            )
+            polygons.append(rectangle(left, 0.5 * course, right - HEAD_JOINT, 0.5 * (course + 1)))
     return Model(polygons, held(0.0, float(bricks), -0.4, -0.1), 0.0, 0.5 * courses, 0.1)
 
 

@@ -25,7 +25,7 @@ contains
       character(len=:), allocatable :: text
 
       text = head('1.0e-3', '', '1.5e12')//"&material name='rock', density=2643.0, "// &
-         "young_modulus=4.788e9, poisson_ratio=0.25 /"//nl// &
+         'young_modulus=4.788e9, poisson_ratio=0.25 /'//nl// &
          "&layers name='base', bottom=-1.0, width=15.0, thickness=1.0 /"//nl// &
          "&layers name='layer', bottom=0.0, width=15.0, thickness=1.0, count=15 /"//nl// &
          feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
@@ -113,10 +113,10 @@ contains
          "&material name='soft', density=1900.0, young_modulus=2.0e9, poisson_ratio=0.2 /"//nl// &
          "&block name='floor', material='hard', vertices=0.0,-1.0, 6.0,-1.0, 6.0,0.0, 0.0,0.0 /"// &
          nl//"&block name='left', material='soft', vertices=0.0,0.0, 3.0,0.0, 2.0,1.5, 0.0,1.5 "// &
-         "/"//nl//"&block name='right', material='hard', vertices=3.0,0.0, 6.0,0.0, 6.0,1.5, "// &
-         "2.0,1.5 /"//nl//"&block name='wedge', material='soft', vertices=0.0,1.5, 4.0,1.5, "// &
-         "1.5,3.0 /"//nl//"&block name='chip', material='hard', vertices=4.2,1.5, 5.5,1.5, "// &
-         "5.0,2.2 /"//nl//'&fixed_point x=0.5, y=-0.5 /'//nl//'&fixed_point x=5.5, y=-0.6 /'//nl
+         '/'//nl//"&block name='right', material='hard', vertices=3.0,0.0, 6.0,0.0, 6.0,1.5, "// &
+         '2.0,1.5 /'//nl//"&block name='wedge', material='soft', vertices=0.0,1.5, 4.0,1.5, "// &
+         '1.5,3.0 /'//nl//"&block name='chip', material='hard', vertices=4.2,1.5, 5.5,1.5, "// &
+         '5.0,2.2 /'//nl//'&fixed_point x=0.5, y=-0.5 /'//nl//'&fixed_point x=5.5, y=-0.6 /'//nl
    end function plane_strain_heap
 
    !> Eleven blocks of one rock that do not touch.
@@ -139,7 +139,7 @@ contains
 
       text = head('1.0e-3', '', '1.0e10')// &
          "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl// &
-         "&layers width=2.0, thickness=0.5, count="//to_text(count)//' /'//nl
+         '&layers width=2.0, thickness=0.5, count='//to_text(count)//' /'//nl
    end function free_stack
 
    !> One block on one fixed point.
@@ -148,7 +148,7 @@ contains
 
       text = head('1.0e-3', '', '1.0e10')// &
          "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl// &
-         "&layers width=2.0, thickness=0.5 /"//nl//'&fixed_point x=0.1, y=0.4 /'//nl
+         '&layers width=2.0, thickness=0.5 /'//nl//'&fixed_point x=0.1, y=0.4 /'//nl
    end function hinged_bar
 
    !> Four fixed points in a base block of some width and 1 m of height below y = 0.

@@ -118,8 +118,8 @@ contains
       call begin(simulation, control_text(1.0e-3_wp, 600, gravity)//contact_text(1.0e9_wp, '')// &
          joint_text(20.0_wp, 0.0_wp, 0.0_wp)// &
          " &material name = 'still' density = 2500.0 young_modulus = 5.0e9 poisson_ratio = "// &
-         "0.25 /"//" &material name = 'thrown' density = 2500.0 young_modulus = 5.0e9 "// &
-         "poisson_ratio = 0.25"//' initial_velocity = 1.5 0.0 0.0 /'// &
+         '0.25 /'//" &material name = 'thrown' density = 2500.0 young_modulus = 5.0e9 "// &
+         'poisson_ratio = 0.25'//' initial_velocity = 1.5 0.0 0.0 /'// &
          block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
          block_text('b', rectangle(-0.9_wp, 0.0_wp, 0.1_wp, 0.4_wp), "material = 'thrown' ")//held)
       call audit(simulation, 600, .true.)
@@ -150,7 +150,7 @@ contains
          call case('a stack settles')
          call begin(simulation, control_text(step(i), 300, gravity)//contact_text(1.0e12_wp, '')// &
             rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
-            " &layers left = -2.0 bottom = -1.0 width = 4.0 thickness = 1.0"//' count = 16 /'//held)
+            ' &layers left = -2.0 bottom = -1.0 width = 4.0 thickness = 1.0'//' count = 16 /'//held)
          call audit(simulation, 300, .true.)
       end do
    end subroutine settling_stack

@@ -46,7 +46,7 @@ contains
          ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2'// &
          ' initial_velocity = '//more//' 0.0 0.0 /'//motion// &
          block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
-         " &fixed_point x = 0.0 y = 0.0 "//merge("motion_x = 'm'", '              ', &
+         ' &fixed_point x = 0.0 y = 0.0 '//merge("motion_x = 'm'", '              ', &
          motion /= '')//' /')
    end subroutine begin_oscillator
 

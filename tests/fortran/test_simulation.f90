@@ -64,8 +64,8 @@ contains
 
       call case('flight without force')
       call begin(simulation, control_text(1.0e-3_wp, 5000, '')//joint_text(0.0_wp, 0.0_wp, &
-         0.0_wp)//" &material density = 1000.0 young_modulus = 1.0e7 poisson_ratio = 0.3 "// &
-         "initial_velocity = 3.0 -2.0 0.0 /"// &
+         0.0_wp)//' &material density = 1000.0 young_modulus = 1.0e7 poisson_ratio = 0.3 '// &
+         'initial_velocity = 3.0 -2.0 0.0 /'// &
          block_text('b', reshape([0, 0, 2, 0, 2, 1, 1, 1, 1, 2, 0, 2]*1.0_wp, [2, 6])))
       from = simulation%blocks%position(1:2, 1)
       call run(simulation, 5000)
@@ -118,7 +118,7 @@ contains
 
       text = control_text(step, steps, gravity)//contact_text(stiffness, '')// &
          joint_text(friction_angle, 0.0_wp, 0.0_wp)// &
-         " &material density = 1000.0 young_modulus = 1.0e10 poisson_ratio = 0.2 /"// &
+         ' &material density = 1000.0 young_modulus = 1.0e10 poisson_ratio = 0.2 /'// &
          block_text('plane', turned(rectangle(0.0_wp, -1.0_wp, 16.0_wp, 0.0_wp), alpha))// &
          block_text('slider', turned(rectangle(1.0_wp, 0.0_wp, 2.0_wp, 0.5_wp), alpha))
       held = turned(rectangle(0.5_wp, -0.9_wp, 15.5_wp, -0.1_wp), alpha)
@@ -194,7 +194,7 @@ contains
       call case('penetration beyond the contact distance')
       call begin(simulation, control_text(1.0e-4_wp, 6000, gravity// &
          'max_displacement_ratio = 0.002')//contact_text(1.0e8_wp, '')// &
-         " &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.2 /"// &
+         ' &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.2 /'// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('floor', rectangle(-2.0_wp, -1.0_wp, &
          2.0_wp, 0.0_wp))//block_text('b', rectangle(-0.5_wp, 1.0_wp, 0.5_wp, 2.0_wp))// &
          ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = '// &
@@ -226,7 +226,7 @@ contains
       call case('adaptive time step')
       call begin(simulation, control_text(1.0e-2_wp, 200, gravity// &
          "time_step_control = 'adaptive' least_time_step = 1.0e-6 max_displacement_ratio = "// &
-         "0.005")//contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         '0.005')//contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
          block_text('b', rectangle(-0.5_wp, 0.5_wp, 0.5_wp, 1.5_wp))// &
          ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = '// &

@@ -43,7 +43,7 @@ contains
          " &layers name = 'base' left = -0.5 bottom = -0.5 width = 11.0 thickness = 0.5 /"// &
          ' &wall bottom = 0.0 brick_length = 1.0 brick_height = 0.5 bricks = '//count// &
          ' courses = '//count//' /'//" &motion name = 'cycle' quantity = 'velocity' time_step "// &
-         "= 0.01 values = 0.0 1.0 -1.0 1.5 -1.5 0.5 0.0 /"// &
+         '= 0.01 values = 0.0 1.0 -1.0 1.5 -1.5 0.5 0.0 /'// &
          " &fixed_point x = 0.0 y = -0.25 motion_x = 'cycle' / &fixed_point x = 9.0 y = -0.25 "// &
          "motion_x = 'cycle' /"
    end function wall_text

@@ -1,6 +1,6 @@
 !> The strict number parser: what is a number, what is not, and that rounding is right.
 module test_text_numbers
-   use dda_kinds, only: wp
+   use dda_kinds, only: long, wp
    use dda_text_numbers, only: next_number, whole_number, word_at, number_found, number_none, &
       number_bad, number_large
    use testing, only: case, check, check_close
@@ -109,7 +109,7 @@ contains
       call check(whole_number(0.5_wp) == -1, 'a half')
       call check(whole_number(-1.0_wp) == -1, 'negative')
       call check(whole_number(1.0e30_wp) == -1, '1e30')
-      call check(whole_number(1.0e12_wp) == 1000000000000_8, '1e12')
+      call check(whole_number(1.0e12_wp) == 1000000000000_long, '1e12')
    end subroutine counts_are_whole
 
    subroutine expect(text, value)

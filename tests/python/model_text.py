@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 
+from sitedda.namelist import namelist_text as namelist  # noqa: F401  what tests import from here
+
 ROCK = {"name": "rock", "density": 2643.0, "young_modulus": 4.788e9, "poisson_ratio": 0.25}
 BONDED = {
     "name": "bedding",
@@ -12,24 +14,6 @@ BONDED = {
     "tensile_strength": 50.0e6,
 }
 DRY = {"name": "bedding", "friction_angle": 35.0}
-
-
-def namelist(groups) -> str:
-    """The text of (group name, {variable: value}) pairs."""
-    return "\n".join(_group(name, values) for name, values in groups) + "\n"
-
-
-def _group(name: str, values: dict) -> str:
-    lines = [f"   {variable} = {_value(value)}" for variable, value in values.items()]
-    return "\n".join([f"&{name}", *lines, "/"])
-
-
-def _value(value) -> str:
-    if isinstance(value, str):
-        return "'" + value.replace("'", "''") + "'"
-    if hasattr(value, "__len__"):
-        return ", ".join(_value(item) for item in value)
-    return repr(value.item() if hasattr(value, "item") else value)
 
 
 def changed(groups, group: str, which: int = 0, **values) -> list:

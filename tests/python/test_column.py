@@ -448,7 +448,7 @@ def test_higher_peaks_by_band():
 
 def test_peak_of_any_function():
     peak = refined_peak(lambda f: 3 / (1 + (f - 2.125) ** 2), (0.0, 10.0), 20)
-    assert_allclose(peak, (2.125, 3.0), rtol=1e-7)
+    assert_allclose((peak.frequency, peak.amplitude), (2.125, 3.0), rtol=1e-7)
 
 
 # --- Errors --------------------------------------------------------------------------------------

@@ -36,7 +36,7 @@ def small_slope(**control) -> Model:
 def test_groups_and_variables_are_those_of_the_engine(root):
     found = {}
     for file in (root / "fortran" / "input").glob("*.f90"):
-        text = re.sub(r"&\s*\n\s*", "", file.read_text())
+        text = re.sub(r"&\s*\n\s*&?", "", file.read_text())
         for group, names in re.findall(r"namelist /(\w+)/ ([\w, ]+)", text):
             found[group] = {name.strip() for name in names.split(",")}
     known = {name: set(variables()[name]) - {"edge_joints"} for name in ENGINE}

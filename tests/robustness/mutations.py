@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import sys
 from pathlib import Path
 
@@ -117,8 +118,7 @@ def mutated_input(seed: int) -> bytes:
     groups = chance.choice(models())
     for _ in range(chance.choice([1, 1, 1, 2, 3])):
         chance.choice(GRAMMAR)(chance, groups)
-    text = namelist([(name, {k: Raw.of(v) for k, v in values.items()}) for name, values in groups])
-    data = text.encode("utf-8", "surrogateescape")
+    data = unquoted(namelist(groups)).encode("utf-8", "surrogateescape")
     if chance.random() < 0.3:
         data = mutated_bytes(chance, data)
     return data
@@ -149,23 +149,16 @@ def mutated_checkpoint(seed: int, good: bytes) -> bytes:
     return data
 
 
-class Raw(str):
-    """Text that stands in a namelist as it is."""
-
-    @classmethod
-    def of(cls, value):
-        """A value as `namelist` wants it; raw text loses its quotes there."""
-        return _Plain(value) if isinstance(value, cls) else value
+def raw(text: str) -> str:
+    """A value that stands in the namelist as it is: marked, until `unquoted` sees it."""
+    return f"\x01{text}\x02"
 
 
-class _Plain:
-    """Shows itself without quotes."""
-
-    def __init__(self, text: str):
-        self.text = text
-
-    def __repr__(self) -> str:
-        return self.text
+def unquoted(text: str) -> str:
+    """The namelist text with marked values out of their quotes."""
+    return re.sub(
+        "'\x01(.*?)\x02'", lambda match: match[1].replace("''", "'"), text, flags=re.DOTALL
+    )
 
 
 # --- The grammar: groups of variables -----------------------------------------------------------
@@ -185,7 +178,7 @@ def _variable(chance, groups):
 def hostile_value(chance, groups):
     """A value of the wrong kind or far out of range."""
     values, variable = _variable(chance, groups)
-    values[variable] = Raw(chance.choice([*NUMBERS, *VALUES]))
+    values[variable] = raw(chance.choice([*NUMBERS, *VALUES]))
 
 
 def hostile_element(chance, groups):
@@ -195,7 +188,7 @@ def hostile_element(chance, groups):
         return hostile_value(chance, groups)
     items = [repr(item) for item in values[variable]]
     items[chance.randrange(len(items))] = chance.choice(NUMBERS)
-    values[variable] = Raw(", ".join(items))
+    values[variable] = raw(", ".join(items))
     return None
 
 
@@ -259,7 +252,7 @@ def very_long(chance, groups):
     values, variable = _variable(chance, groups)
     length = chance.choice([65, 300, 1100, 70_000])
     filling = chance.choice(["x", "1", " ", "é", "'", "1,"])
-    values[variable] = chance.choice([filling * length, Raw(filling * length)])
+    values[variable] = chance.choice([filling * length, raw(filling * length)])
 
 
 def many_copies(chance, groups):

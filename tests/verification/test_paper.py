@@ -110,7 +110,7 @@ def test_the_discrete_model_has_the_masses_and_rigid_motions_of_its_blocks():
     assert model.mass[6, 6] == pytest.approx(2250 * 0.6 * 0.39)
     push = np.zeros(len(model.mass))
     push[0::6] = 1.0
-    loose = DiscreteModel.of(input_file("avdat.nml"), fixed_point={"direction": "y"})
+    loose = DiscreteModel.of(input_file("avdat.nml"), {"fixed_point[*].direction": "y"})
     assert push @ loose.stiffness @ push < 1e-9 * (push @ model.stiffness @ push)
 
 

@@ -30,9 +30,14 @@ def wall(folder, bricks, courses, solver="auto", penalty=1e12, step=1e-3, bond=0
     file = folder / f"wall_{solver}.nml"
     file.write_text(
         WALL.format(
-            bricks=bricks, courses=courses, width=bricks + 1, solver=solver, penalty=penalty,
-            step=step, bond=bond,
-        )  # fmt: skip
+            bricks=bricks,
+            courses=courses,
+            width=bricks + 1,
+            solver=solver,
+            penalty=penalty,
+            step=step,
+            bond=bond,
+        )
     )
     return file
 

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from ..drawing import BLUE, COLORS, FIELD, INK, RED, small_picture
 from ..errors import SiteddaError
+from ..namelist import group_text
 from ..signals import dominant_frequency
 from ..simulation import Simulation, run
 from .discrete import DiscreteModel, free_frequency
-from .drawing import COLORS, FIELD, PAPER, SITEDDA, THEORY, figure
 from .rows import Picture, Requirement, Row, Study, Table, deviation, per_cent, show
 from .runs import Task, input_file
 
@@ -173,10 +174,9 @@ def _uneven_input(size: float, seed: int) -> str:
             low, high = drum * _HEIGHT, (drum + 1) * _HEIGHT - size
             left, right = low + size * random.random(2)
             half = _WIDTH / 2
-            lines.append(
-                f"&block name = 'drum_{drum + 1}', vertices = {-half}, {left:.10f}, {half},"
-                f" {right:.10f}, {half}, {high:.10f}, {-half}, {high:.10f} /"
-            )
+            corners = [(-half, left), (half, right), (half, high), (-half, high)]
+            vertices = [round(float(x), 10) for corner in corners for x in corner]
+            lines.append(group_text("block", {"name": f"drum_{drum + 1}", "vertices": vertices}))
     return "\n".join(lines) + "\n"
 
 
@@ -620,20 +620,20 @@ def _pictures(found: dict) -> list[Picture]:
 
 
 def _draw_gravity(file, found) -> None:
-    with figure(file, 1, 2, size=(8.0, 3.6), sharey=True) as axes:
+    with small_picture(file, 1, 2, size=(8.0, 3.6), sharey=True) as axes:
         for axis, (step, printed) in zip(axes, _TABLE_IV.items(), strict=True):
             theory = {k: _theory_settled(k, step) for k in printed}
             theory = {k: t for k, t in theory.items() if t}
-            axis.loglog(list(theory), list(theory.values()), color=THEORY, lw=1, label="theory")
+            axis.loglog(list(theory), list(theory.values()), color=RED, lw=1, label="theory")
             ours = {k: found[("gravity", step, k)]["settled"] for k in printed}
             ours = {k: t for k, t in ours.items() if t}
-            axis.loglog(list(ours), list(ours.values()), "o", color=SITEDDA, ms=5, label="sitedda")
+            axis.loglog(list(ours), list(ours.values()), "o", color=BLUE, ms=5, label="sitedda")
             for k, paper in printed.items():
                 if isinstance(paper, str):
-                    axis.plot(k, 15.0, "x", color=PAPER, ms=7)
+                    axis.plot(k, 15.0, "x", color=INK, ms=7)
                 else:
-                    axis.plot([k, k], paper, "_-", color=PAPER, ms=8, lw=1.5)
-            axis.plot([], [], "_-", color=PAPER, ms=8, label="paper")
+                    axis.plot([k, k], paper, "_-", color=INK, ms=8, lw=1.5)
+            axis.plot([], [], "_-", color=INK, ms=8, label="paper")
             axis.axhline(15, color="0.75", lw=0.8)
             axis.set(xlabel="k (N/m)", title=f"Δt = {step:g} s")
         axes[0].set_ylabel("settled after (s)")
@@ -647,20 +647,20 @@ def _bands(axis, along: str) -> None:
 
 
 def _draw_frequencies(file, found) -> None:
-    with figure(file, size=(6.4, 3.9)) as axis:
+    with small_picture(file, size=(6.4, 3.9)) as axis:
         _bands(axis, "x")
         line = np.geomspace(0.9e8, 1.15e9, 12)
-        axis.plot(line, [_leaning_frequency(k) for k in line], color=THEORY, lw=1, label="theory")
+        axis.plot(line, [_leaning_frequency(k) for k in line], color=RED, lw=1, label="theory")
         for step, mark in zip(_STEPS, ("o", "s"), strict=True):
             values = [found[("static", step, k, _USUAL["static"])]["frequency"] for k in _TABLE_V]
-            axis.plot(list(_TABLE_V), values, mark, color=SITEDDA, ms=6,
-                      mfc=SITEDDA if mark == "o" else "w",
+            axis.plot(list(_TABLE_V), values, mark, color=BLUE, ms=6,
+                      mfc=BLUE if mark == "o" else "w",
                       label=f"sitedda, Δt = {step:g} s")  # fmt: skip
         for k in _TABLE_V:
-            axis.plot([k, k], _range(k), "_-", color=PAPER, ms=12, lw=2)
-        axis.plot([], [], "_-", color=PAPER, ms=12, lw=2, label="paper")
+            axis.plot([k, k], _range(k), "_-", color=INK, ms=12, lw=2)
+        axis.plot([], [], "_-", color=INK, ms=12, lw=2, label="paper")
         soft, stiff = _series_fit()
-        axis.plot(line, (1e8 / line / soft**2 + stiff**-2) ** -0.5, ":", color=PAPER, lw=1,
+        axis.plot(line, (1e8 / line / soft**2 + stiff**-2) ** -0.5, ":", color=INK, lw=1,
                   label=f"with a compliance of {stiff:.1f} Hz in series")  # fmt: skip
         axis.set_xscale("log")
         axis.set(xlabel="k (N/m)", ylabel="dominant frequency (Hz)", ylim=(1.5, 8))
@@ -677,25 +677,25 @@ def _spectrum(result: dict, step: float, velocity: bool = False):
 
 
 def _draw_response(file, found) -> None:
-    with figure(file, 2, 2, size=(8.0, 4.8), width_ratios=[1.5, 1]) as axes:
+    with small_picture(file, 2, 2, size=(8.0, 4.8), width_ratios=[1.5, 1]) as axes:
         for (response, spectrum), kind in zip(axes, ("static", "dynamic"), strict=True):
             result = found[(kind, 1e-3, 4e8, _USUAL[kind])]
             shown = (result["time"] > -0.5) & (result["time"] < 5)
-            response.plot(result["time"][shown], 1e3 * result["sideways"][shown], color=SITEDDA,
+            response.plot(result["time"][shown], 1e3 * result["sideways"][shown], color=BLUE,
                           lw=0.8)  # fmt: skip
             name = f"{kind}, {_USUAL[kind] / 1e3:g} kN " + ("1 s" if kind == "static" else "1 ms")
             response.set(ylabel="u of the top (mm)", title=name, xlim=(-0.5, 5))
             _bands(spectrum, "y")
             frequency, size = _spectrum(result, 1e-3, velocity=True)
             low = (frequency > 1) & (frequency < 10)
-            spectrum.plot(frequency[low], size[low] / size[low].max(), color=SITEDDA)
+            spectrum.plot(frequency[low], size[low] / size[low].max(), color=BLUE)
             spectrum.set(ylabel="velocity spectrum", xlim=(1, 10), title=f"Fig. 22, {kind}")
         axes[1, 0].set_xlabel("time after the load (s)")
         axes[1, 1].set_xlabel("frequency (Hz)")
 
 
 def _draw_spectra(file, found) -> None:
-    with figure(file, size=(6.6, 3.6)) as axis:
+    with small_picture(file, size=(6.6, 3.6)) as axis:
         _bands(axis, "y")
         for k, color in zip(_TABLE_V, COLORS, strict=False):
             result = found[("static", 1e-3, k, _USUAL["static"])]

@@ -6,9 +6,9 @@ from functools import cache, partial
 
 import numpy as np
 
+from ..drawing import BLUE, COLORS, GREY, RED, small_picture
 from ..simulation import run
 from .discrete import DiscreteModel, free_damping, free_frequency, kinetic_damping_roots
-from .drawing import COLORS, SITEDDA, THEORY, figure
 from .measure import first_mode_decay
 from .rows import Picture, Requirement, Row, Study, per_cent
 from .runs import Task, input_file
@@ -299,13 +299,13 @@ def _pictures(found: dict) -> list[Picture]:
 
 
 def _draw_kinetic(file, found) -> None:
-    with figure(file, 1, 2, size=(7.6, 3.3), width_ratios=[1, 2.6]) as (load, tip):
-        load.plot([0, 10, 20, 40], [0, 10, 0, 0], color=COLORS[5])
+    with small_picture(file, 1, 2, size=(7.6, 3.3), width_ratios=[1, 2.6]) as (load, tip):
+        load.plot([0, 10, 20, 40], [0, 10, 0, 0], color=GREY)
         load.set(xlabel="time (ms)", ylabel="F (kN, downwards)", title="Fig. 3, assumed size")
         full, damped = found[("step", 1e-5)], found[("kinetic", 0.99)]
         early = full["time"] <= 0.5
-        tip.plot(full["time"][early], 1e3 * full["tip"][early], color=SITEDDA, label="full dynamic")
-        tip.plot(damped["time"], 1e3 * damped["tip"], "--", color=THEORY,
+        tip.plot(full["time"][early], 1e3 * full["tip"][early], color=BLUE, label="full dynamic")
+        tip.plot(damped["time"], 1e3 * damped["tip"], "--", color=RED,
                  label="1 % kinetic damping")  # fmt: skip
         tip.axvline(_END_OF_LOAD, color="0.6", lw=0.8, ls=":")
         tip.set(xlabel="time (s)", ylabel="v of the free end (mm)", xlim=(0, 0.5), title="Fig. 4")
@@ -315,7 +315,7 @@ def _draw_kinetic(file, found) -> None:
 
 def _draw_steps(file, found) -> None:
     omega = _model().omega[0]
-    with figure(file, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
+    with small_picture(file, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
         for axis, step, color in zip(axes, _STEPS, COLORS, strict=False):
             result = found[("step", step)]
             thin = round(1e-3 / _SAMPLING)
@@ -339,17 +339,17 @@ def _draw_penalty(file, found) -> None:
     decays = [_decay(found[("penalty", f)], _model(f)) for f in _PENALTIES]
     lines = np.geomspace(1, 100, 30)
     omegas = np.array([_model(float(k)).omega[0] for k in lines])
-    with figure(file, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
-        low.loglog(lines, omegas / 2 / np.pi, color=THEORY, lw=1, label="discrete theory")
-        low.loglog(_PENALTIES, [d.frequency for d in decays], "o", color=SITEDDA, label="sitedda")
+    with small_picture(file, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
+        low.loglog(lines, omegas / 2 / np.pi, color=RED, lw=1, label="discrete theory")
+        low.loglog(_PENALTIES, [d.frequency for d in decays], "o", color=BLUE, label="sitedda")
         low.axhline(_shear_frequency(), color="0.6", ls=":", lw=1, label="shear beam, √(G/ρ)/4L")
         low.set(ylabel="frequency (Hz)")
         low.legend()
         largest = [1e3 * abs(found[("penalty", f)]["tip"]).max() for f in _PENALTIES]
-        middle.loglog(_PENALTIES, largest, "o-", color=SITEDDA, lw=0.8)
+        middle.loglog(_PENALTIES, largest, "o-", color=BLUE, lw=0.8)
         middle.set(ylabel="largest displacement (mm)")
-        high.loglog(lines, free_damping(omegas, 1e-5), color=THEORY, lw=1)
-        high.loglog(_PENALTIES, [d.damping_exact for d in decays], "o", color=SITEDDA)
+        high.loglog(lines, free_damping(omegas, 1e-5), color=RED, lw=1)
+        high.loglog(_PENALTIES, [d.damping_exact for d in decays], "o", color=BLUE)
         high.set(ylabel="damping ratio, Δt = 1e-5 s")
         for axis in (low, middle, high):
             axis.set(xlabel="penalty / E (m)")

@@ -8,6 +8,7 @@ contacts neither open nor slide; the weight of the blocks does not act on the fr
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +18,8 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.signal import lfilter
 
-from ..simulation import Simulation, changed_input
+from ..changes import changed_input
+from ..simulation import Simulation
 
 __all__ = ["DiscreteModel", "free_damping", "free_frequency", "kinetic_damping_roots"]
 
@@ -103,10 +105,11 @@ class DiscreteModel:
     loads: list
 
     @classmethod
-    def of(cls, file: Path, **changes) -> DiscreteModel:
+    def of(cls, file: Path, changes: Mapping | None = None, **more) -> DiscreteModel:
         """The model of an input with changes, as for `sitedda.Simulation`."""
+        changes = dict(changes or {}) | more
         parsed = f90nml.Parser().reads(changed_input(Path(file).read_text(), changes))
-        with Simulation(file, **changes) as simulation:
+        with Simulation(file, changes=changes) as simulation:
             polygons = [np.array(polygon) for polygon in simulation.polygons]
             contacts = simulation.contacts
             names = simulation.block_names

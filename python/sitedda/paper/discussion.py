@@ -7,8 +7,8 @@ from functools import cache, partial
 import numpy as np
 
 from ..column import scheme_damping
+from ..drawing import BLUE, COLORS, RED, small_picture
 from .discrete import DiscreteModel, free_damping
-from .drawing import COLORS, SITEDDA, THEORY, figure
 from .rows import Picture, Requirement, Row, Study, Table, per_cent, show
 from .runs import Task, input_file
 
@@ -161,7 +161,7 @@ def _penalty(done: Study) -> None:
 
 
 def _draw_damping(file) -> None:
-    with figure(file, size=(6.4, 3.5)) as axis:
+    with small_picture(file, size=(6.4, 3.5)) as axis:
         for step, color in zip((1e-5, 1e-4, 1e-3, 1e-2), COLORS, strict=False):
             top = min(4 / step / 2 / np.pi * 0.999, 1e4)
             frequency = np.geomspace(0.5, top, 200)
@@ -179,8 +179,8 @@ def _draw_damping(file) -> None:
 
 def _draw_omega(file, found) -> None:
     penalties = sorted(found)
-    with figure(file, size=(6.2, 3.4)) as axis:
-        for name, color in (("highest", SITEDDA), ("first", THEORY)):
+    with small_picture(file, size=(6.2, 3.4)) as axis:
+        for name, color in (("highest", BLUE), ("first", RED)):
             values = [found[k][name] / 2 / np.pi for k in penalties]
             axis.loglog(penalties, values, "o-", color=color, lw=1, label=f"{name} frequency")
         for step in _STEPS:

@@ -8,11 +8,11 @@ from functools import cache, partial
 import numpy as np
 
 from ..column import Column, damped_amplification, refined_peak, scheme_damping
+from ..drawing import BLUE, COLORS, INK, RED, small_picture
 from ..response import layered_twin
 from ..simulation import run
 from ..spectra import amplification, find_peak
 from .discrete import DiscreteModel
-from .drawing import COLORS, PAPER, SITEDDA, THEORY, figure
 from .rows import Picture, Requirement, Row, Study, per_cent
 from .runs import Task, input_file
 
@@ -47,7 +47,7 @@ def _run(table: int, loading: str) -> dict:
     """Accelerations of the points in x (m/s²), and the twin of the model."""
     changes = {}
     if loading == "acceleration":
-        changes = {"base_motion_x": "earthquake", "fixed_point": {"motion_x": ""}}
+        changes = {"base_motion_x": "earthquake", "fixed_point[*]": {"motion_x": ""}}
     elif loading == "noise":
         changes = {"motion": _noise()}
     history = run(input_file(_TABLES[table]["input"]), **changes).history
@@ -290,7 +290,7 @@ def _pictures(found: dict, ground: dict) -> list[Picture]:
 
 
 def _draw_motion(file, ground) -> None:
-    with figure(file, 3, 1, size=(7.0, 4.2), sharex=True) as axes:
+    with small_picture(file, 3, 1, size=(7.0, 4.2), sharex=True) as axes:
         for axis, name, label, color in zip(
             axes, ("acceleration", "velocity", "displacement"), ("a (m/s²)", "v (m/s)", "d (m)"),
             COLORS, strict=False,
@@ -307,17 +307,17 @@ def _draw_spectrum(file, table, found, ground) -> None:
     band = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
     band[::2] = False
     shake = _shake_column(result["column"], _damping(table))
-    with figure(file, size=(6.8, 3.9)) as axis:
-        axis.plot(frequency[band], ratio[band], color=SITEDDA, lw=2, label="sitedda, displacement")
+    with small_picture(file, size=(6.8, 3.9)) as axis:
+        axis.plot(frequency[band], ratio[band], color=BLUE, lw=2, label="sitedda, displacement")
         _, other, _ = _spectrum(found[(table, "acceleration")], "middle", ground)
         axis.plot(frequency[band], other[band], ":", color=COLORS[1], lw=1.6,
                   label="sitedda, acceleration")  # fmt: skip
-        axis.plot(frequency[band], abs(shake.transfer(frequency[band])), "--", color=THEORY,
+        axis.plot(frequency[band], abs(shake.transfer(frequency[band])), "--", color=RED,
                   lw=1.2, label=f"SHAKE twin, D = {per_cent(_damping(table))}")  # fmt: skip
-        for (x, y), name, face in ((case["dda"], "DDA", SITEDDA), (case["shake"], "SHAKE", "w")):
-            axis.plot(x, y, "o", ms=7, mfc=face, mec=PAPER, label=f"paper, {name}: {y} at {x} Hz")
+        for (x, y), name, face in ((case["dda"], "DDA", BLUE), (case["shake"], "SHAKE", "w")):
+            axis.plot(x, y, "o", ms=7, mfc=face, mec=INK, label=f"paper, {name}: {y} at {x} Hz")
         axis.set(xlabel="frequency (Hz)", ylabel="spectral amplification", xlim=_BAND,
                  ylim=(0, 32))  # fmt: skip
         axis.text(0.02, 0.95, f"sitedda {peak.amplitude:.2f} at {peak.frequency:.2f} Hz",
-                  transform=axis.transAxes, va="top", color=SITEDDA)  # fmt: skip
+                  transform=axis.transAxes, va="top", color=BLUE)  # fmt: skip
         axis.legend(loc="upper right", fontsize=7.5)

@@ -7,9 +7,9 @@ from functools import cache, partial
 import numpy as np
 from scipy.signal import correlate
 
+from ..drawing import BLUE, COLORS, GREY, INK, RED, small_picture
 from ..simulation import run
 from .discrete import DiscreteModel
-from .drawing import COLORS, PAPER, SITEDDA, THEORY, figure
 from .measure import sub_sample_maximum
 from .rows import Picture, Requirement, Row, Study, Table, per_cent
 from .runs import Task, input_file
@@ -404,10 +404,10 @@ def _pictures(found: dict) -> list[Picture]:
 
 
 def _draw_errors(file, found) -> None:
-    with figure(file, 1, 2, size=(7.8, 3.4), width_ratios=[1, 2.2]) as (pulse, errors):
+    with small_picture(file, 1, 2, size=(7.8, 3.4), width_ratios=[1, 2.2]) as (pulse, errors):
         values, spacing = _pulse("triangle", _PERIOD)
         pulse.plot(1e3 * spacing * np.arange(-100, 501),
-                   1e3 * np.pad(values, 100), color=COLORS[5])  # fmt: skip
+                   1e3 * np.pad(values, 100), color=GREY)  # fmt: skip
         pulse.set(xlabel="time (ms)", ylabel="u (mm)", title="Fig. 8, period assumed")
         for step, color in zip(_STEPS, COLORS, strict=False):
             cases = [("triangle", r, step, _PENALTY, _PERIOD) for r in _RATIOS]
@@ -418,8 +418,8 @@ def _draw_errors(file, found) -> None:
             errors.plot(_PRINTED, measured[:4], "o", color=color, label=f"Δt = {step:g} s")
             closed = [100 * _closed_form(r, step, _PERIOD) for r in _RATIOS]
             errors.plot(_RATIOS, closed, ":", color=color, lw=1.2)
-        errors.plot([], [], "-", color=PAPER, lw=1, label="exact discrete theory")
-        errors.plot([], [], ":", color=PAPER, lw=1.2, label="scheme alone, continuous column")
+        errors.plot([], [], "-", color=INK, lw=1, label="exact discrete theory")
+        errors.plot([], [], ":", color=INK, lw=1.2, label="scheme alone, continuous column")
         errors.set_xscale("log", base=2)
         errors.set_xticks(_RATIOS, [str(r) for r in _RATIOS])
         errors.set(xlabel="λ/Δx", ylabel="relative error (%)", title="Fig. 9", ylim=(0, None))
@@ -427,7 +427,7 @@ def _draw_errors(file, found) -> None:
 
 
 def _draw_forms(file, found) -> None:
-    with figure(file, 2, 2, size=(7.4, 4.6), sharey=True) as axes:
+    with small_picture(file, 2, 2, size=(7.4, 4.6), sharey=True) as axes:
         for axis, ratio in zip(axes.flat, _PRINTED, strict=True):
             result = found[("sine", ratio, 1e-4, _PENALTY, _PERIOD)]
             delay = _DISTANCE / (ratio * _SIZE / _PERIOD)
@@ -435,7 +435,7 @@ def _draw_forms(file, found) -> None:
             values, spacing = _pulse("sine", _PERIOD)
             axis.plot(1e3 * (delay + spacing * np.arange(401)), 1e3 * values, "--",
                       color="0.6", lw=1.2, label="incident")  # fmt: skip
-            axis.plot(time, 1e3 * result["M1"], color=SITEDDA, label="M1")
+            axis.plot(time, 1e3 * result["M1"], color=BLUE, label="M1")
             axis.set(title=f"λ/Δx = {ratio}", xlim=(time[0], time[-1]))
         axes[0, 0].legend(loc="lower left")
         for axis in axes[1]:
@@ -447,10 +447,10 @@ def _draw_forms(file, found) -> None:
 def _draw_speed(file, found) -> None:
     measured = [_speed(found[("sine", _SLOWER, 1e-5, p, _PERIOD)]) for p in _PENALTIES]
     line = np.geomspace(0.7, 1500, 80)
-    with figure(file, size=(5.6, 3.2)) as axis:
-        axis.semilogx(line, [_speed_loss(p) for p in line], color=THEORY, lw=1,
+    with small_picture(file, size=(5.6, 3.2)) as axis:
+        axis.semilogx(line, [_speed_loss(p) for p in line], color=RED, lw=1,
                       label="1/√(1 + GW/2k$_s$Δx)")  # fmt: skip
-        axis.semilogx(_PENALTIES, measured, "o", color=SITEDDA, label=f"sitedda, λ/Δx = {_SLOWER}")
+        axis.semilogx(_PENALTIES, measured, "o", color=BLUE, label=f"sitedda, λ/Δx = {_SLOWER}")
         for value, name in ((40, "40 E, typical"), (100, "100 E, advised")):
             axis.axvline(value, color="0.6", lw=0.8, ls=":")
             axis.annotate(name, (value, 0.42), rotation=90, ha="right", fontsize=8, color="0.35")

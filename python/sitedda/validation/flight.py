@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from ..drawing import BLUE, COLORS, GROUND, INK, ORANGE, RED, STONE, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case, observed_order, relative
 from .model import (
     GRAVITY,
@@ -18,7 +19,6 @@ from .model import (
     rectangle,
     simulation,
 )
-from .pictures import BLUE, COLORS, GROUND, ORANGE, RED, STONE, THEORY, bare, canvas, draw_blocks
 
 DENSITY = 2500.0  # kg/m³
 
@@ -126,7 +126,7 @@ def _bounce_figure(runs, table):
     right.loglog(
         fine,
         [1 - _restitution(omega * dt) ** 2 for dt in fine],
-        color=THEORY,
+        color=INK,
         lw=1,
         label="closed form",
     )
@@ -408,9 +408,7 @@ def _edge_figure(run, truth):
     left.legend(frameon=False, loc="upper right")
     left.set_title("orange: at rest after 3 s", fontsize=10)
     bare(left)
-    right.plot(
-        truth["t"], np.degrees(truth["angle"]), color=THEORY, lw=3, alpha=0.3, label="theory"
-    )
+    right.plot(truth["t"], np.degrees(truth["angle"]), color=INK, lw=3, alpha=0.3, label="theory")
     right.plot(run["time"], np.degrees(run["angle"]), color=BLUE, lw=1, label="engine")
     right.axvline(truth["tip"], color="0.7", lw=0.8)
     right.axvline(truth["t"][-1], color="0.7", lw=0.8)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from ..namelist import group_text
 from ..simulation import Simulation, run
 
 GRAVITY = 9.81  # m/s²
@@ -17,24 +18,9 @@ STIFF = 1e15  # Pa: a base that does not give
 
 
 def group(name: str, /, **values) -> str:
-    """One namelist group; values that are None are left out."""
-    given = {key: value for key, value in values.items() if value is not None}
-    lines = [f"   {key} = {_text(value)}" for key, value in given.items()]
-    return "\n".join([f"&{name}", *lines, "/"]) + "\n"
-
-
-def _text(value) -> str:
-    if isinstance(value, str):
-        return "'" + value.replace("'", "''") + "'"
-    if isinstance(value, bool | np.bool_):
-        raise TypeError("no namelist variable is logical")
-    if isinstance(value, int | np.integer):
-        return str(int(value))
-    if np.ndim(value):
-        numbers = [repr(float(number)) for number in np.ravel(value)]
-        lines = [", ".join(numbers[i : i + 4]) for i in range(0, len(numbers), 4)]
-        return ",\n      ".join(lines)
-    return repr(float(value))
+    """One namelist group; values that are None are left out, arrays are taken flat."""
+    flat = {key: np.ravel(value) if np.ndim(value) else value for key, value in values.items()}
+    return group_text(name, flat)
 
 
 def control(time_step: float, steps: int, gravity: Sequence[float] = (0.0, -GRAVITY), **more):

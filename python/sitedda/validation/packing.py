@@ -7,9 +7,9 @@ import hashlib
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
+from ..drawing import BLUE, GROUND, ORANGE, RED, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case, true
 from .model import STIFF, block, contact, control, held, joint, material, rectangle, simulation
-from .pictures import BLUE, GROUND, ORANGE, RED, bare, canvas, draw_blocks
 from .stability import centre_and_area
 
 DENSITY, YOUNG, PENALTY, TIME_STEP = 2500.0, 1e9, 1e9, 5e-4  # kg/m³, Pa, N/m, s

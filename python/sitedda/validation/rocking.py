@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from ..drawing import BLUE, COLORS, GROUND, INK, RED, STONE, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case, observed_order, relative, true
 from .model import (
     GRAVITY,
@@ -20,7 +21,6 @@ from .model import (
     simulation,
     turned,
 )
-from .pictures import BLUE, COLORS, GROUND, RED, STONE, THEORY, bare, canvas, draw_blocks
 
 WIDTH, HEIGHT, DENSITY = 0.5, 2.0, 2500.0  # m, m, kg/m³
 SLENDER = np.arctan2(WIDTH, HEIGHT)  # Housner's α
@@ -232,7 +232,7 @@ def _decay_figure(run, time, theory, impacts):
         left, [turned(rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT), -theory[0], (WIDTH / 2, 0))], STONE
     )
     bare(left)
-    right.plot(time, theory / SLENDER, color=THEORY, lw=3, alpha=0.3, label="Housner")
+    right.plot(time, theory / SLENDER, color=INK, lw=3, alpha=0.3, label="Housner")
     right.plot(run[0], run[1] / SLENDER, color=BLUE, lw=1, label="engine, Δt 0.1 ms")
     for at in impacts[:3]:
         right.axvline(at, color="0.75", lw=0.8)
@@ -360,7 +360,7 @@ def _overturning_figure(drawn, columns):
     figure, axes = canvas(columns, 2, size=(max(6, 3.2 * columns), 5.5))
     for i, (ratio, side, run, theory) in enumerate(drawn):
         one = axes[i // 2 + (i % 2) * columns]
-        one.plot(theory[0], theory[1] / SLENDER, color=THEORY, lw=3, alpha=0.3, label="Housner")
+        one.plot(theory[0], theory[1] / SLENDER, color=INK, lw=3, alpha=0.3, label="Housner")
         one.plot(run[0], run[1] / SLENDER, color=RED if side > 1 else BLUE, lw=1, label="engine")
         one.set(
             title=f"ω/p {ratio:g}, {side:g} of the limit",

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..drawing import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
 from ..errors import ConvergenceError
 from .case import Outcome, Table, at_most, case
 from .model import (
@@ -21,7 +22,6 @@ from .model import (
     rectangle,
     simulation,
 )
-from .pictures import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
 
 YOUNG, DENSITY = 5e9, 2500.0  # Pa, kg/m³
 WALLS = {50: (5, 9), 200: (10, 19), 1000: (20, 49)}  # blocks: bricks in a full course, courses

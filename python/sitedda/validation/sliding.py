@@ -6,6 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
+from ..drawing import (
+    BLUE,
+    COLORS,
+    GROUND,
+    INK,
+    ORANGE,
+    RED,
+    STONE,
+    bare,
+    canvas,
+    draw_blocks,
+)
 from ..errors import InputError
 from .case import Outcome, Table, at_most, case, observed_order, relative
 from .model import (
@@ -25,18 +37,6 @@ from .model import (
     residual,
     simulation,
     turned,
-)
-from .pictures import (
-    BLUE,
-    COLORS,
-    GROUND,
-    ORANGE,
-    RED,
-    STONE,
-    THEORY,
-    bare,
-    canvas,
-    draw_blocks,
 )
 
 ROCK = {"density": 2643.0, "young_modulus": 4.788e9, "poisson_ratio": 0.25}  # paper table I
@@ -164,10 +164,10 @@ def _incline_figure(runs, tables):
     figure, (left, right) = canvas()
     for color, friction in zip(COLORS, (0.0, 10.0, 20.0), strict=False):
         data = runs[1, friction]
-        left.plot(data.time, _free_slip(friction, 30.0, data.time), color=THEORY, lw=1)
+        left.plot(data.time, _free_slip(friction, 30.0, data.time), color=INK, lw=1)
         slip = _along(data, 30.0)[::10]
         left.plot(data.time[::10], slip, "o", ms=4, color=color, label=f"φ {friction:g}°")
-    left.plot([], [], color=THEORY, lw=1, label="formula")
+    left.plot([], [], color=INK, lw=1, label="formula")
     left.set(xlabel="time (s)", ylabel="slip (m)", title="Slip on 30°, penalty E, Δt 1 ms")
     left.legend(frameon=False)
     if tables:
@@ -341,10 +341,10 @@ def _newmark_figure(fine, base, slip, velocity, data, got, slope, friction):
     top.set(ylabel="downslope push k (–)", title="Loma Prieta 1989, APEEL array 2, doubled")
     along = np.array([np.cos(np.radians(slope)), -np.sin(np.radians(slope))])
     speed = data.velocity.sel(point="centre").values @ along
-    middle.plot(fine[::10], velocity[::10], color=THEORY, lw=2.2, alpha=0.35, label="rigid block")
+    middle.plot(fine[::10], velocity[::10], color=INK, lw=2.2, alpha=0.35, label="rigid block")
     middle.plot(data.time, speed, color=BLUE, lw=0.8, label="engine")
     middle.set(ylabel="slip velocity (m/s)")
-    below.plot(fine[::10], slip[::10], color=THEORY, lw=2.2, alpha=0.35, label="rigid block")
+    below.plot(fine[::10], slip[::10], color=INK, lw=2.2, alpha=0.35, label="rigid block")
     below.plot(data.time, got, color=BLUE, lw=1, label="engine")
     below.set(xlabel="time (s)", ylabel="slip (m)")
     for axes in (top, middle, below):
@@ -427,7 +427,7 @@ def _shaking_figure(data, fine, base, slip, friction):
     left.plot(data.time, v.sel(point="base"), color="0.6", label="base")
     left.plot(data.time, v.sel(point="centre"), color=BLUE, label="block")
     left.set(xlabel="time (s)", ylabel="velocity (m/s)", title="0.4 g sin(2πt), μ = tan 10°")
-    right.plot(fine, slip, color=THEORY, lw=3, alpha=0.3, label="rigid block")
+    right.plot(fine, slip, color=INK, lw=3, alpha=0.3, label="rigid block")
     right.plot(data.time, _relative_slip(data), color=BLUE, lw=1.2, label="engine")
     right.set(xlabel="time (s)", ylabel="slip (m)", title="Slip relative to the base")
     for axes in (left, right):
@@ -586,7 +586,7 @@ def _many_figure(first, last, friction, expected, got):
     draw_blocks(left, last, [GROUND, *([STONE] * (len(last) - 1))])
     left.set_title("after 1 s; outlines: at the start")
     bare(left)
-    right.plot(friction, expected, color=THEORY, lw=1, label="formula")
+    right.plot(friction, expected, color=INK, lw=1, label="formula")
     right.plot(friction, got, "o", ms=4, color=BLUE, label="engine")
     right.set(xlabel="friction angle (°)", ylabel="slip after 1 s (m)")
     right.legend(frameon=False)

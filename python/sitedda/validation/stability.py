@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
+from ..drawing import BLUE, GROUND, RED, STONE, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case, relative, true
 from .model import (
     GRAVITY,
@@ -19,7 +20,6 @@ from .model import (
     simulation,
     turned,
 )
-from .pictures import BLUE, GROUND, RED, STONE, bare, canvas, draw_blocks
 
 DENSITY = 2500.0  # kg/m³
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh
 
+from ..drawing import BLUE, COLORS, GREEN, INK, ORANGE, RED, STONE, canvas, draw_blocks
 from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
 from .model import (
     STIFF,
@@ -21,7 +22,6 @@ from .model import (
     rectangle,
     residual,
 )
-from .pictures import BLUE, COLORS, GREEN, ORANGE, RED, STONE, THEORY, canvas, draw_blocks
 
 DENSITY, YOUNG = 2500.0, 5e9  # kg/m³, Pa
 SHEAR = 0.5 * YOUNG  # Pa, ν = 0
@@ -54,7 +54,7 @@ def damping(short: bool) -> Outcome:
     figure, (left, right) = canvas()
     fine = np.geomspace(0.005, 3.99, 300)
     theory = [_damping_ratio((4 - o**2) / (2 + o**2), 2 / (2 + o**2)) for o in fine]
-    right.loglog(fine, theory, color=THEORY, lw=1, label="closed form")
+    right.loglog(fine, theory, color=INK, lw=1, label="closed form")
     right.loglog(fine, fine / 4, ":", color="0.6", label="Ω/4")
     right.loglog(steps, ratios, "o", color=BLUE, label="engine")
     right.set(xlabel="Ω = ωΔt", ylabel="damping ratio ζ")

@@ -1,0 +1,8 @@
+"""The command line: python -m sitedda."""
+
+import sys
+
+from .command import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,155 @@
+"""Variables changed by name: what is meant is found, everything else of the text stays."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from model_text import changed, namelist, tower
+
+import sitedda
+from sitedda.changes import changed_input
+from sitedda.namelist import Namelist, value_text
+
+ROOT = Path(__file__).parents[2]
+TEXT = """! head: / & ' "
+&control time_step = 1e-3 ! s; a comment with / and 'quote
+  steps = 40,
+  gravity = 0.0,
+     -9.81   ! down
+/
+&material name='clay' ! soft
+  density=1900. young_modulus = 1e7 /
+&MATERIAL
+ Name = "it's / sand", Density = 2000.0
+/
+&joint friction_angle=30/
+&motion name = 'quake', values(1) = 0.0, values(2) = 1.0, 0.5/
+&load x=1, y=2, force_x = 0, 1, 0 /
+&load x=3, y=2, force_x = 0, 1, 0 /
+"""
+
+
+def read(text: str) -> list[tuple[str, dict[str, str]]]:
+    """Groups with the texts of their values."""
+    return [
+        (group.name, {name: group.get(name) for name, *_ in group._assignments()})
+        for group in Namelist.of(text).groups
+    ]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "which", "variable"),
+    [
+        ("time_step", 5e-4, 0, "time_step"),
+        ("control.time_step", 5e-4, 0, "time_step"),
+        ("control.dynamic_factor", 0.5, 0, "dynamic_factor"),
+        ("gravity", (0.0, -1.5), 0, "gravity"),
+        ("friction_angle", np.float64(35.0), 3, "friction_angle"),
+        ("joint.cohesion", 1e6, 3, "cohesion"),
+        ("joint[1].cohesion", 1e6, 3, "cohesion"),
+        ("material.clay.density", 1.5, 1, "density"),
+        ("material[clay].young_modulus", 2e9, 1, "young_modulus"),
+        ("material[it's / sand].density", 1500, 2, "density"),
+        ("material[2].name", "it's gravel", 2, "name"),
+        ("motion.quake.values", np.array([0.0, 2.0]), 4, "values"),
+        ("load[2].x", 4.5, 6, "x"),
+        ("load.2.force_y", [1.0, 2.0], 6, "force_y"),
+    ],
+)
+def test_one_variable_changes_and_nothing_else(path, value, which, variable):
+    before, new = read(TEXT), changed_input(TEXT, {path: value})
+    expected = before[which][1] | {variable: value_text(value).strip("'")}
+    assert read(new) == [*before[:which], (before[which][0], expected), *before[which + 1 :]]
+    assert new.count("\n") == TEXT.count("\n")
+    assert re.findall("!.*", new) == re.findall("!.*", TEXT)
+
+
+def test_every_line_keeps_its_number():
+    changes = {"gravity": (0.0, -1.0), "material.2.density": 1.0, "motion.values": [0.0] * 50}
+    old, new = TEXT.splitlines(), changed_input(TEXT, changes).splitlines()
+    same = [i for i, (one, other) in enumerate(zip(old, new, strict=True)) if one == other]
+    assert set(range(len(old))) - set(same) == {3, 4, 9, 12}
+
+
+def test_mappings_reach_into_groups_and_names():
+    nested = changed_input(TEXT, {"material": {"clay": {"density": 1.0}}, "joint": {"cohesion": 2}})
+    assert nested == changed_input(TEXT, {"material.clay.density": 1.0, "joint.cohesion": 2})
+
+
+def test_a_star_means_all_groups_of_a_kind():
+    found = [v for name, v in read(changed_input(TEXT, {"load[*].x": 9})) if name == "load"]
+    assert [group["x"] for group in found] == ["9", "9"]
+
+
+def test_none_takes_a_variable_out_and_one_length_replaces_the_other():
+    control = read(changed_input(TEXT, {"steps": None, "gravity": None}))[0][1]
+    assert set(control) == {"time_step"}
+    assert set(read(changed_input(TEXT, {"duration": 1.0}))[0][1]) == {
+        "time_step",
+        "gravity",
+        "duration",
+    }
+
+
+def test_a_group_that_may_be_missing_is_added():
+    new = changed_input(TEXT, {"normal_stiffness": 1e9, "output.file": "a.nc", "title": "T"})
+    assert new.startswith(TEXT)
+    assert read(new)[7:] == [
+        ("contact", {"normal_stiffness": "1000000000.0"}),
+        ("output", {"file": "a.nc"}),
+        ("run", {"title": "T"}),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("density", ["2 groups &material", "clay, it's / sand", "material[clay].density", "[*]"]),
+        ("material.density", ["2 groups &material", "material[clay].density"]),
+        ("load.x", ["2 groups &load (1, 2)", "load[1].x"]),
+        ("material.cly.density", ["no &material named 'cly'", "did you mean 'clay'?"]),
+        ("load[3].x", ["no &load named '3'", "there are 1, 2"]),
+        ("material.clay.densty", ["&material has no variable 'densty'", "mean 'density'?"]),
+        ("time_stp", ["no group has a variable 'time_stp'", "did you mean 'time_step'?"]),
+        ("motoin.scale", ["no group &motoin", "did you mean 'motion'?"]),
+        ("output", ["'output' is a group", "output.file"]),
+        ("file", ["several groups", "motion.file", "output.file", " or "]),
+        ("wall.bricks", ["no group &wall"]),
+        ("a b", ["'a b' does not name a variable"]),
+    ],
+)
+def test_a_name_that_means_nothing_or_too_much_is_refused(path, words):
+    with pytest.raises(sitedda.InputError) as caught:
+        changed_input(TEXT, {path: 1})
+    for part in words:
+        assert part in str(caught.value)
+
+
+def test_what_a_namelist_cannot_hold_is_refused():
+    with pytest.raises(sitedda.InputError, match="steps: a namelist cannot hold"):
+        changed_input(TEXT, {"steps": object()})
+
+
+def test_a_damaged_text_is_left_to_the_engine(write_input):
+    file = write_input("&control time_step = 1e-3\n&material density = 1 /\n")
+    with pytest.raises(sitedda.InputError, match="no closing slash"):
+        sitedda.run(file, time_step=1e-4)
+
+
+def test_a_named_material_changes_alone_in_the_engine(write_input):
+    clay = {"name": "clay", "density": 1800.0, "young_modulus": 1e9, "poisson_ratio": 0.3}
+    groups = [*changed(tower(steps=1), "layers", 1, material="clay"), ("material", clay)]
+    file = write_input(groups)
+    history = sitedda.run(file, changes={"material.clay.density": 1900.0}).history
+    assert set(history.block_density.values[1:]) == {1900.0}
+    assert history.block_density.values[0] == 2643.0
+    with pytest.raises(sitedda.InputError, match=r"2 groups &material \(rock, clay\)"):
+        sitedda.run(file, material={"density": 999.0})
+
+
+def test_errors_after_changes_name_the_line_of_the_file(write_input):
+    text = "! a comment\n" * 7 + namelist(tower())
+    line = 1 + text[: text.index("&material")].count("\n")
+    with pytest.raises(sitedda.InputError, match=rf"&material \(line {line}\)"):
+        sitedda.run(write_input(text), changes={"time_step": 5e-4, "material.density": -1.0})

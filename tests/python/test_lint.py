@@ -1,0 +1,90 @@
+"""The rules of the source: linters of both languages, layers, lengths, documented arguments."""
+
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+from conftest import executable
+from fortran_source import read_tree
+
+ROOT = Path(__file__).parents[2]
+TREE = read_tree(ROOT / "fortran")
+PROCEDURES = [procedure for source in TREE for procedure in source.procedures]
+LONGEST = 50  # lines of a procedure
+DOCUMENTED = 0.7  # share of all arguments; those of public procedures all are
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("ruff", "check"), ("ruff", "format", "--check"), ("fortitude", "check")],
+    ids=" ".join,
+)
+def test_linters_find_nothing(command):
+    done = subprocess.run(
+        [executable(command[0]), *command[1:]], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_no_line_is_longer_than_the_limit():
+    limit = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["ruff"]["line-length"]
+    assert tomllib.loads((ROOT / "fortitude.toml").read_text())["check"]["line-length"] == limit
+    kinds = ("*.f90", "*.inc", "*.c", "*.py", "*.in")
+    files = [f for top in ("fortran", "python", "tests") for k in kinds for f in _files(top, k)]
+    long = [
+        f"{file.relative_to(ROOT)}:{number}"
+        for file in files
+        for number, line in enumerate(file.read_text().splitlines(), 1)
+        if len(line) > limit
+    ]
+    assert not long
+
+
+def _files(top: str, kind: str) -> list[Path]:
+    return list((ROOT / top).rglob(kind))
+
+
+def test_the_tree_was_read_whole():
+    names = {name for source in TREE for name in source.modules}
+    assert len(names) >= len(TREE) - 1  # all but the main program
+    assert "dda_simulation" in names
+    ends = sum(
+        line.split()[:2] in (["end", "subroutine"], ["end", "function"])
+        for source in TREE
+        for line in source.file.read_text().splitlines()
+    )
+    assert 0 <= ends - len(PROCEDURES) < ends / 20  # interfaces of C and LAPACK
+
+
+def test_folders_are_layers():
+    """No folder depends on another that depends on it, directly or by way of others."""
+    home = {module: source.file.parent for source in TREE for module in source.modules}
+    below: dict[Path, set[Path]] = {source.file.parent: set() for source in TREE}
+    for source in TREE:
+        below[source.file.parent] |= {home[m] for m in source.used & set(home)}
+    assert sum(map(len, below.values())) > len(below)
+    while below:
+        lowest = {folder for folder, to in below.items() if not (to - {folder}) & set(below)}
+        assert lowest, f"these folders depend on each other: {sorted(map(str, below))}"
+        below = {folder: to for folder, to in below.items() if folder not in lowest}
+
+
+def test_no_procedure_is_longer_than_the_limit():
+    assert not [f"{p.where} {p.name}: {p.lines} lines" for p in PROCEDURES if p.lines > LONGEST]
+
+
+def test_arguments_of_public_procedures_are_documented():
+    missing = [
+        f"{p.where} {p.name}: {', '.join(sorted(set(p.arguments) - p.documented))}"
+        for source in TREE
+        for p in source.procedures
+        if p.name in source.public and set(p.arguments) - p.documented
+    ]
+    assert not missing, f"{len(missing)} procedures:\n" + "\n".join(missing[:40])
+
+
+def test_most_arguments_are_documented():
+    count = sum(len(p.arguments) for p in PROCEDURES)
+    documented = sum(len(set(p.arguments) & p.documented) for p in PROCEDURES)
+    assert documented >= DOCUMENTED * count, f"{documented} of {count}"

@@ -1,0 +1,143 @@
+"""Manners of the package: light to import, nothing accidental in it, one thread inside."""
+
+import ast
+import importlib.util
+import re
+import subprocess
+import sys
+import threading
+import tomllib
+from pathlib import Path
+
+import pytest
+from model_text import tower
+
+import sitedda
+
+ROOT = Path(__file__).parents[2]
+HEAVY = ("ezdxf", "matplotlib", "netCDF4", "pandas", "scipy", "shapely", "tqdm", "xarray")
+
+
+def python(code: str) -> str:
+    """What a fresh interpreter prints."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_the_import_and_the_help_need_no_heavy_library():
+    code = "import sys, sitedda, sitedda.command as c; {}print(set({}) & set(sys.modules) or '')"
+    assert python(code.format("", HEAVY)) == ""
+    show = "\ntry: c.main(['--help'])\nexcept SystemExit: print(end='\\n@')\n"
+    assert python(code.format(show, HEAVY)).endswith("@")
+
+
+def test_nothing_accidental_is_in_the_package():
+    found = [name for name in dir(sitedda) if not name.startswith("__")]
+    assert found == sorted([*sitedda.__all__, *sitedda._MODULES])
+    assert all(getattr(sitedda, name) is not None for name in found)
+    star = {}
+    exec("from sitedda import *", star)
+    assert set(star) - {"__builtins__"} == set(sitedda.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'simulate'"):
+        sitedda.simulate  # noqa: B018
+
+
+def test_the_package_says_that_it_is_typed():
+    assert (Path(sitedda.__file__).parent / "py.typed").exists()
+
+
+def test_the_package_runs_as_a_module():
+    done = subprocess.run(
+        [sys.executable, "-m", "sitedda", "--version"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (0, f"sitedda {sitedda.__version__}\n")
+
+
+@pytest.mark.parametrize("module", ["sitedda.plot", "sitedda.drawing", "sitedda.paper"])
+def test_drawing_leaves_the_backend_of_matplotlib_alone(module):
+    code = f"import matplotlib; matplotlib.use('svg'); import {module}"
+    assert python(f"{code}; print(matplotlib.get_backend())") == "svg"
+    assert python(f"import sys, {module}; print('matplotlib.pyplot' in sys.modules)") == "False"
+
+
+def test_every_library_that_is_imported_is_declared():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    needs = [*project["dependencies"], *sum(project["optional-dependencies"].values(), [])]
+    declared = {need.split(">")[0].lower() for need in needs} | {"pil"}  # which is pillow
+    assert "pillow" in declared
+    for file in _modules(ROOT / "python" / "sitedda"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module]
+            foreign = {name.split(".")[0] for name in names} - sys.stdlib_module_names
+            assert {name.lower() for name in foreign} <= declared, file.name
+
+
+def test_every_module_is_installed():
+    source = {f.relative_to(ROOT / "python" / "sitedda") for f in _modules(ROOT / "python/sitedda")}
+    installed = Path(sitedda.__file__).parent
+    assert source == {f.relative_to(installed) for f in _modules(installed)}
+    assert importlib.util.find_spec("sitedda._core") is not None
+
+
+def _modules(folder: Path):
+    inputs = folder / "inputs"
+    return [f for f in folder.rglob("*.py") if inputs not in f.parents]
+
+
+def test_the_version_is_one():
+    """That of meson.build, which the engine and the package have from it."""
+    build = (ROOT / "meson.build").read_text()
+    version = re.search(r"^\s*version: '([\d.]+)'", build, re.MULTILINE)[1]
+    assert sitedda.__version__ == version
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert re.findall(r"^version: (.*)$", citation, re.MULTILINE) == [version]
+    licence = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["license"]
+    assert re.findall(r"^license: (.*)$", citation, re.MULTILINE) == [licence]
+    assert f"license: '{licence}'" in build
+    changes = re.findall(r"^## \[(.*?)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert changes[:2] == ["Unreleased", version]
+
+
+# --- Simulation -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["loads", "dynamic_factor", "time_step", "time", "velocities"])
+def test_what_cannot_be_set_is_refused(write_input, name):
+    with sitedda.Simulation(write_input(tower())) as simulation:
+        with pytest.raises(AttributeError, match=name):
+            setattr(simulation, name, [1.0])
+
+
+QUESTIONS = {
+    "check": sitedda.check,
+    "modes": sitedda.modes,
+    "transfer": lambda model: sitedda.transfer(model, [1.0, 2.0]),
+    "penalty_for_frequency": lambda model: sitedda.penalty_for_frequency(model, 20.0),
+    "penalty_for_shift": lambda model: sitedda.penalty_for_shift(model, 5.0),
+}
+
+
+@pytest.mark.parametrize("ask", QUESTIONS.values(), ids=QUESTIONS)
+def test_a_check_waits_for_a_thread_that_steps(write_input, ask):
+    """The engine releases the interpreter while it steps; nobody else may then read its state."""
+    with sitedda.Simulation(write_input(tower(steps=1_000_000))) as simulation:
+        stepping = threading.Event()
+        ended = []
+
+        def step():
+            with simulation._one:
+                stepping.set()
+                simulation.advance(4000)
+                ended.append("step")
+
+        thread = threading.Thread(target=step)
+        thread.start()
+        stepping.wait()
+        ask(simulation)
+        ended.append("ask")
+        thread.join()
+        assert ended == ["step", "ask"]
+        assert simulation.steps == 4000
