@@ -484,7 +484,7 @@ class Voronoi:
 
     def expected(self, radius: float) -> float:
         """About how many segments there are in a circle (m)."""
-        return 3 * (2 * (radius / self.size + 3)) ** 2
+        return 3 * (2 * (min(radius / self.size, 1e9) + 3)) ** 2
 
     def segments(self, centre, radius: float) -> np.ndarray:
         """Sides of the polygons in a circle (m), shape (n, 2, 2)."""
