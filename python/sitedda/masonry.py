@@ -9,7 +9,7 @@ import numpy as np
 
 from .errors import InputError
 
-MOST_BLOCKS = 1_000_000  # of one structure
+MOST_BLOCKS = 100_000  # of one structure
 
 
 @dataclass(frozen=True)

@@ -304,7 +304,7 @@ coordinate = st.integers(0, 6) | st.sampled_from([1e-9, 1e-6, 1e-3, 3 + 1e-8, 5.
 point = st.tuples(coordinate, coordinate)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     lines=st.lists(st.tuples(point, point), min_size=1, max_size=25),
     outline=st.sampled_from([[0, 0, 6, 0, 6, 6, 0, 6], [0, 0, 6, 0, 6, 6, 3, 2, 0, 6]]),
@@ -355,6 +355,26 @@ def test_thin_blocks_vanish_with_least_edge_and_sharp_ones_with_least_angle():
     sharp = cut(region, [JointLine(points=[0, 0, 10, 1])], settings=Cutting(least_angle=8))
     assert len(sharp) == 1
     check_partition(flat, 100.0)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    least_edge=st.sampled_from([0.1, 0.3]),
+    shape=st.sampled_from(["circle", "horseshoe", "rectangle"]),
+    place=st.tuples(st.floats(2, 8), st.floats(2, 8)),
+)
+def test_outlines_keep_their_shape_when_corners_are_made_one(seed, least_edge, shape, place):
+    hole = Tunnel(centre=place, width=1.5, height=2.5, shape=shape, sides=16)  # of short sides
+    joints = [
+        JointSet(angle=20, spacing=0.9, spacing_distribution="exponential", seed=seed),
+        JointSet(angle=80, spacing=1.2, angle_distribution="normal", angle_deviation=12, seed=seed),
+        Voronoi(size=2.0, seed=seed),
+    ]
+    policy = Cutting(least_edge=least_edge, least_area=0.2, least_angle=12)
+    blocks = cut([Region(outline=CONCAVE)], joints, holes=[hole], settings=policy)
+    outline = shapely.Polygon(np.reshape(CONCAVE, (-1, 2)))
+    check_partition(blocks, outline.difference(shapely.Polygon(hole.outline)).area)
 
 
 def test_slivers_of_foreign_polygons_are_named():

@@ -1,10 +1,13 @@
 """The model as a Python object: the groups of the input without loss, checked, run, built."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from model_text import BONDED, flying_block, namelist, tower
 
 import sitedda
@@ -47,8 +50,6 @@ def test_groups_and_variables_are_those_of_the_engine(root):
 
 
 def inputs():
-    from pathlib import Path
-
     return sorted((Path(__file__).parents[2] / "inputs").rglob("*.nml"))
 
 
@@ -283,6 +284,28 @@ def test_groups_that_cannot_be_built_name_their_place(text, place, words, write_
     done = main("build", file)
     assert done.returncode == 1 and not file.with_name("model_blocks.nml").exists()
     assert place in done.stderr and words in done.stderr
+
+
+WORDS = ["0", "-1", "1e300", "nan", "1e-300", "999999999999", "'x'", "1e6", "(", "&", "/", "=", "é"]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    data=st.data(),
+    file=st.sampled_from([f for f in inputs() if built_text(f.read_text(), f)[1].blocks]),
+)
+def test_damaged_groups_are_built_or_refused(data, file):
+    """Values of the groups that are built are replaced at random."""
+    text = file.read_text()
+    for _ in range(data.draw(st.integers(1, 3))):
+        values = [m for m in re.finditer(r"(?<![\w.])[-+]?\d[\d.eE+-]*", text)]
+        where = data.draw(st.sampled_from(values))
+        text = text[: where.start()] + data.draw(st.sampled_from(WORDS)) + text[where.end() :]
+    for act in (lambda: built_text(text, file), lambda: Model.from_namelist(text, file).build()):
+        try:
+            act()
+        except sitedda.SiteddaError as error:
+            assert str(error)
 
 
 def test_build_does_not_overwrite_its_input(write_input, main):

@@ -179,12 +179,12 @@ class _Cut:
         return shapely.Polygon(outline - self.centre)
 
     def _check_overlap(self) -> None:
-        for i, one in enumerate(self.outlines):
-            for k in range(i):
-                common = shapely.intersection(one, self.outlines[k]).area
-                if common > self.tolerance * self.size:
-                    names = f"{self.regions[k].name!r} and {self.regions[i].name!r}"
-                    raise InputError(f"the regions {names} overlap by {common:g} m²")
+        one, other = shapely.STRtree(self.outlines).query(self.outlines, predicate="intersects")
+        for i, k in zip(one.tolist(), other.tolist(), strict=True):
+            common = shapely.intersection(self.outlines[i], self.outlines[k]).area if i < k else 0
+            if common > self.tolerance * self.size:
+                names = f"{self.regions[i].name!r} and {self.regions[k].name!r}"
+                raise InputError(f"the regions {names} overlap by {common:g} m²")
 
     def _check_inside(self, things, polygons, kind: str) -> None:
         for thing, polygon in zip(things, polygons, strict=True):

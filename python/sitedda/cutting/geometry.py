@@ -484,7 +484,7 @@ class Voronoi:
 
     def expected(self, radius: float) -> float:
         """About how many segments there are in a circle (m)."""
-        return 3 * (2 * (radius / self.size + 3)) ** 2
+        return 3 * (2 * (min(radius / self.size, 1e9) + 3)) ** 2
 
     def segments(self, centre, radius: float) -> np.ndarray:
         """Sides of the polygons in a circle (m), shape (n, 2, 2)."""
@@ -495,20 +495,19 @@ class Voronoi:
         share = uniform(self.seed, (9,), 2 * count).reshape(-1, 2)
         points = half * (2 * share - 1)
         for _ in range(self.iterations):
-            points = _middles(Diagram(_mirrored(points, half)), count)
-        diagram = Diagram(_mirrored(points, half))
+            points = _middles(Diagram(_mirrored(points, half, 6 * self.size)), count)
+        diagram = Diagram(_mirrored(points, half, 6 * self.size))
         sides = np.array(diagram.ridge_vertices)
         near = (diagram.ridge_points < count).any(axis=1) & (sides >= 0).all(axis=1)
         return diagram.vertices[sides[near]] + centre
 
 
-def _mirrored(points, half: float) -> np.ndarray:
-    """Points with their images in the sides of a square, so that every polygon is bounded."""
+def _mirrored(points, half: float, band: float) -> np.ndarray:
+    """Points with the images of those near the sides of a square: every polygon is bounded."""
     images = [points]
     for axis in (0, 1):
         for side in (-half, half):
-            image = points[abs(points[:, axis] - side) < 0.2 * half + 1e-9]
-            image = image.copy()
+            image = points[abs(points[:, axis] - side) < band].copy()
             image[:, axis] = 2 * side - image[:, axis]
             images.append(image)
     return np.concatenate(images)

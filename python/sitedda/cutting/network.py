@@ -287,21 +287,27 @@ def _joined(network: Network, tolerance: float, rigid: bool) -> Network:
 def _rigid_pairs(network: Network, pairs) -> np.ndarray:
     """Of pairs of nodes that are close, those that may become one while outlines keep their shape.
 
-    These are neighbours along an outline; a node beside it with the nearest one on it; and nodes
-    within the regions that have none on an outline near them.
+    A node within the regions may become one with the nearest on an outline, a node on an outline
+    with the nearest corner beside it on the same outline, and nodes of one kind with each other if
+    they have no such partner; corners stay.
     """
-    fixed = network.kinds[pairs] <= BOUNDARY
+    kinds = np.minimum(network.kinds, CROSSING)
     count = np.array([len(network.nodes), 1])
-    along = np.sort(network.edges[network.outline], axis=1) @ count
-    linked = fixed.all(axis=1) & np.isin(np.sort(pairs, axis=1) @ count, along)
-    mixed = fixed[:, 0] != fixed[:, 1]
-    loose = np.where(fixed[mixed, 0], pairs[mixed, 1], pairs[mixed, 0])
-    away = np.linalg.norm(np.diff(network.nodes[pairs[mixed]], axis=1)[:, 0], axis=1)
-    order = np.lexsort((away, loose))
-    _, nearest = np.unique(loose[order], return_index=True)
-    beside = pairs[mixed][order[nearest]]
-    free = ~fixed.any(axis=1) & ~np.isin(pairs, loose).any(axis=1)
-    return np.concatenate([pairs[linked], beside, pairs[free]])
+    sides = np.sort(network.edges[network.outline], axis=1) @ count
+    beside = np.isin(np.sort(pairs, axis=1) @ count, sides)
+    kept, taken = [], np.zeros(len(kinds), dtype=bool)
+    for kind in (BOUNDARY, CROSSING):
+        allowed = beside if kind == BOUNDARY else np.ones(len(pairs), dtype=bool)
+        down = allowed & (kinds[pairs].max(axis=1) == kind) & (kinds[pairs].min(axis=1) < kind)
+        upper = np.where(kinds[pairs[down, 0]] == kind, pairs[down, 0], pairs[down, 1])
+        away = np.linalg.norm(np.diff(network.nodes[pairs[down]], axis=1)[:, 0], axis=1)
+        order = np.lexsort((away, upper))
+        partnered, nearest = np.unique(upper[order], return_index=True)
+        kept.append(pairs[down][order[nearest]])
+        taken[partnered] = True
+        same = allowed & (kinds[pairs] == kind).all(axis=1) & ~taken[pairs].any(axis=1)
+        kept.append(pairs[same])
+    return np.concatenate(kept)
 
 
 def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]:
