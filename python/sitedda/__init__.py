@@ -23,6 +23,7 @@ from .errors import (
     SiteddaError,
     SolverError,
 )
+from .model import Model
 from .records import read_record
 from .scheme import (
     scheme_damping,
@@ -50,6 +51,7 @@ __all__ = [
     "InputError",
     "InterruptedRun",
     "Layer",
+    "Model",
     "Modes",
     "OutputError",
     "Peak",
@@ -78,7 +80,10 @@ __all__ = [
     "time_step_for_damping",
     "transfer",
 ]
-_MODULES = ("drawing", "pictures", "plot", "response", "scene", "signals")  # read when asked for
+# Read when asked for.
+_MODULES = (
+    "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals",
+)  # fmt: skip
 _FUNCTIONS = {"draw": "pictures", "open_output": "scene"}  # of modules that are
 
 

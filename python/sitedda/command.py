@@ -83,6 +83,10 @@ def _parser() -> argparse.ArgumentParser:
     checking.add_argument("file", type=Path, metavar="FILE.nml")
     checking.add_argument("--json", action="store_true", help="print plain values as JSON")
     checking.set_defaults(act=_check)
+    building = commands.add_parser("build", help="turn joints and masonry of an input into blocks")
+    building.add_argument("file", type=Path, metavar="FILE.nml")
+    building.add_argument("-o", "--output", type=_file_name, help="(beside it, FILE_blocks.nml)")
+    building.set_defaults(act=_build)
     for command in (running, resuming, checking):
         command.add_argument(
             "--set",
@@ -126,11 +130,29 @@ def _record(options: argparse.Namespace) -> int:
     return 0
 
 
+def _build(options: argparse.Namespace) -> int:
+    from .building import build_file, summary
+
+    output, built = build_file(options.file, options.output)
+    print(summary(built))
+    _tell("\n".join(built.messages))
+    print(f"output: {output}")
+    return 0
+
+
+def _tell(words: str) -> None:
+    for line in words.splitlines():
+        print(f"note: {line}")
+
+
 def _check(options: argparse.Namespace) -> int:
-    found = check(options.file, dict(options.set))
+    with Simulation(options.file, changes=dict(options.set)) as simulation:
+        notes = simulation.block_notes()
+        found = check(simulation)
     if getattr(options, "json", False):
         print(json.dumps(found.to_dict(), indent=1))
     else:
+        _tell(notes)
         print(f"{found}\n\n{found.conclusion}")
     if found.verdict == "fail":
         raise CheckError(f"{options.file}: the check fails")
@@ -159,6 +181,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             if not bars:
                 if resume:
                     print(simulation.notice, flush=True)
+                _tell(simulation.block_notes())
                 total = simulation.duration
                 bar = tqdm(total=total, disable=options.quiet, bar_format=look)
                 bars.append(stack.enter_context(bar))

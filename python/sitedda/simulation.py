@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .building import built_text, opened_input
 from .changes import changed_input
 from .engine import api, checked, engine_names
 from .errors import AuditWarning, InputError, OutputError, PeakWarning
@@ -35,8 +36,8 @@ class Simulation:
 
     Parameters
     ----------
-    file : path
-        Namelist input.
+    file : path or Model
+        Namelist input; groups of joints and masonry are turned into blocks.
     output : path, True or None
         Output file; True: where the input says; None: no file is written.
     resume : bool
@@ -63,7 +64,9 @@ class Simulation:
     Only what is said to be settable can be set.
     """
 
-    __slots__ = ("__weakref__", "_free", "_handle", "_one", "_writes", "done", "file", "input_text")
+    __slots__ = (
+        "__weakref__", "_free", "_handle", "_one", "_writes", "built", "done", "file", "input_text",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -76,23 +79,20 @@ class Simulation:
     ):
         if resume and output is None:
             raise ValueError("only a run with an output can be resumed")
-        file = Path(file)
-        text = _read_input(file)
         changes = dict(changes or {}) | more
-        if changes:
-            text = changed_input(text, changes)
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # held while the engine works on this simulation
-        with _FILES:
-            self._handle = checked(
-                *api.open_run(
-                    os.fsencode(file),
-                    text.encode("utf-8", "surrogateescape"),
-                    target,
-                    self._writes + bool(resume),
+        with opened_input(file) as (file, text):
+            if changes:
+                text = changed_input(text, changes)
+            text, self.built = built_text(text, file)
+            writes = self._writes + bool(resume)
+            with _FILES:
+                opened = api.open_run(
+                    os.fsencode(file), text.encode("utf-8", "surrogateescape"), target, writes
                 )
-            )
+            self._handle = checked(*opened)
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
         self.input_text = text
@@ -295,6 +295,17 @@ class Simulation:
     def solver(self) -> str:
         """The solver at work, which ``'auto'`` may change."""
         return self._text("solver").decode()
+
+    def block_notes(self) -> str:
+        """What making blocks removed, merged or left, and which blocks are slivers, in words."""
+        from .cutting import slivers
+
+        found = list(map(str, slivers(self.polygons, self.block_names)))
+        words = [one for one in self.built.messages if "are slivers" not in one]
+        if found:
+            more = " …" if len(found) > 5 else ""
+            words.append(f"{len(found)} blocks are slivers: {'; '.join(found[:5])}{more}")
+        return "\n".join(words)
 
     def phase_times(self) -> dict[str, float]:
         """Seconds spent in the phases of the steps since the first call, which starts the watch.

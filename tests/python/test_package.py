@@ -15,7 +15,7 @@ from model_text import tower
 import sitedda
 
 ROOT = Path(__file__).parents[2]
-HEAVY = ("matplotlib", "netCDF4", "pandas", "scipy", "tqdm", "xarray")
+HEAVY = ("ezdxf", "matplotlib", "netCDF4", "pandas", "scipy", "shapely", "tqdm", "xarray")
 
 
 def python(code: str) -> str:
