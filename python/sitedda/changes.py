@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 
 from .errors import InputError
-from .groups import appears_once, variables
+from .groups import single_groups, variables
 from .namelist import Group, Namelist, value_text
 
 _EXCLUSIVE = {"duration": "steps", "steps": "duration"}  # giving one takes the other out
@@ -105,7 +105,7 @@ def _bare(namelist: Namelist, variable: str) -> tuple[list[Group], str]:
 def _chosen(namelist: Namelist, path: str, kind: str, which: str | None, variable: str):
     """The groups of a kind that are meant: the only one, one by name or number, or all (*)."""
     groups = namelist.named(kind)
-    if which is None and appears_once(kind):
+    if which is None and kind in single_groups():
         return groups or [namelist.add(kind)]
     if not groups:
         raise InputError(f"{path}: the input has no group &{kind} to change")
