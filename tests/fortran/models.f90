@@ -1,9 +1,9 @@
 !> Small models for the tests: groups of an input as text, polygons, blocks, and repeatable random
 !> numbers.
 module models
-   use dda_energy, only: energy_algorithmic, energy_contact, energy_damping, energy_fracture, energy_friction, &
-      energy_gravity, energy_initial, energy_input, energy_kinetic, energy_kinetic_damping, &
-      energy_strain, energy_support
+   use dda_energy, only: energy_algorithmic, energy_contact, energy_damping, energy_fracture, &
+      energy_friction, energy_gravity, energy_initial, energy_input, energy_kinetic, &
+      energy_kinetic_damping, energy_strain, energy_support
    use dda_kinds, only: wp, long, pi
    use dda_blocks, only: blocks_type, set_blocks
    use dda_energy, only: energy_type, balance

@@ -184,9 +184,9 @@ contains
       character(len=*), intent(in) :: member, more
       real(wp), intent(in) :: dt
 
-      call begin(simulation, control_text(dt, 1000, trim(member)//' max_displacement_ratio = 0.1')// &
-         contact_text(1.0e9_wp, '')//joint_text(20.0_wp, 0.0_wp, 0.0_wp)//rock// &
-         block_text('a', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))// &
+      call begin(simulation, control_text(dt, 1000, trim(member)// &
+         ' max_displacement_ratio = 0.1')//contact_text(1.0e9_wp, '')// &
+         joint_text(20.0_wp, 0.0_wp, 0.0_wp)//rock//block_text('a', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))// &
          block_text('b', rectangle(2.0_wp, 0.0_wp, 3.0_wp, 1.0_wp))//more)
    end subroutine begin_pair
 
@@ -293,8 +293,7 @@ contains
          worst = max(worst, abs(balance(simulation%energy))/turnover(simulation%energy))
       end do
       call check(worst <= 1.0e-8_wp, 'the budget closes: '//number(worst))
-      call check(simulation%iteration%iterations >= 1 .and. simulation%counters%most_iterations > 3, &
-         'states change')
+      call check(simulation%counters%most_iterations > 3, 'states change')
       call check(simulation%energy%value(energy_damping) > 0.0_wp, 'dashpots take energy')
    end subroutine bolts_and_contacts
 
@@ -388,10 +387,11 @@ contains
       do instant = at_theta, at_end
          call begin_pair(simulation, members(member), dt, ' &fixed_point x = 0.1 y = 0.1 /'// &
             ' &fixed_point x = 0.1 y = 0.9 / &fixed_point x = 0.9 y = 0.1 /'// &
-            " &fixed_point x = 2.5 y = 0.0 direction = 'y' / &fixed_point x = 2.5 y = 1.0 direction = 'y' /"// &
+            " &fixed_point x = 2.5 y = 0.0 direction = 'y' /"// &
+            " &fixed_point x = 2.5 y = 1.0 direction = 'y' /"// &
             " &measured_point name = 'a' x = 0.5 y = 0.5 /"// &
             " &measured_point name = 'b' x = 2.5 y = 0.5 /")
-         bolt = bolt_type(stiffness=4.0e7_wp, viscosity=5.0e4_wp, instant=instant)
+         bolt = bolt_type(block=[2, 1], stiffness=4.0e7_wp, viscosity=5.0e4_wp, instant=instant)
          call put_bolts(simulation, [bolt])
          call linearise(linear, simulation, 'closed', error)
          call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 60.0_wp, error)
