@@ -186,7 +186,8 @@ contains
 
       call begin(simulation, control_text(dt, 1000, trim(member)// &
          ' max_displacement_ratio = 0.1')//contact_text(1.0e9_wp, '')// &
-         joint_text(20.0_wp, 0.0_wp, 0.0_wp)//rock//block_text('a', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))// &
+         joint_text(20.0_wp, 0.0_wp, 0.0_wp)//rock// &
+         block_text('a', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))// &
          block_text('b', rectangle(2.0_wp, 0.0_wp, 3.0_wp, 1.0_wp))//more)
    end subroutine begin_pair
 
