@@ -151,8 +151,9 @@ contains
          integer, intent(in) :: i
 
          associate (term => linear%terms%term(i))
-            is_held = term%kind == term_support .and. term%row_a(axis) == 1.0_wp .and. &
-               (term%instant == at_end .or. term%instant == end_dashpot)
+            is_held = term%kind == term_support .and. term%block_b == 0 .and. &
+               term%row_a(axis) == 1.0_wp .and. (term%instant == at_end .or. &
+               term%instant == end_dashpot)
          end associate
       end function is_held
    end subroutine push_supports

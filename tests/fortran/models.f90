@@ -1,9 +1,9 @@
 !> Small models for the tests: groups of an input as text, polygons, blocks, and repeatable random
 !> numbers.
 module models
-   use dda_energy, only: energy_algorithmic, energy_contact, energy_fracture, energy_friction, &
-      energy_gravity, energy_initial, energy_input, energy_kinetic, energy_kinetic_damping, &
-      energy_strain, energy_support
+   use dda_energy, only: energy_algorithmic, energy_contact, energy_damping, energy_fracture, &
+      energy_friction, energy_gravity, energy_initial, energy_input, energy_kinetic, &
+      energy_kinetic_damping, energy_strain, energy_support
    use dda_kinds, only: wp, long, pi
    use dda_blocks, only: blocks_type, set_blocks
    use dda_energy, only: energy_type, balance
@@ -74,7 +74,7 @@ contains
          energy%value(energy_contact), energy%value(energy_support), energy%value(energy_gravity), &
          energy%value(energy_input), energy%value(energy_friction), energy%value(energy_fracture), &
          energy%value(energy_algorithmic), energy%value(energy_kinetic_damping), &
-         energy%value(energy_initial)]))
+         energy%value(energy_damping), energy%value(energy_initial)]))
       relative_balance = 0.0_wp
       if (largest > 0.0_wp) relative_balance = abs(balance(energy))/largest
    end function relative_balance

@@ -173,8 +173,8 @@ contains
       !$ call omp_set_num_threads(before)
    end subroutine any_number_of_threads
 
-   !> States, forces, multipliers and the retained share change, a few at a time, as in the iteration of
-   !> a step.
+   !> States, forces, multipliers and the retained share change, a few at a time, as in the
+   !> iteration of a step.
    subroutine after_changes(n)
       integer, intent(in) :: n
       type(system_type) :: system, whole

@@ -90,8 +90,8 @@ contains
 
    !> Start with the velocities of a mode: each shows its frequency and damping in time stepping.
    !>
-   !> DDA damps an elastic spring by ζ = Ω/4, a support by Ω/2: a mode with a share s of its energy in
-   !> supports has (1 + s) times the damping of the scheme.
+   !> DDA damps an elastic spring by ζ = Ω/4, a support by Ω/2: a mode with a share s of its energy
+   !> in supports has (1 + s) times the damping of the scheme.
    subroutine free_vibration(text, count)
       character(len=*), intent(in) :: text
       integer, intent(in) :: count

@@ -4,7 +4,8 @@ module test_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_spectrum, only: spectral_peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
+   use dda_spectrum, only: spectral_peak_type, fourier_spectrum, fourier_amplitude, amplification, &
+      find_peak
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
    private
