@@ -16,7 +16,8 @@ from sitedda.validation.stability import goodman_bray, stands
 def test_report_holds_rows_and_picture(tmp_path):
     file = write_report([run_case("damping", short=True)], tmp_path / "out")
     text = file.read_text(encoding="utf-8")
-    assert "<td>trace, Ω = 1</td><td class='n'>1</td><td class='n'>1</td>" in text
+    cells = "<td>determinant, midpoint, Ω = 0.1</td><td class='n'>1</td><td class='n'>1</td>"
+    assert cells in text
     assert "<td class='good'>ok</td>" in text and "href='#damping'" in text
     assert "src='data:image/svg+xml;base64," in text
 
