@@ -9,7 +9,8 @@ module dda_friction
    use dda_material, only: joint_type
    implicit none
    private
-   public :: laws_type, law_type, response_type, set_laws, law_of, respond
+   public :: laws_type, law_type, response_type, set_laws, weaker_joint, law_of, &
+      respond
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -57,6 +58,25 @@ contains
       laws%cohesion = joints%cohesion
       laws%tension = joints%tensile_strength
    end subroutine set_laws
+
+   !> The weaker of two joint materials, which governs where they meet: that of less friction; of
+   !> equal ones that of less cohesion, then of less tensile strength, then the first.
+   pure integer function weaker_joint(laws, a, b) result(weaker)
+      type(laws_type), intent(in) :: laws  !< strengths of the joint materials
+      integer, intent(in) :: a, b          !< joint materials
+
+      weaker = a
+      if (a == b) return
+      if (laws%friction(a) /= laws%friction(b)) then
+         if (laws%friction(b) < laws%friction(a)) weaker = b
+      else if (laws%cohesion(a) /= laws%cohesion(b)) then
+         if (laws%cohesion(b) < laws%cohesion(a)) weaker = b
+      else if (laws%tension(a) /= laws%tension(b)) then
+         if (laws%tension(b) < laws%tension(a)) weaker = b
+      else
+         weaker = min(a, b)
+      end if
+   end function weaker_joint
 
    !> The law of a contact of a joint material.
    pure function law_of(laws, joint, bonded, length, multiplier) result(law)
