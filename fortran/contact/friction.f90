@@ -18,6 +18,7 @@ module dda_friction
       real(wp) :: shear_stiffness = 0.0_wp      !< k_s, N/m per metre of thickness
       logical :: augmented = .false.            !< augmented Lagrangian: with multipliers
       real(wp) :: theta = 1.0_wp                !< share of the step at which bonded joints act
+      real(wp), allocatable :: friction_angle(:) !< [joints] φ, degrees
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
@@ -54,6 +55,7 @@ contains
 
       laws%normal_stiffness = normal_stiffness
       laws%shear_stiffness = normal_stiffness/shear_ratio
+      laws%friction_angle = joints%friction_angle
       laws%friction = tan(joints%friction_angle*pi/180.0_wp)
       laws%cohesion = joints%cohesion
       laws%tension = joints%tensile_strength
@@ -67,8 +69,8 @@ contains
 
       weaker = a
       if (a == b) return
-      if (laws%friction(a) /= laws%friction(b)) then
-         if (laws%friction(b) < laws%friction(a)) weaker = b
+      if (laws%friction_angle(a) /= laws%friction_angle(b)) then
+         if (laws%friction_angle(b) < laws%friction_angle(a)) weaker = b
       else if (laws%cohesion(a) /= laws%cohesion(b)) then
          if (laws%cohesion(b) < laws%cohesion(a)) weaker = b
       else if (laws%tension(a) /= laws%tension(b)) then

@@ -701,7 +701,7 @@ contains
       call report(error, status, message)
    end subroutine read_ground_motion
 
-   !> θ and χ of a time integration by name; theta counts for 'theta' only.
+   !> theta and chi of a time integration by name; theta counts for 'theta' only.
    subroutine scheme_numbers(name, theta, numbers, status, message)
       character(len=*), intent(in) :: name
       real(c_double), intent(in) :: theta
