@@ -30,6 +30,7 @@ module dda_output_file
    private
    public :: check_target, write_output, is_complete, partial_name
 
+   integer, parameter :: name_length = 64         !< of points and joints
    integer, parameter :: buffered = 1024          !< samples between writes
    integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
 
@@ -45,6 +46,7 @@ module dda_output_file
       integer :: motion(3)                        !< displacement, velocity, acceleration
       integer :: energy(size(energy_terms))
       integer :: frame_time, coordinates, rates, stress, vertices, vertex, block, name, place, owner
+      integer :: joint
       integer :: density, modulus
       integer :: contact_frame, contact(contact_columns)
       real(wp), allocatable :: sample(:,:)        !< [buffered, numbers of a sample]
@@ -114,7 +116,7 @@ contains
       integer :: i
 
       bytes = overhead + 2*len(simulation%model%text) + journal%bytes &
-         + 256*size(simulation%model%points) + 32*size(simulation%blocks%owner)
+         + 256*size(simulation%model%points) + 64*size(simulation%model%joints) + 32*size(simulation%blocks%owner)
       do i = 1, size(simulation%model%motions)
          bytes = bytes + 2*len(simulation%model%motions(i)%source)
       end do
@@ -286,13 +288,15 @@ contains
             '0 open, 1 slide, 2 stick')
          output%contact(4) = define(dataset, 'contact_bonded', nf90_int, [contact], '1', &
             '1 while cohesion and tension hold')
-         output%contact(5) = define(dataset, 'contact_gap', nf90_double, [contact], 'm', &
+         output%contact(5) = define(dataset, 'contact_joint', nf90_int, [contact], '1', &
+            'joint material, from 0')
+         output%contact(6) = define(dataset, 'contact_gap', nf90_double, [contact], 'm', &
             'gap, negative is penetration')
-         output%contact(6) = define(dataset, 'contact_normal_force', nf90_double, [contact], &
+         output%contact(7) = define(dataset, 'contact_normal_force', nf90_double, [contact], &
             'N m-1', 'compression positive')
-         output%contact(7) = define(dataset, 'contact_shear_force', nf90_double, [contact], &
+         output%contact(8) = define(dataset, 'contact_shear_force', nf90_double, [contact], &
             'N m-1', 'resists slip')
-         output%contact(8) = define(dataset, 'contact_stretch', nf90_double, [contact], 'm', &
+         output%contact(9) = define(dataset, 'contact_stretch', nf90_double, [contact], 'm', &
             'elastic shear stretch')
       end associate
    end subroutine define_contacts
@@ -302,10 +306,10 @@ contains
       type(output_type), intent(inout) :: output  !< file being written
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: point, axis  !< netCDF dimensions
-      integer :: letter
+      integer :: letter, joint
 
       associate (dataset => output%dataset)
-         letter = define_dimension(dataset, 'letter', len(simulation%model%points%name))
+         letter = define_dimension(dataset, 'letter', name_length)
          output%name = define(dataset, 'point', nf90_char, [letter, point], '1', &
             'name of a measured point')
          output%place = define(dataset, 'point_place', nf90_double, [axis, point], 'm', &
@@ -316,9 +320,14 @@ contains
             'Pa', 'shear modulus')
          output%owner = define(dataset, 'vertex_block', nf90_int, [output%vertex], '1', &
             'block of a vertex, from 0')
+         joint = define_dimension(dataset, 'joint', size(simulation%model%joints))
+         output%joint = define(dataset, 'joint', nf90_char, [letter, joint], '1', &
+            'name of a joint material')
          if (allocated(dataset%error)) return
          call checked(dataset, nf90_put_att(dataset%id, output%name, '_Encoding', 'utf-8'), &
             'describe point')
+         call checked(dataset, nf90_put_att(dataset%id, output%joint, '_Encoding', 'utf-8'), &
+            'describe joint')
       end associate
    end subroutine define_names
 
@@ -329,13 +338,18 @@ contains
       integer :: i
 
       associate (dataset => output%dataset, points => simulation%model%points, &
-         owner => simulation%blocks%owner)
+         joints => simulation%model%joints, owner => simulation%blocks%owner)
          do i = 1, size(points)
             call put(dataset, output%place, points(i)%place + simulation%model%origin, [1, i], &
                [2, 1])
             if (allocated(dataset%error)) return
             call checked(dataset, nf90_put_var(dataset%id, output%name, &
-               null_padded(points(i)%name), [1, i], [len(points%name), 1]), 'write names')
+               null_padded(points(i)%name), [1, i], [name_length, 1]), 'write names')
+         end do
+         do i = 1, size(joints)
+            if (allocated(dataset%error)) return
+            call checked(dataset, nf90_put_var(dataset%id, output%joint, &
+               null_padded(joints(i)%name), [1, i], [name_length, 1]), 'write names')
          end do
          call put(dataset, output%owner, owner - 1, [1], [size(owner)])
          call put(dataset, output%density, simulation%blocks%mass/simulation%blocks%area, [1], &
@@ -447,7 +461,7 @@ contains
       type(output_type), intent(inout) :: output  !< file being written
       integer, intent(in) :: n  !< number of contacts
       real(wp), intent(in) :: columns(n, contact_columns)  !< as of `take_contacts`
-      integer, parameter :: whole = 4
+      integer, parameter :: whole = 5
       integer :: i, at(1)
 
       at = output%contacts + 1

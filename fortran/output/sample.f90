@@ -12,7 +12,7 @@ module dda_sample
    public :: sample_head, contact_columns, sample_size, frame_size, take_sample, take_frame
 
    integer, parameter :: sample_head = 3 + size(energy_terms)  !< time, Δt, iterations, energies
-   integer, parameter :: contact_columns = 8
+   integer, parameter :: contact_columns = 9
 
 contains
 
@@ -92,7 +92,7 @@ contains
       at = at + count
    end subroutine place
 
-   !> Vertex and edge from 0, state, bonded; distance, normal force, shear force, stretch.
+   !> Vertex and edge from 0, state, bonded, joint from 0; distance, normal force, shear force, stretch.
    pure subroutine take_contacts(contacts, n, columns)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       integer, intent(in) :: n  !< number of contacts
@@ -102,10 +102,11 @@ contains
       columns(:, 2) = contacts%edge(:n) - 1
       columns(:, 3) = contacts%state(:n)
       columns(:, 4) = merge(1, 0, contacts%bonded(:n))
-      columns(:, 5) = contacts%new_gap(:n) + contacts%offset(:n)
-      columns(:, 6) = contacts%normal_force(:n)
-      columns(:, 7) = contacts%shear_force(:n)
-      columns(:, 8) = contacts%stretch(:n)
+      columns(:, 5) = contacts%joint(:n) - 1
+      columns(:, 6) = contacts%new_gap(:n) + contacts%offset(:n)
+      columns(:, 7) = contacts%normal_force(:n)
+      columns(:, 8) = contacts%shear_force(:n)
+      columns(:, 9) = contacts%stretch(:n)
    end subroutine take_contacts
 
 end module dda_sample

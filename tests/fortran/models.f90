@@ -198,12 +198,12 @@ contains
       type(outlines_type), intent(in) :: outlines
       type(blocks_type), intent(out) :: blocks
       type(material_type) :: rocks(1)
-      integer :: one(outlines%n)
+      integer :: one(outlines%n_vertices)
 
       rocks(1) = material_type('rock', 2500.0_wp, 5.0e9_wp, 0.25_wp, 0.0_wp, 0.0_wp)
       one = 1
-      call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, one, one, rocks, &
-         .false.)
+      call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, &
+         one(:outlines%n), one, rocks, .false.)
    end subroutine blocks_of
 
    !> Points and weights that integrate quadratics exactly over a polygon that is star-shaped round
