@@ -75,7 +75,8 @@ contains
       contacts%slide_slip(c) = random(-1.0_wp, 1.0_wp)
       contacts%multiplier(c) = random(-1.0_wp, 1.0_wp)
       contacts%state(c) = int(random(0.0_wp, 3.0_wp))
-      contacts%bonded(c) = contacts%state(c) == contact_stick .and. random(0.0_wp, 1.0_wp) > 0.5_wp
+      contacts%bonded(c) = random(0.0_wp, 1.0_wp) > 0.5_wp
+      if (contacts%state(c) /= contact_stick) contacts%bonded(c) = .false.
    end subroutine set_randomly
 
    !> Everything, on top of values that must not be seen.

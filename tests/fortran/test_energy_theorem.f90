@@ -21,7 +21,7 @@ module test_energy_theorem
       "integration = 'midpoint'", "integration = 'theta' theta = 0.55", &
       "integration = 'theta' theta = 0.75", "integration = 'theta' theta = 1.0", &
       "integration = 'backward_euler'"]
-   integer, parameter :: chains = 200, steps = 25
+   integer, parameter :: chains = 200, steps = 30
    real(wp), parameter :: allowed = 1.0e-12_wp  !< of the first energy
 
 contains

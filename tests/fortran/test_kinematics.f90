@@ -84,8 +84,8 @@ contains
    end subroutine free_vibration
 
    !> Steady state: M ω̃ i (1 − 1/z)/Δt x = −k (x − u) − c (iω̃ x − u̇), c = kΔt/2, with
-   !> z = exp(iωΔt), ω̃ = (2/Δt) tan(ωΔt/2) and the velocity of the motion as the curve differentiates
-   !> its samples, u̇ = i (8 sin ωΔt − sin 2ωΔt)/(6Δt) u.
+   !> z = exp(iωΔt), ω̃ = (2/Δt) tan(ωΔt/2) and the velocity of the motion as the curve
+   !> differentiates its samples, u̇ = i (8 sin ωΔt − sin 2ωΔt)/(6Δt) u.
    subroutine harmonic(step, frequency)
       real(wp), intent(in) :: step, frequency   !< s, /s
       type(simulation_type) :: simulation
