@@ -50,7 +50,8 @@ contains
       integer, parameter :: longest_path = 300
 
       inside = "'"//trim(file)//"'"
-      if (len(inside) > longest_path) inside = quoted('…'//inside(len(inside) - 70:len(inside) - 1))
+      if (len(inside) > longest_path) inside = &
+         quoted('…'//inside(len(inside) - 70:len(inside) - 1))
    end function quoted_path
 
 end module dda_text_file
