@@ -5,6 +5,7 @@
 !> the number of threads: sums then run in the same order, and results agree to the last bit.
 module dda_task_plan
    use dda_kinds, only: wp
+   use dda_sorting, only: ascending_order
    implicit none
    private
    public :: task_plan_type, plan_tasks
@@ -53,6 +54,7 @@ contains
       real(wp), intent(in) :: limit       !< most that a task may cost
       type(task_plan_type), intent(inout) :: plan  !< gets its tasks
       integer :: first(size(parent)), last(size(parent)), front, begin
+      integer, allocatable :: costliest_first(:)
       real(wp) :: load(size(parent))
       logical :: open  ! the last task reaches up to the front before `begin`
 
@@ -75,9 +77,10 @@ contains
             begin = front + 1
          end if
       end do
-      plan%first = first(:plan%tasks)
-      plan%last = last(:plan%tasks)
-      call costliest_first(load(:plan%tasks), plan)
+      ! Threads that take the costliest tasks first finish together.
+      costliest_first = ascending_order(-load(:plan%tasks))
+      plan%first = first(costliest_first)
+      plan%last = last(costliest_first)
 
    contains
 
@@ -89,21 +92,5 @@ contains
       end function is_task_root
 
    end subroutine bind_tasks
-
-   !> Threads that take the costliest tasks first finish together.
-   pure subroutine costliest_first(load, plan)
-      real(wp), intent(in) :: load(:)  !< [tasks] cost of each
-      type(task_plan_type), intent(inout) :: plan  !< its tasks are sorted
-      integer :: order(size(load)), i
-      logical :: listed(size(load))
-
-      listed = .false.
-      do i = 1, size(load)
-         order(i) = maxloc(load, 1, mask=.not. listed)
-         listed(order(i)) = .true.
-      end do
-      plan%first = plan%first(order)
-      plan%last = plan%last(order)
-   end subroutine costliest_first
 
 end module dda_task_plan
