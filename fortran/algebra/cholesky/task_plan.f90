@@ -5,6 +5,7 @@
 !> the number of threads: sums then run in the same order, and results agree to the last bit.
 module dda_task_plan
    use dda_kinds, only: wp
+   use dda_counting_sort, only: counting_sort
    use dda_sorting, only: ascending_order
    implicit none
    private
@@ -13,9 +14,10 @@ module dda_task_plan
    !> Which fronts a thread may take alone, and which need all.
    type :: task_plan_type
       integer :: tasks = 0               !< independent ranges of fronts
-      integer, allocatable :: first(:)   !< [tasks] first front of each, the costliest task first
-      integer, allocatable :: last(:)    !< [tasks] last front of each
-      integer, allocatable :: root_fronts(:)     !< [any] fronts above the tasks, in postorder
+      !> [tasks+2] where the fronts of each task begin, the costliest task first; the last are the
+      !> fronts above the tasks
+      integer, allocatable :: start(:)
+      integer, allocatable :: front(:)   !< [fronts] task by task, each in postorder
       logical, allocatable :: is_root_front(:)  !< [fronts]
       logical :: is_shared = .false.     !< is there work for more than one thread?
    end type task_plan_type
@@ -43,7 +45,6 @@ contains
       plan%is_shared = sum(cost) >= worth_sharing
       if (plan%is_shared) limit = largest_share*sum(cost)
       plan%is_root_front = subtree > limit
-      plan%root_fronts = pack([(front, front=1, size(cost))], plan%is_root_front)
       call bind_tasks(parent, subtree, limit, plan)
    end subroutine plan_tasks
 
@@ -53,7 +54,8 @@ contains
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
       real(wp), intent(in) :: limit       !< most that a task may cost
       type(task_plan_type), intent(inout) :: plan  !< gets its tasks
-      integer :: first(size(parent)), last(size(parent)), front, begin
+      integer, dimension(size(parent)) :: first, last, task
+      integer :: front, begin, t
       integer, allocatable :: costliest_first(:)
       real(wp) :: load(size(parent))
       logical :: open  ! the last task reaches up to the front before `begin`
@@ -79,8 +81,11 @@ contains
       end do
       ! Threads that take the costliest tasks first finish together.
       costliest_first = ascending_order(-load(:plan%tasks))
-      plan%first = first(costliest_first)
-      plan%last = last(costliest_first)
+      task = plan%tasks + 1
+      do t = 1, plan%tasks
+         task(first(costliest_first(t)):last(costliest_first(t))) = t
+      end do
+      call counting_sort(plan%tasks + 1, task, plan%start, plan%front)
 
    contains
 
