@@ -92,6 +92,8 @@ contains
       type(report_type), intent(inout) :: report
       type(error_type), allocatable :: error
       real(wp) :: limit
+      logical :: resolved
+      character(len=:), allocatable :: found
 
       call find_omega_max(linear, report%highest, error)
       if (allocated(error)) then
@@ -106,18 +108,13 @@ contains
       if (.not. report%has_highest) return
       limit = 4.0_wp/report%highest%omega
       call count_unresolved(linear, linear%time_step, report%unresolved, error)
-      if (linear%time_step < limit) then
-         call add_line(report, verdict_ok, 'time step', to_text(linear%time_step)// &
-            ' s < 4/omega_max = '//to_text(limit)//' s', 'paper eq. 13', '')
-      else if (allocated(error)) then
-         call add_line(report, verdict_warn, 'time step', to_text(linear%time_step)// &
-            ' s > 4/omega_max = '//to_text(limit)//' s', 'paper eq. 13', &
-            'stable, but those modes are not resolved: see ringing')
-      else
-         call add_line(report, verdict_warn, 'time step', to_text(linear%time_step)// &
-            ' s > 4/omega_max = '//to_text(limit)//' s; '//report%unresolved%words, &
-            'paper eq. 13', 'stable, but those modes are not resolved: see ringing')
-      end if
+      resolved = linear%time_step < limit
+      found = to_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/omega_max = '// &
+         to_text(limit)//' s'
+      if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
+      call add_line(report, merge(verdict_ok, verdict_warn, resolved), 'time step', found, &
+         'paper eq. 13', advice_if(.not. resolved, &
+         'stable, but those modes are not resolved: see ringing'))
    end subroutine check_highest
 
    !> How long velocities that change their sign every step last: warned of where it is longer than
