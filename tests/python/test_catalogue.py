@@ -10,7 +10,7 @@ from sitedda.simulation import changed_input, engine_names, input_catalogue
 
 NOTHING = "there is no variable"
 # One value of each kind, which every variable of the kind can be read from.
-VALUES = {"real": 1.0, "integer": 1, "text": "x", "real list": [1.0, 2.0]}
+VALUES = {"real": 1.0, "integer": 1, "text": "x", "real list": [1.0, 2.0], "text list": ["x"]}
 
 
 def declared(root) -> set:
