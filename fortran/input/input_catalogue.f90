@@ -327,7 +327,7 @@ contains
       type(variable_type), intent(in) :: variable     !< of the catalogue
       character(len=:), allocatable :: text
 
-      if (variable%kind == 'text') then
+      if (variable%kind(:4) == 'text') then
          text = trim(variable%allowed)
       else if (variable%lowest == above_zero) then
          text = 'above 0'
