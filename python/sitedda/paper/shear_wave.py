@@ -74,7 +74,7 @@ def _pulse(shape: str, period: float) -> tuple[np.ndarray, float]:
 
 def _width(shape: str) -> dict:
     """The change of input that a wide stack needs."""
-    return {"layers": {"width": _WIDE["width"]}} if shape.startswith("wide") else {}
+    return {"layers[*].width": _WIDE["width"]} if shape.startswith("wide") else {}
 
 
 def _changes(case: tuple) -> dict:
