@@ -16,7 +16,7 @@ module dda_driver
    use dda_simulation, only: simulation_type, summary
    use dda_site_response, only: amplification_peak, peak_text
    use dda_spectrum, only: spectral_peak_type
-   use dda_start, only: start
+   use dda_stages, only: begin_simulation
    use dda_text, only: to_text
    use dda_version, only: version
    implicit none
@@ -55,7 +55,7 @@ contains
       call read_model_file(model, file, error)
       if (allocated(error)) return
       allocate (simulation, report)
-      call start(simulation, model, error)
+      call begin_simulation(simulation, model, error)
       if (.not. allocated(error)) call check_simulation(simulation, report, error)
       if (allocated(error)) return
       text = report_text(report)

@@ -14,10 +14,11 @@ module dda_simulation
    use dda_open_close, only: open_close_type
    use dda_linear_solver, only: solver_type, work_done
    use dda_scheme, only: scheme_type, step_type
+   use dda_settings, only: control_type
    use dda_text, only: to_text
    implicit none
    private
-   public :: simulation_type, next_step, exchange_lists, finished, summary, block_name
+   public :: simulation_type, counters_type, next_step, exchange_lists, finished, summary, block_name
 
    !> What has been counted since the start.
    type :: counters_type
@@ -53,6 +54,7 @@ module dda_simulation
       !> bound on the farthest move of a vertex in the last step / Δt, m/s
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
+      character(len=:), allocatable :: first_stage  !< statics before the first step, in words
    end type simulation_type
 
 contains
@@ -96,8 +98,21 @@ contains
             ' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
             ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
       end associate
+      if (allocated(simulation%first_stage)) then
+         text = text//'; began '//simulation%first_stage
+      else if (comes_suddenly(simulation%model%control)) then
+         text = text//'; gravity came on suddenly in the first step (settle = .true. begins at rest)'
+      end if
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
+
+   !> Gravity acts on a model that is not brought to rest.
+   pure logical function comes_suddenly(control)
+      type(control_type), intent(in) :: control
+
+      comes_suddenly = norm2(control%gravity) > 0.0_wp .and. control%dynamic_factor > 0.0_wp &
+         .and. .not. control%settle
+   end function comes_suddenly
 
    pure function block_name(simulation, b) result(name)
       type(simulation_type), intent(in) :: simulation

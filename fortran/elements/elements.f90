@@ -15,7 +15,7 @@ module dda_elements
    implicit none
    private
    public :: elements_type, set_elements, linear_terms_of, add_forces, update_stored, &
-      account_elements, accept_elements, match_velocities, serialise_elements
+      account_elements, accept_elements, match_velocities, freeze_elements, serialise_elements
 
    !> One kind of elements.
    type :: kind_type
@@ -143,6 +143,17 @@ contains
       end do
       blocks%velocity = velocity
    end subroutine match_velocities
+
+   !> For statics: loads and supported points as at a time stay so, motions of the base do not act.
+   subroutine freeze_elements(elements, time)
+      type(elements_type), intent(inout) :: elements
+      real(wp), intent(in) :: time  !< s
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%freeze(elements%motions, time)
+      end do
+   end subroutine freeze_elements
 
    !> Write or read their states.
    subroutine serialise_elements(elements, archive)

@@ -41,6 +41,7 @@ module dda_fixed_points
       procedure :: account
       procedure :: accept
       procedure :: match_velocity
+      procedure :: freeze
       procedure :: serialise
    end type fixed_points_type
 
@@ -312,6 +313,20 @@ contains
       call invert(matrix, inverse)
       velocity(:, b) = matmul(inverse, impulse)
    end subroutine match_block
+
+   !> The places of a time for ever.
+   subroutine freeze(self, motions, time)
+      class(fixed_points_type), intent(inout) :: self
+      type(motion_type), intent(in) :: motions(:)
+      real(wp), intent(in) :: time
+      integer :: i
+
+      do i = 1, size(self%point)
+         self%point(i)%place = self%point(i)%place + target_displacement(self, i, motions, time)
+         self%point(i)%motion = 0
+      end do
+      self%rate = 0.0_wp
+   end subroutine freeze
 
    !> The velocities of the motions.
    subroutine serialise(self, archive)

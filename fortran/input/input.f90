@@ -127,6 +127,9 @@ contains
       if (model%contact%original_rules .and. model%control%integration /= 'dda') &
          call fail(error, error_input, file//": contact_rules = 'original' of &contact needs "// &
          "integration = 'dda' of &control, not "//quoted(trim(model%control%integration)))
+      if (model%contact%original_rules .and. model%control%settle) call fail(error, error_input, &
+         file//": contact_rules = 'original' of &contact has no static stage: settle of "// &
+         '&control must be .false.')
    end subroutine read_settings
 
    !> The input's name with .nc in place of .nml, in the working folder.
@@ -179,9 +182,27 @@ contains
             end select
          end associate
       end do
+      if (allocated(error)) return
+      if (model%control%settle) call refuse_velocities(file, model, error)
       if (model%contact%normal_stiffness == 0.0_wp) model%contact%normal_stiffness = &
          default_stiffness(model%materials)
    end subroutine read_substances
+
+   !> A model that begins at rest has no first velocities.
+   subroutine refuse_velocities(file, model, error)
+      character(len=*), intent(in) :: file  !< path
+      type(model_type), intent(in) :: model  !< with its materials
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: m
+
+      do m = 1, size(model%materials)
+         if (norm2(model%materials(m)%initial_velocity) == 0.0_wp) cycle
+         call fail(error, error_input, file//': material '// &
+            quoted(trim(model%materials(m)%name))//' has an initial_velocity, and settle of '// &
+            '&control begins at rest: leave out one of them')
+         return
+      end do
+   end subroutine refuse_velocities
 
    !> The last name must not have been used before.
    subroutine check_new_name(place, names, error)

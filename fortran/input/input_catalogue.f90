@@ -28,7 +28,7 @@ module dda_input_catalogue
    !> A variable of a group.
    type :: variable_type
       character(len=22) :: name
-      character(len=9) :: kind                !< 'real', 'integer', 'text' or 'real list'
+      character(len=9) :: kind                !< 'real', 'integer', 'text', 'real list', 'logical'
       character(len=12) :: unit               !< blank: a pure number or a text
       character(len=44) :: default            !< in words; 'required' if there is none
       character(len=256) :: meaning           !< one line
@@ -70,7 +70,7 @@ module dda_input_catalogue
    type(variable_type), parameter :: run_variables(1) = [ &
       variable_type('title', 'text', '', 'blank', 'title of the run', allowed='any')]
 
-   type(variable_type), parameter :: control_variables(16) = [ &
+   type(variable_type), parameter :: control_variables(17) = [ &
       variable_type('time_step', 'real', 's', 'required', &
          'Δt; the largest one when adaptive', 1.0e-15_wp, 1.0e9_wp), &
       variable_type('steps', 'integer', '', 'this or duration', &
@@ -98,6 +98,9 @@ module dda_input_catalogue
       variable_type('damping_frequency', 'real', 'Hz', 'none', &
          'frequency of damping_ratio, below 1/(2 time_step)', above_zero), &
       variable_type('gravity', 'real list', 'm/s²', '0, 0', 'acceleration of gravity, x and y'), &
+      variable_type('settle', 'logical', '', '.false.', &
+         'the model is brought to rest under gravity and the loads of time 0 before the first '// &
+         'step; displacements count from there'), &
       variable_type('analysis', 'text', '', "'plane_stress'", &
          'elastic law of the blocks', allowed="'plane_stress', 'plane_strain'"), &
       variable_type('base_motion_x', 'text', '', 'none', &
@@ -326,6 +329,8 @@ contains
 
       if (variable%kind == 'text') then
          text = trim(variable%allowed)
+      else if (variable%kind == 'logical') then
+         text = '.true., .false.'
       else if (variable%lowest == above_zero) then
          text = 'above 0'
       else if (variable%lowest == -usable) then

@@ -43,9 +43,10 @@ contains
          base_motion_y, integration
       character(len=256) :: message
       integer :: status
+      logical :: settle
       namelist /control/ time_step, duration, steps, least_time_step, dynamic_factor, &
          max_displacement_ratio, gravity, time_step_control, analysis, solver, base_motion_x, &
-         base_motion_y, integration, theta, damping_ratio, damping_frequency
+         base_motion_y, integration, theta, damping_ratio, damping_frequency, settle
 
       time_step = unset
       duration = unset
@@ -54,6 +55,7 @@ contains
       dynamic_factor = settings%dynamic_factor
       max_displacement_ratio = settings%max_displacement_ratio
       gravity = 0.0_wp
+      settle = settings%settle
       time_step_control = 'fixed'
       analysis = 'plane_stress'
       solver = settings%solver
@@ -81,7 +83,7 @@ contains
       settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
          least_time_step=least_time_step, dynamic_factor=dynamic_factor, gravity=gravity, &
          max_displacement_ratio=max_displacement_ratio, &
-         plane_strain=analysis == 'plane_strain', solver=solver(:16))
+         plane_strain=analysis == 'plane_strain', solver=solver(:16), settle=settle)
       call check_integration(error, place, integration, theta, damping_ratio, damping_frequency, &
          settings)
       base_motion = [base_motion_x, base_motion_y]

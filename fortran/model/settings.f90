@@ -19,6 +19,7 @@ module dda_settings
       logical :: plane_strain = .false.            !< else plane stress
       !> motions of the base as body force, x and y; 0 none
       integer :: base_motion(2) = 0
+      logical :: settle = .false.                  !< begin at rest under gravity
       character(len=16) :: solver = 'auto'         !< linear solver by name
    end type control_type
 

@@ -16,6 +16,7 @@ module dda_run
    use dda_sample, only: sample_size, take_sample, take_frame
    use dda_simulation, only: simulation_type, finished
    use dda_start, only: start
+   use dda_stages, only: begin_simulation, begin_first_stage
    use dda_time_step, only: advance
    use dda_text, only: to_text
    implicit none
@@ -45,7 +46,7 @@ contains
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
-      call start(run%simulation, model, error)
+      call begin_simulation(run%simulation, model, error)
       if (allocated(error) .or. .not. writes) return
       call open_files(run, error)
       if (.not. allocated(error)) call begin_files(run, error)
@@ -72,7 +73,8 @@ contains
       else if (is_complete(model%output%file, model)) then
          call skip_to_end(run)
       else
-         call begin_files(run, error)
+         call begin_first_stage(run%simulation, error)
+         if (.not. allocated(error)) call begin_files(run, error)
          run%notice = 'there is no checkpoint of '//model%output%file//': begun at the start'
       end if
       if (allocated(error)) call close_files(run)
