@@ -8,7 +8,8 @@ program probe
    use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use, intrinsic :: iso_fortran_env, only: output_unit
    use dda_kinds, only: wp, long
-   use dda_check_report, only: report_type, check_simulation
+   use dda_check_report, only: report_type
+   use dda_check_simulation, only: check_simulation
    use dda_energy, only: energy_values
    use dda_errors, only: error_type
    use dda_input, only: read_model_file

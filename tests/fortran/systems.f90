@@ -2,20 +2,37 @@
 !> with an independent reading of them: energy, gradient, forces.
 module systems
    use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
    use dda_system, only: prepare_system, set_matrix_pattern, system_type
    use dda_contact, only: contact_open, contacts_type, reserve
+   use dda_elements, only: elements_type
    use dda_friction, only: laws_type, set_laws
    use dda_material, only: joint_type
    use dda_neighbours, only: neighbours_type
+   use dda_scheme, only: step_type
    use models, only: random, random_vector
    implicit none
    private
-   public :: random_system, stiffness, unknowns, flat, gap_row, slip_row, energy, gradient
+   public :: pattern_of, random_system, stiffness, unknowns, flat, gap_row, slip_row, energy, gradient
 
    real(wp), parameter :: stiffness = 1.0e3_wp
    integer, parameter :: unknowns = 12
 
 contains
+
+   !> A system of n blocks on which no elements act, with the pattern of its near pairs.
+   subroutine pattern_of(system, n, near)
+      type(system_type), intent(out) :: system
+      integer, intent(in) :: n  !< blocks
+      type(neighbours_type), intent(in) :: near
+      type(blocks_type) :: blocks
+      type(elements_type) :: elements
+
+      call prepare_system(system, n)
+      blocks%n = n
+      allocate (elements%kind(0))
+      call set_matrix_pattern(system, blocks, near, elements, step_type())
+   end subroutine pattern_of
 
    subroutine random_system(system, contacts, laws, count, friction_angle)
       type(system_type), intent(out) :: system
@@ -27,15 +44,14 @@ contains
       real(wp) :: a(6, 6)
       integer :: b, c, k
 
-      call prepare_system(system, 2)
       near%n_pairs = 1
       near%pair = reshape([1, 2], [2, 1])
-      call set_matrix_pattern(system, 2, near)
+      call pattern_of(system, 2, near)
       do b = 1, 2
          a = reshape(random_vector(36), [6, 6])
-         system%base(:, :, b) = 100.0_wp*matmul(a, transpose(a))
+         system%linear%diagonal(:, :, b) = 100.0_wp*matmul(a, transpose(a))
          do k = 1, 6
-            system%base(k, k, b) = system%base(k, k, b) + 30.0_wp
+            system%linear%diagonal(k, k, b) = system%linear%diagonal(k, k, b) + 30.0_wp
          end do
          system%load(:, b) = 10.0_wp*random_vector(6)
       end do
@@ -102,7 +118,7 @@ contains
 
       energy = 0.0_wp
       do b = 1, 2
-         energy = energy + dot_product(d(:, b), 0.5_wp*matmul(system%base(:, :, b), d(:, b)) &
+         energy = energy + dot_product(d(:, b), 0.5_wp*matmul(system%linear%diagonal(:, :, b), d(:, b)) &
             - system%load(:, b))
       end do
       do c = 1, contacts%n
@@ -120,7 +136,7 @@ contains
       integer :: b, c
 
       do b = 1, 2
-         slope(6*b - 5:6*b) = matmul(system%base(:, :, b), d(:, b)) - system%load(:, b)
+         slope(6*b - 5:6*b) = matmul(system%linear%diagonal(:, :, b), d(:, b)) - system%load(:, b)
       end do
       do c = 1, contacts%n
          slope = slope + stiffness*min(0.0_wp, contacts%gap(c) + dot_product(gap_row(contacts, c), &

@@ -1,8 +1,8 @@
 !> The inverse questions give what was asked for.
 module test_advice
    use dda_kinds, only: wp
-   use dda_advice, only: penalty_type, time_step_for, damping_at, first_frequency, stiff_limit, &
-      penalty_for_frequency, penalty_for_shift
+   use dda_advice, only: penalty_type, first_frequency, stiff_limit, penalty_for_frequency, &
+      penalty_for_shift
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type
    use check_models, only: layered_site, drum_column, brick_wall, loose_blocks, linear_of
@@ -14,22 +14,10 @@ module test_advice
 contains
 
    subroutine advice_suite()
-      call damping()
       call calibration()
       call shifts()
       call refusals()
    end subroutine advice_suite
-
-   !> The paper's 2.2 % at the resonance needs Δt = 1 ms.
-   subroutine damping()
-      call case('time step for a damping ratio')
-      call check_close(damping_at(13.95_wp, 1.0e-3_wp), 0.0219_wp, 'paper, table I', &
-         absolute=1.0e-4_wp)
-      call check_close(damping_at(13.95_wp, time_step_for(0.022_wp, 13.95_wp)), 0.022_wp, &
-         'inverse', relative=1.0e-13_wp)
-      call check_close(damping_at(2.0_wp, time_step_for(0.5_wp, 2.0_wp)), 0.5_wp, 'large', &
-         relative=1.0e-13_wp)
-   end subroutine damping
 
    !> The paper finds the penalty of its column by trial (§3.2).
    subroutine calibration()

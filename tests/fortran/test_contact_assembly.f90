@@ -3,18 +3,22 @@
 module test_contact_assembly
    use dda_kinds, only: wp
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
-   use dda_system, only: prepare_system, set_matrix_pattern, system_type
+   use dda_system, only: system_type
    use dda_block_matrix, only: entry_of
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_contact_assembly, only: add_shear_force, assemble_contacts
+   use dda_friction, only: laws_type
    use dda_neighbours, only: neighbours_type
    use models, only: random, random_vector, sow
+   use systems, only: pattern_of
    use testing, only: case, check, check_close
    implicit none
    private
    public :: contact_assembly_suite
 
-   real(wp), parameter :: normal = 3.3_wp, shear = 1.7_wp, untouched = -7.0_wp
+   real(wp), parameter :: normal = 3.3_wp, shear = 1.7_wp, theta = 0.6_wp, untouched = -7.0_wp
+   type(laws_type), parameter :: laws = laws_type(normal_stiffness=normal, shear_stiffness=shear, &
+      theta=theta, friction=null(), cohesion=null(), tension=null())
 
 contains
 
@@ -35,14 +39,13 @@ contains
       type(neighbours_type) :: near
       integer :: i, j, p, c
 
-      call prepare_system(system, n)
       near%pair = reshape([((merge([i, j], [j, i], modulo(i + j, 2) == 0), j=max(1, i - 3), &
          i - 1), i=1, n)], [2, 3*n - 6])
       near%pair = near%pair(:, pack([(i, i=1, size(near%pair, 2))], &
          random_vector(size(near%pair, 2)) > -0.4_wp))
       near%n_pairs = size(near%pair, 2)
-      call set_matrix_pattern(system, n, near)
-      system%base = reshape(random_vector(36*n), [6, 6, n])
+      call pattern_of(system, n, near)
+      system%linear%diagonal = reshape(random_vector(36*n), [6, 6, n])
       system%load = reshape(random_vector(6*n), [6, n])
       call reserve(contacts, 3*near%n_pairs)
       do p = 1, near%n_pairs
@@ -72,19 +75,20 @@ contains
       contacts%slide_slip(c) = random(-1.0_wp, 1.0_wp)
       contacts%multiplier(c) = random(-1.0_wp, 1.0_wp)
       contacts%state(c) = int(random(0.0_wp, 3.0_wp))
+      contacts%bonded(c) = contacts%state(c) == contact_stick .and. random(0.0_wp, 1.0_wp) > 0.5_wp
    end subroutine set_randomly
 
    !> Everything, on top of values that must not be seen.
-   subroutine assemble_all(system, contacts, kept)
+   subroutine assemble_all(system, contacts, retained)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(in) :: contacts
-      real(wp), intent(in) :: kept
+      real(wp), intent(in) :: retained
 
       system%matrix%diagonal = untouched
       system%matrix%lower = untouched
       system%rhs = untouched
-      system%held%anew = .true.
-      call assemble_contacts(system, contacts, normal, shear, kept)
+      system%held%rebuild = .true.
+      call assemble_contacts(system, contacts, laws, retained)
    end subroutine assemble_all
 
    subroutine check_same(got, expected)
@@ -99,19 +103,19 @@ contains
    subroutine against_dense_sums()
       type(system_type) :: system
       type(contacts_type) :: contacts
-      real(wp), parameter :: kept = 0.3_wp
+      real(wp), parameter :: retained = 0.3_wp
       real(wp), allocatable :: k(:,:), f(:), gap_row(:), slip_row(:)
-      real(wp) :: spring, drag
+      real(wp) :: push, spring, drag
       integer, parameter :: n = 12
       integer :: c, i, j
 
       call case('against dense sums')
       call random_contacts(system, contacts, n)
-      call assemble_all(system, contacts, kept)
+      call assemble_all(system, contacts, retained)
       allocate (k(6*n, 6*n), gap_row(6*n), slip_row(6*n), source=0.0_wp)
       f = reshape(system%load, [6*n])
       do i = 1, n
-         k(6*i - 5:6*i, 6*i - 5:6*i) = system%base(:, :, i)
+         k(6*i - 5:6*i, 6*i - 5:6*i) = system%linear%diagonal(:, :, i)
       end do
       do c = 1, contacts%n
          if (contacts%state(c) == contact_open) cycle
@@ -123,11 +127,16 @@ contains
          gap_row(j - 5:j) = -contacts%normal_e(:, c)
          slip_row(i - 5:i) = contacts%shear_v(:, c)
          slip_row(j - 5:j) = -contacts%shear_e(:, c)
-         spring = merge(shear, kept*shear, contacts%state(c) == contact_stick)
+         push = normal
+         spring = merge(shear, retained*shear, contacts%state(c) == contact_stick)
+         if (contacts%bonded(c)) then
+            push = theta*normal
+            spring = theta*shear
+         end if
          drag = shear*contacts%stretch(c)
          if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) &
             - spring*contacts%slide_slip(c)
-         k = k + normal*spread(gap_row, 2, 6*n)*spread(gap_row, 1, 6*n) &
+         k = k + push*spread(gap_row, 2, 6*n)*spread(gap_row, 1, 6*n) &
             + spring*spread(slip_row, 2, 6*n)*spread(slip_row, 1, 6*n)
          f = f + (contacts%multiplier(c) - normal*contacts%gap(c))*gap_row - drag*slip_row
       end do
@@ -164,19 +173,19 @@ contains
       !$ call omp_set_num_threads(before)
    end subroutine any_number_of_threads
 
-   !> States, forces, multipliers and the kept share change, a few at a time, as in the iteration of
+   !> States, forces, multipliers and the retained share change, a few at a time, as in the iteration of
    !> a step.
    subroutine after_changes(n)
       integer, intent(in) :: n
       type(system_type) :: system, whole
       type(contacts_type) :: contacts
-      real(wp) :: kept
+      real(wp) :: retained
       integer :: round, i, c
 
       call case('after changes')
       call random_contacts(system, contacts, n)
-      kept = 0.0_wp
-      call assemble_all(system, contacts, kept)
+      retained = 0.0_wp
+      call assemble_all(system, contacts, retained)
       do round = 1, 40
          do i = 1, modulo(round, 4)
             c = 1 + int(random(0.0_wp, real(contacts%n, wp)))
@@ -192,10 +201,10 @@ contains
                call add_shear_force(system, contacts, c, -1.0e3_wp/3)
             end select
          end do
-         if (modulo(round, 8) == 0) kept = merge(0.3_wp, 0.0_wp, modulo(round, 16) == 8)
-         call assemble_contacts(system, contacts, normal, shear, kept)
+         if (modulo(round, 8) == 0) retained = merge(0.3_wp, 0.0_wp, modulo(round, 16) == 8)
+         call assemble_contacts(system, contacts, laws, retained)
          whole = system
-         call assemble_all(whole, contacts, kept)
+         call assemble_all(whole, contacts, retained)
          call check_same(system, whole)
       end do
    end subroutine after_changes
@@ -214,8 +223,9 @@ contains
       system%matrix%lower = untouched
       system%rhs = untouched
       c = contacts%n/2
+      contacts%bonded(c) = .false.
       contacts%state(c) = modulo(contacts%state(c) + 1, 3)
-      call assemble_contacts(system, contacts, normal, shear, 0.0_wp)
+      call assemble_contacts(system, contacts, laws, 0.0_wp)
       call check(count(any(system%rhs /= untouched, 1)) == 2, 'two blocks of the right-hand side')
       call check(count(any(any(system%matrix%diagonal /= untouched, 1), 1)) == 2, &
          'two diagonal blocks')
@@ -223,11 +233,11 @@ contains
       system%matrix%diagonal = untouched
       system%rhs = untouched
       contacts%state(c) = contact_slide
-      call assemble_contacts(system, contacts, normal, shear, 0.0_wp)
+      call assemble_contacts(system, contacts, laws, 0.0_wp)
       system%matrix%diagonal = untouched
       system%rhs = untouched
       contacts%slide_force(c) = 2*contacts%slide_force(c)
-      call assemble_contacts(system, contacts, normal, shear, 0.0_wp)
+      call assemble_contacts(system, contacts, laws, 0.0_wp)
       call check(count(any(system%rhs /= untouched, 1)) == 2, 'two blocks for a force')
       call check(all(system%matrix%diagonal == untouched), 'no matrix for a force')
    end subroutine nothing_else

@@ -1,9 +1,10 @@
-!> The scheme against its closed forms (docs/method.md): one block on one fixed point at its
-!> centroid is a mass on a spring in x and in y.
+!> A support against its closed forms (docs/method.md), and the coordinates from step to step: one
+!> block on one fixed point at its centroid is a mass on a support in x and in y.
 module test_kinematics
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, update_geometry
    use dda_kinematics, only: damp_velocity, farthest_move, integrate, kinetic_energy
+   use dda_scheme, only: scheme_type, step_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_simulation, only: simulation_type
    use models, only: begin, block_text, blocks_of, contact_text, control_text, fan, joint_text, &
@@ -19,18 +20,20 @@ module test_kinematics
 contains
 
    subroutine kinematics_suite()
-      real(wp), parameter :: resolution(6) = [0.01_wp, 0.1_wp, 0.5_wp, 1.0_wp, 2.0_wp, 3.5_wp]
+      real(wp), parameter :: resolution(7) = [0.01_wp, 0.1_wp, 0.5_wp, 1.0_wp, 2.0_wp, 3.5_wp, &
+         10.0_wp]
       integer :: i
 
       do i = 1, size(resolution)
          call free_vibration(resolution(i))
       end do
-      call overdamped()
       call harmonic(0.05_wp, 10.0_wp)
       call harmonic(0.01_wp, 20.0_wp)
       call harmonic(0.02_wp, 35.0_wp)
       call dynamic_factor()
-      call accepted_step()
+      call accepted_step(0.5_wp)
+      call accepted_step(0.75_wp)
+      call accepted_step(1.0_wp)
       call moves()
       call kinetic()
    end subroutine kinematics_suite
@@ -68,47 +71,26 @@ contains
       determinant = x(1)**2 - x(0)*x(2)
       trace = (x(2)*x(1) - x(3)*x(0))/determinant
       det = (x(2)**2 - x(3)*x(1))/determinant
-      call check_close(det, 2.0_wp/(2.0_wp + resolution**2), 'det', relative=1.0e-8_wp)
-      call check_close(trace, (4.0_wp - resolution**2)/(2.0_wp + resolution**2), 'trace', &
-         absolute=1.0e-8_wp)
+      call check_close(det, 1.0_wp/(1.0_wp + resolution**2), 'det', relative=1.0e-8_wp)
+      call check_close(trace, 2.0_wp/(1.0_wp + resolution**2), 'trace', absolute=1.0e-8_wp)
       radius = sqrt(det)
       phase = acos(0.5_wp*trace/radius)
-      call check_close(radius, (1.0_wp + 0.5_wp*resolution**2)**(-0.5_wp), '|λ|', &
-         relative=1.0e-8_wp)
-      call check(resolution < 4.0_wp .and. phase > 0.0_wp, 'it oscillates')
+      call check_close(radius, (1.0_wp + resolution**2)**(-0.5_wp), '|λ|', relative=1.0e-8_wp)
+      call check_close(phase, atan(resolution), 'phase of 1 + iΩ', relative=1.0e-7_wp)
       damping = -log(radius)/hypot(phase, log(radius))
-      if (resolution <= 0.1_wp) call check_close(damping, 0.25_wp*resolution, 'ζ = Ω/4', &
+      if (resolution <= 0.1_wp) call check_close(damping, 0.5_wp*resolution, 'ζ = Ω/2', &
          relative=1.0e-2_wp)
       if (resolution <= 0.1_wp) call check_close(phase, resolution, 'phase', relative=1.0e-2_wp)
    end subroutine free_vibration
 
-   !> Beyond Ω = 4 it creeps home without overshoot after the second step.
-   subroutine overdamped()
-      type(simulation_type) :: simulation
-      real(wp) :: last, now, det, trace, slow
-      integer :: i
-
-      call case('Ω = 10')
-      call begin_oscillator(simulation, 10.0_wp/omega, 100, '1.0', '')
-      call run(simulation, 30)
-      last = simulation%blocks%position(1, 1)
-      det = 2.0_wp/102.0_wp
-      trace = -96.0_wp/102.0_wp
-      slow = 0.5_wp*trace - sqrt(0.25_wp*trace**2 - det)
-      do i = 1, 5
-         call run(simulation, 1)
-         now = simulation%blocks%position(1, 1)
-         call check_close(now/last, slow, 'the real eigenvalue of larger size', relative=1.0e-7_wp)
-         last = now
-      end do
-   end subroutine overdamped
-
-   !> Steady state: a complex modulus with 2ζ = tan(ωΔt/2), −ω² replaced by the scheme's.
+   !> Steady state: M ω̃ i (1 − 1/z)/Δt x = −k (x − u) − c (iω̃ x − u̇), c = kΔt/2, with z = exp(iωΔt),
+   !> ω̃ = (2/Δt) tan(ωΔt/2) and the velocity of the motion as the curve differentiates its samples,
+   !> u̇ = i (8 sin ωΔt − sin 2ωΔt)/(6Δt) u.
    subroutine harmonic(step, frequency)
       real(wp), intent(in) :: step, frequency   !< s, /s
       type(simulation_type) :: simulation
-      complex(wp) :: response, expected, discrete
-      real(wp) :: drive, way, along, time, period
+      complex(wp) :: response, expected, inertia, rate, target_rate
+      real(wp) :: drive, way, dashpot, time, period
       character(len=:), allocatable :: values
       integer :: i, n, last
 
@@ -137,9 +119,12 @@ contains
       response = response*2.0_wp/(period*1.0e-3_wp)
       ! x(t) = Im(H exp(iωt)) ⇒ the sum above is conj(H) turned: real part with sin, imaginary with
       ! cos.
-      along = tan(0.5_wp*drive*step)
-      discrete = -4.0_wp/step**2*sin(0.5_wp*drive*step)**2*cmplx(1.0_wp, -along, wp)
-      expected = stiffness/(stiffness + mass*discrete)
+      dashpot = 0.5_wp*stiffness*step
+      rate = cmplx(0.0_wp, 2.0_wp/step*tan(0.5_wp*drive*step), wp)
+      inertia = mass*rate*(1.0_wp - exp(cmplx(0.0_wp, -drive*step, wp)))/step
+      target_rate = cmplx(0.0_wp, (8.0_wp*sin(drive*step) - sin(2.0_wp*drive*step))/(6.0_wp*step), &
+         wp)
+      expected = (stiffness + dashpot*target_rate)/(stiffness + dashpot*rate + inertia)
       call check_close([real(response), aimag(response)], [real(expected), aimag(expected)], &
          'transfer function', relative=1.0e-5_wp)
    end subroutine harmonic
@@ -178,8 +163,9 @@ contains
       call blocks_of(outlines, blocks)
    end subroutine make_blocks
 
-   !> v₁ = 2d/Δt − v₀, a = (v₁ − v₀)/Δt, and the loss of a dynamic factor.
-   subroutine accepted_step()
+   !> d = Δt [(1 − χ) v₀ + χ v₁], a = (v₁ − v₀)/Δt, and the loss of a dynamic factor.
+   subroutine accepted_step(chi)
+      real(wp), intent(in) :: chi
       type(blocks_type) :: blocks
       real(wp) :: d(6, 3), v(6, 3), q(6, 3), loss, before
       real(wp), parameter :: step = 0.03_wp
@@ -191,12 +177,12 @@ contains
       v = reshape(random_vector(18), [6, 3])
       q = blocks%position
       blocks%velocity = v
-      call integrate(blocks, d, step)
+      call integrate(blocks, d, step_type(scheme_type(1.0_wp, chi), 0.0_wp, step))
       call check_close(blocks%position, q + d, 'coordinates', relative=1.0e-15_wp)
-      call check_close(blocks%velocity, 2.0_wp*d/step - v, 'rates', relative=1.0e-14_wp)
-      call check_close(blocks%position, q + 0.5_wp*step*(v + blocks%velocity), &
-         'd = Δt (v₀ + v₁)/2', relative=1.0e-14_wp)
-      call check_close(blocks%acceleration, 2.0_wp*(d - v*step)/step**2, 'accelerations', &
+      call check_close(blocks%velocity, (d/step - (1.0_wp - chi)*v)/chi, 'rates', relative=1.0e-14_wp)
+      call check_close(blocks%position, q + step*((1.0_wp - chi)*v + chi*blocks%velocity), &
+         'd = Δt [(1 − χ) v₀ + χ v₁]', relative=1.0e-14_wp)
+      call check_close(blocks%acceleration, (d - v*step)/(chi*step**2), 'accelerations', &
          relative=1.0e-13_wp)
       before = kinetic_energy(blocks)
       call damp_velocity(blocks, 1.0_wp, loss)
@@ -224,7 +210,7 @@ contains
          d = 10.0_wp**(-modulo(i, 6))*reshape(random_vector(24), [6, 4])
          d(4:6, :) = 0.01_wp*d(4:6, :)
          bound = farthest_move(blocks, d)
-         call integrate(blocks, d, 1.0_wp)
+         call integrate(blocks, d, step_type(time_step=1.0_wp))
          if (maxval(norm2(blocks%vertex - before, 1)) > bound*(1.0_wp + 1.0e-3_wp)) &
             wrong = wrong + 1
       end do

@@ -3,9 +3,9 @@ module test_line_search
    use dda_kinds, only: wp
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
+   use dda_contact_evaluation, only: measure_contacts
    use dda_friction, only: laws_type
    use dda_line_search, only: descend
-   use dda_open_close, only: measure_contacts
    use models, only: random, random_vector, sow
    use systems, only: energy, gradient, random_system
    use testing, only: case, check

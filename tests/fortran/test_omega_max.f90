@@ -4,10 +4,10 @@ module test_omega_max
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, all_eigenvalues
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_type, energy_of, set_constants, &
+   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, set_penalty, &
       strain_energy
+   use dda_linear_terms, only: term_normal, term_support
    use dda_omega_max, only: omega_max_type, find_omega_max
-   use dda_springs, only: spring_normal, spring_fixed
    use dda_unresolved, only: unresolved_type, count_unresolved
    use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, &
       plane_strain_heap, loose_blocks, linear_of
@@ -20,9 +20,9 @@ contains
 
    subroutine omega_max_suite()
       call case('layered site, table I')
-      call bracketed(layered_site(), spring_fixed)
+      call bracketed(layered_site(), term_support)
       call case('layered site, table II')
-      call bracketed(layered_site_two(), spring_fixed)
+      call bracketed(layered_site_two(), term_support)
       call case('column')
       call bracketed(drum_column('1.0e8', ''), strain_energy)
       call case('wall, soft joints')
@@ -44,7 +44,7 @@ contains
       integer, intent(in) :: kind  !< what governs; 0: not checked
       type(linear_model_type) :: linear
       type(omega_max_type) :: result
-      type(energy_type) :: energy
+      type(energy_share_type) :: energy
       type(error_type), allocatable :: error
 
       call linear_of(linear, text, 'closed')
@@ -82,14 +82,14 @@ contains
       call case('many penalties')
       call linear_of(linear, brick_wall(5, 5, '1.0e10', ''), 'closed')
       do i = 6, 14
-         call set_constants(linear, 10.0_wp**i)
+         call set_penalty(linear, 10.0_wp**i)
          call find_omega_max(linear, result, error, tolerance=1.0e-10_wp)
          call check_no_error(error, 'omega_max')
          call check_close(result%omega, dense_omega(linear), 'ω_max', relative=1.0e-8_wp)
          call check(result%bracket%upper >= result%omega, 'upper end')
          call check(result%bracket%upper <= 1.15_wp*result%omega, 'the upper end is near')
       end do
-      call check(result%kind == spring_normal .or. result%kind == spring_fixed, &
+      call check(result%kind == term_normal .or. result%kind == term_support, &
          'stiff springs govern')
    end subroutine many_penalties
 

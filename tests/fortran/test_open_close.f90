@@ -6,7 +6,7 @@ module test_open_close
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
-   use dda_open_close, only: close_contacts, iteration_type
+   use dda_open_close, only: close_contacts, open_close_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use models, only: random, sow
    use systems, only: flat, gap_row, random_system, slip_row, stiffness, unknowns
@@ -42,7 +42,7 @@ contains
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
-      type(iteration_type), intent(inout) :: iteration
+      type(open_close_type), intent(inout) :: iteration
       type(error_type), allocatable, intent(out) :: error
       type(solver_type) :: solver
 
@@ -58,7 +58,7 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      type(iteration_type) :: iteration
+      type(open_close_type) :: iteration
       type(error_type), allocatable :: error
       real(wp) :: expected(unknowns)
       integer :: i, solutions, most
@@ -91,7 +91,7 @@ contains
       do closed = 0, 2**contacts%n - 1
          k = 0.0_wp
          do b = 1, 2
-            k(6*b - 5:6*b, 6*b - 5:6*b) = system%base(:, :, b)
+            k(6*b - 5:6*b, 6*b - 5:6*b) = system%linear%diagonal(:, :, b)
          end do
          x = flat(system%load)
          do c = 1, contacts%n
@@ -117,7 +117,7 @@ contains
       type(system_type) :: system, again
       type(contacts_type) :: contacts, others
       type(laws_type) :: laws
-      type(iteration_type) :: iteration
+      type(open_close_type) :: iteration
       type(error_type), allocatable :: error
       integer :: i, c
 
@@ -144,7 +144,7 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      type(iteration_type) :: iteration
+      type(open_close_type) :: iteration
       type(error_type), allocatable :: error
       integer :: i, c, failed, most, states(0:2)
 
@@ -178,7 +178,7 @@ contains
       integer :: b, c
 
       do b = 1, 2
-         rest(6*b - 5:6*b) = system%load(:, b) - matmul(system%base(:, :, b), system%d(:, b))
+         rest(6*b - 5:6*b) = system%load(:, b) - matmul(system%linear%diagonal(:, :, b), system%d(:, b))
       end do
       largest = maxval(abs(system%load))
       do c = 1, contacts%n
@@ -197,7 +197,7 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      type(iteration_type) :: iteration
+      type(open_close_type) :: iteration
       type(error_type), allocatable :: error
       integer :: b
 
@@ -208,7 +208,7 @@ contains
       call check_no_error(error, 'converges')
       call check(iteration%iterations == 1, 'at once')
       do b = 1, 2
-         call check_close(matmul(system%base(:, :, b), system%d(:, b)), system%load(:, b), &
+         call check_close(matmul(system%linear%diagonal(:, :, b), system%d(:, b)), system%load(:, b), &
             'K d = f', relative=1.0e-12_wp)
       end do
    end subroutine no_contacts
@@ -217,7 +217,7 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      type(iteration_type) :: iteration
+      type(open_close_type) :: iteration
       type(error_type), allocatable :: error
 
       call case('too few iterations')
