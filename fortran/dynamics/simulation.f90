@@ -54,7 +54,7 @@ module dda_simulation
       !> bound on the farthest move of a vertex in the last step / Δt, m/s
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
-      character(len=:), allocatable :: first_stage  !< statics before the first step, in words
+      character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
    end type simulation_type
 
 contains
@@ -98,8 +98,8 @@ contains
             ' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
             ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
       end associate
-      if (allocated(simulation%first_stage)) then
-         text = text//'; began '//simulation%first_stage
+      if (simulation%statics /= '') then
+         text = text//'; '//simulation%statics
       else if (comes_suddenly(simulation%model%control)) then
          text = text//'; gravity came on suddenly in the first step (settle = .true. begins at rest)'
       end if

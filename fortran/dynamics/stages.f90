@@ -48,7 +48,7 @@ contains
 
       call equilibrate(simulation, equilibrium, error)
       if (allocated(error)) return
-      simulation%first_stage = equilibrium%words//'; '//budget_in_words(simulation%energy)
+      simulation%statics = 'began '//equilibrium%words//'; '//budget_in_words(simulation%energy)
       associate (points => simulation%model%points)
          do i = 1, size(points)
             points(i)%place = place_of(simulation%blocks, points(i)%block, points(i)%reference)

@@ -35,6 +35,7 @@ contains
 
       simulation%model = model
       simulation%blocks = model%blocks
+      simulation%statics = ''
       simulation%time_step = model%control%time_step
       simulation%scheme = scheme_named(model%control%integration, model%control%theta)
       call set_elements(simulation%elements, model)

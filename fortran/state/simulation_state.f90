@@ -28,6 +28,7 @@ contains
       call serialise_counters(archive, simulation)
       call serialise_energy(archive, simulation%energy)
       call serialise_blocks(archive, simulation%blocks)
+      call serialise_stage(archive, simulation)
       call serialise_label(archive, 'elements')
       call serialise_elements(simulation%elements, archive)
       call serialise_neighbours(archive, simulation%neighbours, simulation%blocks)
@@ -57,6 +58,22 @@ contains
       call serialise(archive, simulation%path)
       call serialise_number(archive, simulation%now, 1, size(simulation%contacts))
    end subroutine serialise_clock
+
+   !> What stages have changed of the model.
+   subroutine serialise_stage(archive, simulation)
+      type(archive_type), intent(inout) :: archive
+      type(simulation_type), intent(inout) :: simulation
+      integer :: i
+
+      call serialise_label(archive, 'stage')
+      call serialise(archive, simulation%statics)
+      associate (points => simulation%model%points)
+         do i = 1, size(points)
+            call serialise(archive, points(i)%place(1))
+            call serialise(archive, points(i)%place(2))
+         end do
+      end associate
+   end subroutine serialise_stage
 
    subroutine serialise_counters(archive, simulation)
       type(archive_type), intent(inout) :: archive
