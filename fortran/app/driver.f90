@@ -9,7 +9,7 @@ module dda_driver
    use dda_interrupts, only: stop_requested
    use dda_kinds, only: long
    use dda_messages, only: say, warn
-   use dda_model, only: model_type
+   use dda_model, only: model_type, run_duration
    use dda_output_file, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
@@ -105,9 +105,7 @@ contains
                resume_command(arguments))
             return
          end if
-         associate (control => run%simulation%model%control)
-            call show_progress(progress, run%simulation%time, control%steps*control%time_step)
-         end associate
+         call show_progress(progress, run%simulation%time, run_duration(run%simulation%model))
       end do
    end subroutine step_to_end
 

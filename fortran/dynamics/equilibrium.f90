@@ -30,7 +30,7 @@ module dda_equilibrium
    use dda_time_step, only: advance
    implicit none
    private
-   public :: equilibrium_type, equilibrate, unbalanced_force
+   public :: equilibrium_type, equilibrate, evaluate_present
 
    !> How rest was found.
    type :: equilibrium_type
@@ -85,7 +85,7 @@ contains
       simulation%time = time
       simulation%step = step
       simulation%time_step = control%time_step
-      call set_elements(simulation%elements, simulation%model)
+      call set_elements(simulation%elements, simulation%model, time)
    end subroutine equilibrate
 
    !> Backward Euler without velocities; what depends on time stays as it is now.
@@ -167,6 +167,21 @@ contains
       simulation%blocks%acceleration = 0.0_wp
    end subroutine stop_blocks
 
+   !> List the contacts of the present geometry and evaluate their laws there, at d = 0.
+   subroutine evaluate_present(simulation, error)
+      type(simulation_type), intent(inout) :: simulation
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: unused(2)
+
+      simulation%speed = 0.0_wp
+      call find_contacts(simulation, error)
+      if (allocated(error)) return
+      simulation%system%d = 0.0_wp
+      unused = 0.0_wp
+      call evaluate_contacts(simulation%contacts(simulation%now), simulation%laws, &
+         simulation%system%d, 0.0_wp, unused(1), unused(2))
+   end subroutine evaluate_present
+
    !> The largest unbalanced force on a block: contact laws, stresses and forces of the elements at
    !> the present places, velocities left out.  Moments and forces on strains count over the radius.
    subroutine unbalanced_force(simulation, largest, block, error)
@@ -174,19 +189,15 @@ contains
       real(wp), intent(out) :: largest  !< N/m
       integer, intent(out) :: block     !< that it acts on
       type(error_type), allocatable, intent(out) :: error
-      real(wp) :: force(6), size_of, unused(2)
+      real(wp) :: force(6), size_of
       integer :: b, c
 
       largest = huge(1.0_wp)
       block = 0
-      simulation%speed = 0.0_wp
-      call find_contacts(simulation, error)
+      call evaluate_present(simulation, error)
       if (allocated(error)) return
       associate (contacts => simulation%contacts(simulation%now), system => simulation%system, &
          blocks => simulation%blocks)
-         system%d = 0.0_wp
-         unused = 0.0_wp
-         call evaluate_contacts(contacts, simulation%laws, system%d, 0.0_wp, unused(1), unused(2))
          call assemble_linear(system, simulation%elements, blocks, next_step(simulation))
          system%rhs = system%load
          do c = 1, contacts%n

@@ -31,9 +31,10 @@ module dda_elements
 contains
 
    !> The elements that a model asks for.  Here a new kind is registered.
-   subroutine set_elements(elements, model)
+   subroutine set_elements(elements, model, time)
       type(elements_type), intent(out) :: elements
       type(model_type), intent(in) :: model
+      real(wp), intent(in) :: time  !< from which they act, s
 
       elements%motions = model%motions
       allocate (elements%kind(0))
@@ -43,7 +44,7 @@ contains
          if (size(model%loads) > 0) call register(elements, point_loads_type(model%loads))
          if (size(model%fixed_points) > 0) call register(elements, &
             new_fixed_points(model%fixed_points, model%motions, &
-            contact%fixed_point_ratio*contact%normal_stiffness))
+            contact%fixed_point_ratio*contact%normal_stiffness, time))
       end associate
    end subroutine set_elements
 

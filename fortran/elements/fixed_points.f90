@@ -47,11 +47,13 @@ module dda_fixed_points
 
 contains
 
-   !> Fixed points at the start of a run.
-   pure type(fixed_points_type) function new_fixed_points(points, motions, stiffness) result(self)
+   !> Fixed points from a time on.
+   pure type(fixed_points_type) function new_fixed_points(points, motions, stiffness, &
+      time) result(self)
       type(fixed_point_type), intent(in) :: points(:)
       type(motion_type), intent(in) :: motions(:)
       real(wp), intent(in) :: stiffness  !< of each, N/m per metre of thickness
+      real(wp), intent(in) :: time       !< s
       integer :: i, axis
 
       allocate (self%point, source=points)
@@ -60,7 +62,7 @@ contains
       do i = 1, size(points)
          do axis = 1, 2
             if (points(i)%motion(axis) > 0) self%rate(axis, i) = &
-               velocity_at(motions(points(i)%motion(axis))%curve, 0.0_wp)
+               velocity_at(motions(points(i)%motion(axis))%curve, time)
          end do
       end do
    end function new_fixed_points

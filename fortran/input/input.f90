@@ -9,6 +9,7 @@ module dda_input
    use dda_input_materials, only: read_material, read_joint, read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
    use dda_input_settings, only: read_run, read_control, read_contact, read_output
+   use dda_input_stages, only: read_stages
    use dda_model, only: model_type, default_stiffness
    use dda_namelist_groups, only: group_type, split_groups
    use dda_text, only: quoted
@@ -50,7 +51,10 @@ contains
       if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_bodies(model, file, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
-      if (.not. allocated(error)) call read_amplifications(model, file, groups, error)
+      if (.not. allocated(error)) call read_stages(model, file, groups, error)
+      if (allocated(error)) return
+      if (model%stages(1)%static) call refuse_velocities(file, model, error)
+      call read_amplifications(model, file, groups, error)
    end subroutine read_model
 
    !> Every group must be known, and appear once if it may not repeat.
@@ -115,7 +119,8 @@ contains
             case ('run')
                call read_run(text, place, model%title, error)
             case ('control')
-               call read_control(text, place, model%control, base_motion, error)
+               call read_control(text, place, count_groups(groups, 'stage') > 0, model%control, &
+                  base_motion, error)
             case ('contact')
                call read_contact(text, place, model%contact, error)
             case ('output')
@@ -130,6 +135,8 @@ contains
       if (model%contact%original_rules .and. model%control%settle) call fail(error, error_input, &
          file//": contact_rules = 'original' of &contact has no static stage: settle of "// &
          '&control must be .false.')
+      if (model%contact%original_rules .and. count_groups(groups, 'stage') > 0) call fail(error, &
+         error_input, file//": contact_rules = 'original' of &contact knows no &stage")
    end subroutine read_settings
 
    !> The input's name with .nc in place of .nml, in the working folder.
@@ -183,7 +190,6 @@ contains
          end associate
       end do
       if (allocated(error)) return
-      if (model%control%settle) call refuse_velocities(file, model, error)
       if (model%contact%normal_stiffness == 0.0_wp) model%contact%normal_stiffness = &
          default_stiffness(model%materials)
    end subroutine read_substances
@@ -198,8 +204,8 @@ contains
       do m = 1, size(model%materials)
          if (norm2(model%materials(m)%initial_velocity) == 0.0_wp) cycle
          call fail(error, error_input, file//': material '// &
-            quoted(trim(model%materials(m)%name))//' has an initial_velocity, and settle of '// &
-            '&control begins at rest: leave out one of them')
+            quoted(trim(model%materials(m)%name))//' has an initial_velocity, and the '// &
+            'run begins at rest: leave out one of them')
          return
       end do
    end subroutine refuse_velocities

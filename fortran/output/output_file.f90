@@ -20,7 +20,7 @@ module dda_output_file
    use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
    use dda_simulation, only: simulation_type, summary
    use dda_linear_solver, only: work_done
-   use dda_text, only: quoted
+   use dda_text, only: joined, quoted
    use dda_diagnostics, only: audit_warning
    use dda_version, only: version
    use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
@@ -41,7 +41,7 @@ module dda_output_file
       integer :: waiting = 0                      !< buffered
       integer :: frames = 0
       integer :: contacts = 0                     !< contact states written
-      integer :: time, time_step, iterations
+      integer :: time, time_step, iterations, stage
       integer :: motion(3)                        !< displacement, velocity, acceleration
       integer :: energy(size(energy_terms))
       integer :: frame_time, coordinates, rates, stress, vertices, vertex, block, name, place, owner
@@ -183,6 +183,7 @@ contains
       call describe(dataset, 'input_text', simulation%model%text)
       call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
+      call describe(dataset, 'stages', joined(simulation%model%stages%name, ', '))
       audit = audit_warning(simulation)
       if (audit == '') audit = 'balances'
       call describe(dataset, 'energy_audit', audit)
@@ -236,6 +237,8 @@ contains
             'time step that led here')
          output%iterations = define(dataset, 'iterations', nf90_double, [time], '1', &
             'most open-close iterations of a step since the last sample')
+         output%stage = define(dataset, 'stage', nf90_int, [time], '1', &
+            'stage of the run, from 1; see the attribute stages')
          do i = 1, size(energy_terms)
             output%energy(i) = define(dataset, 'energy_'//trim(energy_terms(i)%name), nf90_double, &
                [time], 'J m-1', trim(energy_terms(i)%meaning)//', per metre of thickness')
@@ -399,8 +402,9 @@ contains
          call put(dataset, output%time, sample(:n, 1), [first], [n])
          call put(dataset, output%time_step, sample(:n, 2), [first], [n])
          call put(dataset, output%iterations, sample(:n, 3), [first], [n])
+         call put(dataset, output%stage, sample(:n, 4), [first], [n])
          do i = 1, size(energy_terms)
-            call put(dataset, output%energy(i), sample(:n, 3 + i), [first], [n])
+            call put(dataset, output%energy(i), sample(:n, 4 + i), [first], [n])
          end do
          if (width == 0) return
          do kind = 1, 3

@@ -17,7 +17,7 @@ module api
    use dda_measure, only: measure_point
    use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
-   use dda_model, only: model_type
+   use dda_model, only: model_type, run_duration
    use dda_modes, only: modes_type, find_modes
    use dda_process, only: process_id
    use dda_record, only: record_type, read_record
@@ -214,7 +214,7 @@ contains
       if (.not. allocated(error)) then
          associate (simulation => run%simulation)
             clock = [simulation%time, &
-               simulation%model%control%steps*simulation%model%control%time_step, &
+               run_duration(simulation%model), &
                simulation%last_time_step, real(simulation%step, c_double), &
                real(simulation%iteration%iterations, c_double)]
          end associate
