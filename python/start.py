@@ -19,6 +19,7 @@ VENV = HERE / ".venv"
 BUILD = HERE / "build"
 PACKAGES = """gcc gfortran pkg-config python3-dev python3-venv libopenblas-dev libarpack2-dev
 libfftw3-dev libnetcdff-dev libsuitesparse-dev libmetis-dev""".split()
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")  # of the tests of pages
 
 
 def call(*command, **options):
@@ -28,12 +29,12 @@ def call(*command, **options):
         sys.exit(f"failed ({status}): {' '.join(map(str, command))}")
 
 
-def install_packages() -> None:
+def install_packages(packages: list[str]) -> None:
     """Install the system packages that are missing."""
     if shutil.which("dpkg-query") is None:
         print("not a Debian system: the packages named in README.md are taken to be installed")
         return
-    missing = [name for name in PACKAGES if not installed(name)]
+    missing = [name for name in packages if not installed(name)]
     if not missing:
         return
     sudo = [] if os.geteuid() == 0 else ["sudo"]
@@ -79,5 +80,7 @@ if __name__ == "__main__":
     jobs = {"site": site, "test": test}
     if len(sys.argv) != 2 or sys.argv[1] not in jobs:
         sys.exit(__doc__)
-    install_packages()
+    install_packages(PACKAGES)
+    if sys.argv[1] == "test" and not any(map(shutil.which, BROWSERS)):
+        install_packages(["chromium"])
     jobs[sys.argv[1]]()

@@ -14,8 +14,8 @@ module dda_driver
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_simulation, only: simulation_type, summary
-   use dda_site_response, only: amplification_peak, peak_text
-   use dda_spectrum, only: spectral_peak_type
+   use dda_peak_check, only: peak_warning
+   use dda_site_response, only: response_peak_type, amplification_peak, peak_text
    use dda_stages, only: begin_simulation
    use dda_text, only: to_text
    use dda_version, only: version
@@ -84,7 +84,7 @@ contains
       call close_run(run, error)
       if (allocated(error)) return
       if (.not. run%was_complete) call print_summary(run%simulation)
-      call print_amplifications(model, error)
+      call print_amplifications(run%simulation, run%was_complete, error)
    end subroutine run_input
 
    !> Step until the run is done or a signal asks it to stop.
@@ -128,18 +128,26 @@ contains
       call say('output: '//simulation%model%output%file)
    end subroutine print_summary
 
-   !> The peaks of the amplifications that an input asks for, from its output.
-   subroutine print_amplifications(model, error)
-      type(model_type), intent(in) :: model  !< as read from the input
+   !> The peaks of the amplifications that an input asks for, from its output, and how
+   !> they stand to the exact ones.
+   subroutine print_amplifications(simulation, was_complete, error)
+      type(simulation_type), intent(in) :: simulation  !< at the end of the run
+      logical, intent(in) :: was_complete  !< the output was there, and nothing has been run
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(spectral_peak_type) :: peak
+      type(response_peak_type) :: peak
+      character(len=:), allocatable :: warning
       integer :: i
 
-      do i = 1, size(model%amplifications)
-         call amplification_peak(model%output%file, model%amplifications(i), peak, error)
-         if (allocated(error)) return
-         call say(peak_text(model, model%amplifications(i), peak))
-      end do
+      associate (model => simulation%model)
+         do i = 1, size(model%amplifications)
+            call amplification_peak(model%output%file, model%amplifications(i), peak, error)
+            if (allocated(error)) return
+            call say(peak_text(model, model%amplifications(i), peak))
+            if (was_complete) cycle
+            call peak_warning(simulation, model%amplifications(i), peak, warning)
+            if (warning /= '') call warn('warning: '//warning)
+         end do
+      end associate
    end subroutine print_amplifications
 
 end module dda_driver

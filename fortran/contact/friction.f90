@@ -5,11 +5,12 @@
 !> since the contact stuck, up to a bound that follows the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
-   use dda_contact, only: contact_open, contact_slide, contact_stick
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_material, only: joint_type
    implicit none
    private
    public :: laws_type, law_type, response_type, set_laws, law_of, respond
+   public :: contact_response, acting_gap, acting_stretch, end_stretch, accept_contacts
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -105,5 +106,66 @@ contains
          abs(response%shear_force) - response%bound)/max(law%tension_force, law%cohesion_force, &
          tiny(1.0_wp))
    end function strength_ratio_of
+
+   !> What contact c exerts if the step ends at a gap and a trial stretch.
+   pure type(response_type) function contact_response(contacts, laws, c, gap, stretch) &
+      result(response)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: c        !< number of the contact
+      real(wp), intent(in) :: gap     !< at the end of the step, m
+      real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
+
+      response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
+         contacts%bond_length(c), contacts%multiplier(c)), acting_gap(contacts, laws, c, gap), &
+         acting_stretch(contacts, laws, c, stretch))
+   end function contact_response
+
+   !> The trial stretch at which contact c acts, m.
+   elemental real(wp) function acting_stretch(contacts, laws, c, stretch)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: c         !< number of the contact
+      real(wp), intent(in) :: stretch  !< at the end of the step, m
+
+      acting_stretch = stretch
+      if (contacts%bonded(c) .and. laws%theta < 1.0_wp) &
+         acting_stretch = contacts%stretch(c) + laws%theta*(stretch - contacts%stretch(c))
+   end function acting_stretch
+
+   !> The gap at which contact c acts, m.
+   elemental real(wp) function acting_gap(contacts, laws, c, gap)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: c     !< number of the contact
+      real(wp), intent(in) :: gap  !< at the end of the step, m
+
+      acting_gap = gap
+      if (contacts%bonded(c) .and. laws%theta < 1.0_wp) &
+         acting_gap = contacts%gap(c) + laws%theta*(gap - contacts%gap(c))
+   end function acting_gap
+
+   !> Elastic stretch of the shear spring of contact c after the converged step, m.
+   elemental real(wp) function end_stretch(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer, intent(in) :: c  !< number of the contact
+
+      end_stretch = contacts%shear_force(c)/laws%shear_stiffness
+      if (contacts%bonded(c) .and. laws%theta < 1.0_wp) &
+         end_stretch = contacts%stretch(c) + contacts%slip(c)
+   end function end_stretch
+
+   !> States and stretches at the end of the converged step.
+   pure subroutine accept_contacts(contacts, laws)
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      integer :: c
+
+      do c = 1, contacts%n
+         contacts%stretch(c) = end_stretch(contacts, laws, c)
+         contacts%state(c) = contacts%trial_state(c)
+      end do
+   end subroutine accept_contacts
 
 end module dda_friction

@@ -3,8 +3,7 @@
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_contact_response, only: contact_response, acting_gap, acting_stretch
-   use dda_friction, only: laws_type, response_type
+   use dda_friction, only: contact_response, acting_gap, acting_stretch, laws_type, response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
@@ -116,10 +115,13 @@ contains
       type(contacts_type), intent(in) :: contacts
       type(laws_type), intent(in) :: laws
       integer, intent(in) :: c  !< number of the contact
+      real(wp) :: gap
 
+      gap = contacts%new_gap(c)
+      if (contacts%bonded(c)) gap = acting_gap(contacts, laws, c, gap)
       assumed_normal = 0.0_wp
-      if (contacts%state(c) /= contact_open) assumed_normal = contacts%multiplier(c) &
-         - laws%normal_stiffness*acting_gap(contacts, laws, c, contacts%new_gap(c))
+      if (contacts%state(c) /= contact_open) &
+         assumed_normal = contacts%multiplier(c) - laws%normal_stiffness*gap
    end function assumed_normal
 
    !> Shear force that the solve assumed in contact c, N/m.
@@ -128,10 +130,12 @@ contains
       type(laws_type), intent(in) :: laws
       real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer, intent(in) :: c          !< number of the contact
+      real(wp) :: stretch
 
+      stretch = contacts%stretch(c) + contacts%slip(c)
+      if (contacts%bonded(c)) stretch = acting_stretch(contacts, laws, c, stretch)
       assumed_shear = 0.0_wp
-      if (contacts%state(c) == contact_stick) assumed_shear = laws%shear_stiffness &
-         *acting_stretch(contacts, laws, c, contacts%stretch(c) + contacts%slip(c))
+      if (contacts%state(c) == contact_stick) assumed_shear = laws%shear_stiffness*stretch
       if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c) &
          + retained*laws%shear_stiffness*(contacts%slip(c) - contacts%slide_slip(c))
    end function assumed_shear

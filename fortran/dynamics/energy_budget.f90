@@ -3,12 +3,11 @@ module dda_energy_budget
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
-   use dda_contact_response, only: end_stretch
+   use dda_friction, only: end_stretch, laws_type
    use dda_elements, only: elements_type, update_stored, account_elements
    use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
       energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
       energy_algorithmic, energy_geometric
-   use dda_friction, only: laws_type
    use dda_kinematics, only: kinetic_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type, momentum_weight, velocity_weight

@@ -26,6 +26,7 @@ module dda_simulation
       integer(long) :: repeated = 0        !< steps taken again with a smaller Δt
       integer(long) :: too_far = 0         !< steps beyond the maximum displacement ratio
       integer(long) :: broken = 0          !< bonds broken
+      integer(long) :: changes = 0         !< contact states changed after the first step
       integer :: most_iterations = 0       !< in one step
    end type counters_type
 

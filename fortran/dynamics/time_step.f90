@@ -2,7 +2,7 @@
 !> and may.
 module dda_time_step
    use dda_kinds, only: wp
-   use dda_contact_response, only: accept_contacts
+   use dda_friction, only: accept_contacts
    use dda_contact_search, only: find_contacts
    use dda_diagnostics, only: explain, check_state
    use dda_elements, only: accept_elements
@@ -149,11 +149,22 @@ contains
          call accept_contacts(contacts, simulation%laws)
          simulation%neighbours%travel = simulation%neighbours%travel + path
          simulation%path = simulation%path + path
-         simulation%counters%broken = simulation%counters%broken + simulation%iteration%broken
+         call note_changes(simulation)
          simulation%step = simulation%step + 1
          call move_clock(simulation, end_time(step))
       end associate
    end subroutine accept
+
+   !> Count broken bonds and, once the first step has closed what touches, changes of state.
+   pure subroutine note_changes(simulation)
+      type(simulation_type), intent(inout) :: simulation
+
+      associate (counters => simulation%counters, iteration => simulation%iteration)
+         counters%broken = counters%broken + iteration%broken
+         if (simulation%step > 0) counters%changes = counters%changes + iteration%changes &
+            + iteration%broken
+      end associate
+   end subroutine note_changes
 
    !> With a fixed Δt, time is an exact multiple of it; an adaptive Δt recovers after each good
    !> step.

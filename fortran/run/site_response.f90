@@ -11,7 +11,14 @@ module dda_site_response
       nf90_inquire_dimension, nf90_get_var
    implicit none
    private
-   public :: amplification_peak, peak_text
+   public :: response_peak_type, amplification_peak, peak_text
+
+   !> The peak of an amplification in an output.
+   type :: response_peak_type
+      type(spectral_peak_type) :: found     !< of the ratio of the spectra
+      !> largest acceleration in the last twentieth of the surface's history over that in all
+      real(wp) :: left = 0.0_wp
+   end type response_peak_type
 
 contains
 
@@ -19,7 +26,7 @@ contains
    subroutine amplification_peak(file, wanted, peak, error)
       character(len=*), intent(in) :: file  !< finished output
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
-      type(spectral_peak_type), intent(out) :: peak  !< of the ratio
+      type(response_peak_type), intent(out) :: peak
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: surface(:), base(:), frequency(:)
       complex(wp), allocatable :: ratio(:)
@@ -31,7 +38,11 @@ contains
       if (.not. allocated(error)) call amplification(surface, base, time_step, frequency, ratio, &
          error, wanted%padding)
       if (.not. allocated(error)) call find_peak(frequency, abs(ratio), wanted%lowest, &
-         wanted%highest, peak, error)
+         wanted%highest, peak%found, error)
+      if (.not. allocated(error)) &
+         peak%left = &
+         maxval(abs(surface(size(surface) - size(surface)/20:))) /max(maxval(abs(surface)), &
+         tiny(1.0_wp))
    end subroutine amplification_peak
 
    !> Acceleration of a point along an axis, and the time between samples.
@@ -70,16 +81,16 @@ contains
    pure function peak_text(model, wanted, peak) result(text)
       type(model_type), intent(in) :: model  !< as read from the input
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
-      type(spectral_peak_type), intent(in) :: peak  !< of the ratio
+      type(response_peak_type), intent(in) :: peak
       character(len=:), allocatable :: text
       character(len=16) :: amplitude, frequency
 
-      write (amplitude, '(f0.3)') peak%amplitude
-      write (frequency, '(f0.4)') peak%frequency
+      write (amplitude, '(f0.3)') peak%found%amplitude
+      write (frequency, '(f0.4)') peak%found%frequency
       text = 'amplification '//trim(model%points(wanted%surface)%name)//'/'// &
          trim(model%points(wanted%base)%name)//' ("within"): '//trim(amplitude)//' at '// &
-         trim(frequency)//' Hz (bin width '//to_text(peak%bin_width)//' Hz, '// &
-         merge('peak interpolated)', 'peak at a bin)    ', peak%interpolated)
+         trim(frequency)//' Hz (bin width '//to_text(peak%found%bin_width)//' Hz, '// &
+         merge('peak interpolated)', 'peak at a bin)    ', peak%found%interpolated)
    end function peak_text
 
 end module dda_site_response

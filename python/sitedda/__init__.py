@@ -10,7 +10,7 @@ from .check import (
     penalty_for_shift,
     transfer,
 )
-from .column import Column, HalfSpace, Layer, scheme_damping, time_step_for_damping
+from .column import Column, HalfSpace, Layer
 from .engine import version
 from .errors import (
     AuditWarning,
@@ -19,15 +19,28 @@ from .errors import (
     InputError,
     InterruptedRun,
     OutputError,
+    PeakWarning,
     SiteddaError,
     SolverError,
 )
+from .model import Model
 from .records import read_record
+from .scheme import (
+    scheme_damping,
+    scheme_frequency,
+    theta_for_damping,
+    time_step_for_damping,
+)
 from .simulation import Run, Simulation, resume, run
 from .spectra import Peak, amplification, find_peak, fourier_spectrum
 
 __version__ = version()
 del version
+
+_LATER = {
+    "draw": "pictures",
+    "open_output": "scene",
+}  # names whose modules are slow to import: read at first use
 
 __all__ = [
     "AuditWarning",
@@ -38,9 +51,11 @@ __all__ = [
     "InputError",
     "InterruptedRun",
     "Layer",
+    "Model",
     "Modes",
     "OutputError",
     "Peak",
+    "PeakWarning",
     "Penalty",
     "Report",
     "Run",
@@ -49,19 +64,27 @@ __all__ = [
     "SolverError",
     "amplification",
     "check",
+    "draw",
     "find_peak",
     "fourier_spectrum",
     "modes",
+    "open_output",
     "penalty_for_frequency",
     "penalty_for_shift",
     "read_record",
     "resume",
     "run",
     "scheme_damping",
+    "scheme_frequency",
+    "theta_for_damping",
     "time_step_for_damping",
     "transfer",
 ]
-_MODULES = ("drawing", "plot", "response", "signals")  # imported when they are asked for
+# Read when asked for.
+_MODULES = (
+    "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals",
+)  # fmt: skip
+_FUNCTIONS = {"draw": "pictures", "open_output": "scene"}  # of modules that are
 
 
 def __dir__() -> list[str]:
@@ -70,9 +93,11 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str):
-    """The modules that need scipy or matplotlib."""
-    if name in _MODULES:
-        from importlib import import_module
+    """The modules that need scipy or matplotlib, and functions of them."""
+    from importlib import import_module
 
+    if name in _MODULES:
         return import_module(f".{name}", __name__)
+    if name in _FUNCTIONS:
+        return getattr(import_module(f".{_FUNCTIONS[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -20,6 +20,7 @@ module api
    use dda_model, only: model_type, run_duration
    use dda_modes, only: modes_type, find_modes
    use dda_process, only: process_id
+   use dda_peak_check, only: peak_warning
    use dda_record, only: record_type, read_record
    use dda_run, only: run_type, begin_run, resume_run, continue_run, flush_run, save_run, end_run, &
       is_done
@@ -27,6 +28,7 @@ module api
    use dda_scheme_response, only: free_damping, period_elongation, forced_damping, steps_to_decay, &
       amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
    use dda_simulation, only: summary
+   use dda_site_response, only: response_peak_type, amplification_peak
    use dda_start, only: set_rates
    use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, find_peak
    use dda_stopwatch, only: phase_names, seconds_of
@@ -222,8 +224,8 @@ contains
       call report(error, status, message)
    end subroutine run_clock
 
-   !> A text of the run: 'output', 'title', 'summary', 'warning', 'notice', 'solver', 'point i' or
-   !> 'block i' (from 1).
+   !> A text of the run: 'output', 'title', 'summary', 'warning', 'notice', 'solver', 'peaks' (what is
+   !> wrong with the peaks of amplifications in the finished output), 'point i' or 'block i' (from 1).
    subroutine run_text(handle, what, which, text, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
@@ -251,6 +253,8 @@ contains
                text = summary(run%simulation)
             case ('warning')
                text = audit_warning(run%simulation)
+            case ('peaks')
+               call find_peak_warnings(run, text, error)
             case ('point')
                if (which >= 1 .and. which <= size(model%points)) text = model%points(which)%name
             case ('block')
@@ -261,6 +265,26 @@ contains
       end if
       call report(error, status, message)
    end subroutine run_text
+
+   !> What is wrong with the peaks of the amplifications in the finished output, a line each.
+   subroutine find_peak_warnings(run, text, error)
+      type(run_type), intent(in) :: run
+      character(len=*), intent(inout) :: text
+      type(error_type), allocatable, intent(inout) :: error
+      type(response_peak_type) :: peak
+      character(len=:), allocatable :: warning
+      integer :: i
+
+      if (run%was_complete .or. .not. is_done(run)) return
+      associate (model => run%simulation%model)
+         do i = 1, size(model%amplifications)
+            call amplification_peak(model%output%file, model%amplifications(i), peak, error)
+            if (allocated(error)) return
+            call peak_warning(run%simulation, model%amplifications(i), peak, warning)
+            if (warning /= '') text = trim(text)//warning//new_line('a')
+         end do
+      end associate
+   end subroutine find_peak_warnings
 
    !> Coordinates, their rates, and stresses of all blocks.
    subroutine block_states(handle, n, coordinates, rates, stress, status, message)
@@ -505,12 +529,13 @@ contains
    end subroutine peak_of
 
    !> The check report as text, its worst verdict (1 ok, 2 warn, 3 fail), and its numbers:
-   !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz).
+   !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz), steps in
+   !> which the slowest alternating mode falls to 1/e (0: none alternates; huge: it does not decay).
    subroutine check_run(handle, text, worst, numbers, status, message)
       integer(c_int), intent(in) :: handle
       character(len=8192), intent(out) :: text
       integer(c_int), intent(out) :: worst
-      real(c_double), intent(out) :: numbers(7)
+      real(c_double), intent(out) :: numbers(8)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -527,7 +552,8 @@ contains
          text = report_text(found)
          worst = found%worst
          numbers = [found%highest%omega, found%highest%bracket%lower, found%highest%bracket%upper, &
-            found%highest%residual, found%shift, found%band%lowest, found%band%highest]
+            found%highest%residual, found%shift, found%band%lowest, found%band%highest, &
+            found%ringing]
       end if
       call report(error, status, message)
    end subroutine check_run
@@ -700,7 +726,7 @@ contains
       call report(error, status, message)
    end subroutine read_ground_motion
 
-   !> θ and χ of a time integration by name; theta counts for 'theta' only.
+   !> theta and chi of a time integration by name; theta counts for 'theta' only.
    subroutine scheme_numbers(name, theta, numbers, status, message)
       character(len=*), intent(in) :: name
       real(c_double), intent(in) :: theta
@@ -758,8 +784,8 @@ contains
       end do
    end subroutine scheme_steady
 
-   !> The time step (s) of the scheme (theta, chi), and theta = chi at a time step, for damping ratios
-   !> in steady vibration at frequencies (Hz).
+   !> The time step (s) of the scheme (theta, chi), and theta = chi at a time step, for damping
+   !> ratios in steady vibration at frequencies (Hz).
    subroutine scheme_for_damping(theta, chi, time_step, n, damping, frequency, steps, thetas)
       integer(c_int), intent(in) :: n
       real(c_double), intent(in) :: theta, chi, time_step, damping(n), frequency(n)

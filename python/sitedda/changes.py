@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
-from functools import cache
 
-from .engine import engine_names, input_catalogue
 from .errors import InputError
+from .groups import single_groups, variables
 from .namelist import Group, Namelist, value_text
 
 _EXCLUSIVE = {"duration": "steps", "steps": "duration"}  # giving one takes the other out
@@ -55,15 +54,6 @@ def changed_input(text: str, changes: Mapping) -> str:
     return str(namelist)
 
 
-@cache
-def _variables() -> dict[str, list[str]]:
-    """Names of the variables of each kind of group."""
-    groups = {kind: [] for kind in engine_names("groups")}
-    for variable in input_catalogue():
-        groups[variable.group].append(variable.name)
-    return groups
-
-
 def _flat(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:
     """Paths and values of mappings within mappings."""
     for name, value in changes.items():
@@ -85,11 +75,11 @@ def _target(namelist: Namelist, path: str) -> tuple[list[Group], str]:
     if which is None:
         which, dot, rest = rest.rpartition(".")
         which = which if dot else None
-    if kind not in _variables():
-        raise InputError(f"{path}: there is no group &{kind}{_nearest(kind, _variables())}")
+    if kind not in variables():
+        raise InputError(f"{path}: there is no group &{kind}{_nearest(kind, variables())}")
     variable = (rest or "").lower()
-    if variable not in _variables()[kind]:
-        known = _variables()[kind]
+    if variable not in variables()[kind]:
+        known = variables()[kind]
         hint = _nearest(variable, known) or f"; it has {', '.join(known)}"
         raise InputError(f"{path}: group &{kind} has no variable {variable!r}{hint}")
     return _chosen(namelist, path, kind, which, variable), variable
@@ -97,14 +87,14 @@ def _target(namelist: Namelist, path: str) -> tuple[list[Group], str]:
 
 def _bare(namelist: Namelist, variable: str) -> tuple[list[Group], str]:
     """The one group that a variable without a group can mean."""
-    homes = [kind for kind, names in _variables().items() if variable in names]
+    homes = [kind for kind, names in variables().items() if variable in names]
     if "control" in homes:
         homes = ["control"]
     if not homes:
-        if variable in _variables():
-            known = f"{variable}.{_variables()[variable][0]}"
+        if variable in variables():
+            known = f"{variable}.{next(iter(variables()[variable]))}"
             raise InputError(f"{variable!r} is a group: name a variable of it, such as {known}")
-        names = sorted({name for names in _variables().values() for name in names})
+        names = sorted({name for names in variables().values() for name in names})
         raise InputError(f"no group has a variable {variable!r}{_nearest(variable, names)}")
     if len(homes) > 1:
         paths = " or ".join(f"{kind}.{variable}" for kind in homes)
@@ -115,7 +105,7 @@ def _bare(namelist: Namelist, variable: str) -> tuple[list[Group], str]:
 def _chosen(namelist: Namelist, path: str, kind: str, which: str | None, variable: str):
     """The groups of a kind that are meant: the only one, one by name or number, or all (*)."""
     groups = namelist.named(kind)
-    if which is None and kind in engine_names("single groups"):
+    if which is None and kind in single_groups():
         return groups or [namelist.add(kind)]
     if not groups:
         raise InputError(f"{path}: the input has no group &{kind} to change")

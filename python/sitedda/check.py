@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
 from .simulation import Simulation
+
+_HUGE = 1e300  # the engine's huge numbers lie above: no value
+_SHORT = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:E([-+]\d+))?(?![\w.]*')")
+_HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One finding of a check: its verdict ('ok', 'warn', 'fail'), topic, words and advice."""
+
+    verdict: str
+    topic: str
+    words: str
+    advice: str = ""
 
 
 @dataclass(frozen=True)
@@ -31,6 +46,9 @@ class Report:
         By how much the joints lower the first frequency, as a share of the stiff limit.
     band : tuple of float
         Hz, from 5 to 95 % of the energy of the motions; zeros without motions.
+    ringing : float
+        Steps in which the slowest velocity that changes its sign every step falls to 1/e; 0 where
+        none does, inf where it does not decay.
     """
 
     text: str
@@ -40,10 +58,45 @@ class Report:
     residual: float
     shift: float
     band: tuple[float, float]
+    ringing: float
 
     def __str__(self) -> str:
         """The report for a screen."""
         return self.text
+
+    @property
+    def lines(self) -> list[Line]:
+        """The findings one by one, numbers in four digits."""
+        found: list[list[str]] = []
+        for row in self.text.splitlines():
+            head = _HEAD.match(row)
+            if head:
+                found.append([head[1].strip().lower(), head[2].strip(), head[3], ""])
+            elif found:
+                which = 3 if row.strip().startswith("->") or found[-1][3] else 2
+                found[-1][which] += " " + row.strip().removeprefix("->").strip()
+        return [
+            Line(v, topic, *(_in_four_digits(t).strip() for t in rest)) for v, topic, *rest in found
+        ]
+
+    @property
+    def conclusion(self) -> str:
+        """The verdict in one line, with the topics that ask for something."""
+        bad = [f"{line.topic} ({line.verdict})" for line in self.lines if line.verdict != "ok"]
+        words = f": {', '.join(bad)}" if bad else ": nothing to do"
+        return f"verdict: {self.verdict}{words}"
+
+    def to_dict(self) -> dict:
+        """Plain values, such as for JSON."""
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "text"}
+        return values | {"lines": [asdict(line) for line in self.lines]}
+
+    def _repr_html_(self) -> str:
+        """The findings as a table."""
+        from .report.html import fragment
+        from .report.run_page import check_table
+
+        return fragment(check_table(self))
 
 
 @dataclass(frozen=True)
@@ -55,7 +108,8 @@ class Modes:
     frequency : ndarray, shape (modes,)
         Hz, undamped.
     damping, elongation : ndarray, shape (modes,)
-        Damping ratio and period elongation in free vibration, by the scheme at the model's step.
+        Damping ratio and period elongation in free vibration, by the model's time integration at
+        its step; 1 and -1 where a mode does not oscillate.
     participation : ndarray, shape (modes, 2)
         For base motion in x and y, sqrt(kg) per metre of thickness.
     effective_mass : ndarray, shape (modes, 2)
@@ -74,6 +128,24 @@ class Modes:
     shapes: np.ndarray
     words: str
 
+    def __repr__(self) -> str:
+        """Frequencies and damping."""
+        pairs = zip(self.frequency, self.damping, strict=True)
+        return f"<sitedda.Modes {', '.join(f'{f:.4g} Hz ({100 * d:.2g} %)' for f, d in pairs)}>"
+
+    def _repr_html_(self) -> str:
+        """A table, for a notebook."""
+        from .report import Paragraph, Table
+        from .report.html import fragment
+
+        heads = ["mode", "frequency (Hz)", "damping (%)", "longer (%)", "mass x (%)", "mass y (%)"]
+        shares = np.column_stack([self.damping, self.elongation, self.effective_mass])
+        rows = [
+            [str(i + 1), f"{frequency:.4g}", *(f"{100 * v:.3g}" for v in shares[i])]
+            for i, frequency in enumerate(self.frequency)
+        ]
+        return fragment(Table(heads, rows), Paragraph(self.words))
+
 
 @dataclass(frozen=True)
 class Penalty:
@@ -82,6 +154,20 @@ class Penalty:
     normal_stiffness: float
     frequency: float
     limit: float
+
+
+def _in_four_digits(text: str) -> str:
+    """Numbers of more than four digits shortened, but for those inside names."""
+
+    def shortened(found: re.Match) -> str:
+        mantissa, exponent = found[1], found[2]
+        if exponent is None and len(mantissa.strip("+-").replace(".", "").strip("0")) <= 4:
+            return found[0]
+        if exponent is None and "." not in mantissa:
+            return found[0]
+        return f"{float(found[0]):.4g}"
+
+    return _SHORT.sub(shortened, text)
 
 
 @contextmanager
@@ -117,6 +203,7 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
         float(numbers[3]),
         float(numbers[4]),
         (float(numbers[5]), float(numbers[6])),
+        float(numbers[7]) if numbers[7] < _HUGE else np.inf,
     )
 
 
@@ -163,6 +250,8 @@ def transfer(
 ) -> np.ndarray:
     """Exact discrete transfer function between two measured points, for base motion.
 
+    That of the linearised model in steps of ``&control integration``, for any of its members.
+
     Parameters
     ----------
     model : path or Simulation
@@ -172,7 +261,8 @@ def transfer(
         Measured points.
     direction : {'x', 'y'}
     damped : bool
-        With the damping of the scheme, or in continuous time without any.
+        With the damping of the model's time integration (θ, χ) and of its supports, or in
+        continuous time without any.
     contacts : str
         See `modes`.
     changes, **more

@@ -5,8 +5,8 @@ waves, are solved exactly by the Thomson-Haskell recursion that SHAKE uses.  Tim
 exp(iωt) and depth grows downwards from the free surface, so layer *j* holds the displacement
 ``A exp(ikz) + B exp(-ikz)``, with the upgoing wave first.
 
-The same column *as the engine's time integration sees it* (Newmark β = 1/2, γ = 1) has a closed
-form as well: :meth:`Column.scheme_transfer`.
+The same column *as the engine's time integration sees it* has a closed form as well:
+:meth:`Column.scheme_transfer`.
 
 References
 ----------
@@ -29,6 +29,8 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arguments import first_of, not_negative, positive
+from .scheme import Scheme
 from .spectra import Peak
 
 __all__ = [
@@ -38,9 +40,6 @@ __all__ = [
     "complex_modulus",
     "damped_amplification",
     "refined_peak",
-    "scheme_damping",
-    "scheme_frequency",
-    "time_step_for_damping",
     "undamped_amplification",
 ]
 
@@ -103,7 +102,7 @@ def complex_modulus(
     if not np.all(inside):
         raise ValueError(
             f"damping must be in 0 ... {largest:g} for convention '{convention}',"
-            f" got {_first(ratio, ~inside):g}"
+            f" got {first_of(ratio, ~inside):g}"
         )
     return np.asarray(shear_modulus, dtype=float) * factor(ratio).astype(complex)
 
@@ -172,114 +171,14 @@ def damped_amplification(
         If an argument is not finite or out of range.
     """
     phase = _phase(frequency, thickness, shear_velocity)
-    ratio = _not_negative("damping", damping)
+    ratio = not_negative("damping", damping)
     return 1 / np.hypot(np.cos(phase), ratio * phase)
 
 
 def _phase(frequency: ArrayLike, thickness: float, shear_velocity: float) -> NDArray[np.float64]:
-    height = _positive("thickness", thickness)
-    velocity = _positive("shear_velocity", shear_velocity)
-    return 2 * np.pi * _not_negative("frequency", frequency) * height / velocity
-
-
-# ---------------------------------------------------------------------------------------------
-# The time integration as a material
-# ---------------------------------------------------------------------------------------------
-#
-# With z = exp(iωΔt) and t = tan(ωΔt/2), (z - 1)/(z + 1) = it, and one step of Newmark β = 1/2,
-# γ = 1 on M x'' + K x = f reads, for x ~ z^n,
-#     [K - (4/Δt²) t²/(1 + it) M] x = f,
-# the equation of a continuous system with modulus K (1 + it) at the angular frequency (2/Δt) t.
-
-
-def scheme_damping(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    """Damping ratio that Newmark β = 1/2, γ = 1 adds to a steady harmonic motion.
-
-    The scheme acts exactly like the complex modulus G(1 + 2iζ) with ``2ζ = tan(ωΔt/2)``
-    (convention ``shake``) at the frequency :func:`scheme_frequency`.
-
-    Parameters
-    ----------
-    frequency : array_like, shape (...)
-        Frequencies of the motion, Hz, below the Nyquist frequency 1/(2Δt).
-    time_step : float
-        Δt, s.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Damping ratio ζ.
-
-    Raises
-    ------
-    ValueError
-        If a frequency reaches the Nyquist frequency or an argument is out of range.
-    """
-    return 0.5 * np.tan(_half_step_angle(frequency, time_step))
-
-
-def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    """Frequency at which the equivalent continuous system of the scheme is driven.
-
-    ``(2/Δt) tan(ωΔt/2) / 2π``, to be used with the modulus of :func:`scheme_damping`.  (The same
-    pair can be written with ``(2/Δt) sin(ωΔt/2)``; the modulus is then G/(1 - 2iζ).)
-
-    Parameters
-    ----------
-    frequency : array_like, shape (...)
-        Frequencies of the motion, Hz, below the Nyquist frequency 1/(2Δt).
-    time_step : float
-        Δt, s.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Equivalent frequency, Hz; never below ``frequency``.
-
-    Raises
-    ------
-    ValueError
-        If a frequency reaches the Nyquist frequency or an argument is out of range.
-    """
-    return np.tan(_half_step_angle(frequency, time_step)) / (np.pi * time_step)
-
-
-def time_step_for_damping(damping: ArrayLike, frequency: ArrayLike) -> NDArray[np.float64]:
-    """Time step at which the scheme damps a harmonic motion by a wanted ratio.
-
-    The inverse of :func:`scheme_damping`: ``Δt = 2 atan(2ζ) / ω``.
-
-    Parameters
-    ----------
-    damping : array_like, shape (...)
-        Wanted damping ratio ζ > 0.
-    frequency : array_like, shape (...)
-        Frequency at which it is wanted, Hz, > 0.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Δt, s.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
-    """
-    ratio = _positive("damping", damping)
-    return np.arctan(2 * ratio) / (np.pi * _positive("frequency", frequency))
-
-
-def _half_step_angle(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    values = _not_negative("frequency", frequency)
-    step = float(_positive("time_step", time_step))
-    beyond = values * step >= 0.5
-    if np.any(beyond):
-        raise ValueError(
-            f"frequency must stay below the Nyquist frequency {0.5 / step:g} Hz of"
-            f" time_step {step:g} s, got {_first(values, beyond):g}"
-        )
-    return np.pi * values * step
+    height = positive("thickness", thickness)
+    velocity = positive("shear_velocity", shear_velocity)
+    return 2 * np.pi * not_negative("frequency", frequency) * height / velocity
 
 
 # ---------------------------------------------------------------------------------------------
@@ -317,13 +216,13 @@ class HalfSpace:
     damping: Damping = 0.0
 
     def __post_init__(self) -> None:
-        density = float(_positive("density", self.density))
+        density = float(positive("density", self.density))
         modulus, velocity = _modulus_and_velocity(density, self.shear_modulus, self.shear_velocity)
         object.__setattr__(self, "density", density)
         object.__setattr__(self, "shear_modulus", modulus)
         object.__setattr__(self, "shear_velocity", velocity)
         if not callable(self.damping):
-            object.__setattr__(self, "damping", float(_not_negative("damping", self.damping)))
+            object.__setattr__(self, "damping", float(not_negative("damping", self.damping)))
 
     def damping_at(self, frequencies: ArrayLike) -> NDArray[np.float64]:
         """Damping ratio at each frequency.
@@ -346,7 +245,7 @@ class HalfSpace:
         values = np.asarray(frequencies, dtype=float)
         if not callable(self.damping):
             return np.full(values.shape, self.damping)
-        ratio = _not_negative("damping", self.damping(values))
+        ratio = not_negative("damping", self.damping(values))
         if ratio.shape not in ((), values.shape):
             raise ValueError(
                 f"damping must return one ratio per frequency, shape {values.shape},"
@@ -377,7 +276,7 @@ class Layer(HalfSpace):
     thickness: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "thickness", float(_positive("thickness", self.thickness)))
+        object.__setattr__(self, "thickness", float(positive("thickness", self.thickness)))
         super().__post_init__()
 
 
@@ -474,7 +373,7 @@ class Column:
         ValueError
             If an argument is out of range, or the ratio is infinite (an undamped resonance).
         """
-        values = _not_negative("frequencies", frequencies)
+        values = not_negative("frequencies", frequencies)
         ravelled = values.ravel()
         return self._ratio(
             2 * np.pi * ravelled,
@@ -491,12 +390,16 @@ class Column:
         top: float = 0.0,
         bottom: float | None = None,
         motion: str = "within",
+        integration: str = "dda",
+        theta: float = 0.75,
     ) -> NDArray[np.complex128]:
-        """Transfer function of the same column integrated by Newmark β = 1/2, γ = 1.
+        """Transfer function of the same column under the engine's time integration.
 
         Exact in time for a base that moves by a prescribed displacement, exact in space: what the
-        engine tends to with thin layers and stiff contacts.  The damping is the scheme's alone,
-        :func:`scheme_damping`; that of the layers is not used, for the engine has none.
+        engine tends to with thin bonded layers and stiff contacts.  With τ = tan(ωΔt/2) the
+        modulus is G (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ) at the angular frequency 2τ/Δt.  That damping,
+        :func:`sitedda.scheme_damping`, is the only one: that of the layers is not used, for the
+        engine has none.
 
         Parameters
         ----------
@@ -506,6 +409,10 @@ class Column:
             Δt, s.
         top, bottom, motion
             As for :meth:`transfer`.
+        integration : {'dda', 'midpoint', 'theta', 'backward_euler'} or Scheme
+            As in ``&control``.
+        theta : float
+            θ of ``'theta'``.
 
         Returns
         -------
@@ -515,15 +422,17 @@ class Column:
         Raises
         ------
         ValueError
-            If an argument is out of range.
+            If an argument is out of range, or the ratio is infinite (a resonance of the midpoint
+            rule, which has no damping).
         """
-        damping = scheme_damping(frequencies, time_step)
-        omega = 2 * np.pi * scheme_frequency(frequencies, time_step)
+        values = not_negative("frequencies", frequencies)
+        factors = Scheme.named(integration, theta).steady(values.ravel(), time_step)
+        # A complex frequency with the real modulus: only ω²/G and ratios of moduli matter.
         return self._ratio(
-            omega.ravel(),
-            lambda medium: complex_modulus(medium.shear_modulus, damping.ravel(), "shake"),
+            np.sqrt(-factors.inertia),
+            lambda medium: complex_modulus(medium.shear_modulus, 0.0),
             (top, bottom, motion),
-        ).reshape(omega.shape)
+        ).reshape(values.shape)
 
     def peak(
         self,
@@ -532,6 +441,8 @@ class Column:
         bottom: float | None = None,
         motion: str = "within",
         time_step: float | None = None,
+        integration: str = "dda",
+        theta: float = 0.75,
     ) -> Peak:
         """The highest resonance peak of the transfer function inside a band.
 
@@ -544,6 +455,8 @@ class Column:
             As for :meth:`transfer`.
         time_step : float, optional
             Δt, s; if given, the peak of :meth:`scheme_transfer`, else of :meth:`transfer`.
+        integration, theta
+            As for :meth:`scheme_transfer`.
 
         Returns
         -------
@@ -561,13 +474,14 @@ class Column:
         place = (top, bottom, motion)
         if time_step is None:
             return refined_peak(lambda f: self.transfer(f, *place), (low, high), points)
+        scheme = (integration, theta)
         return refined_peak(
-            lambda f: self.scheme_transfer(f, time_step, *place), (low, high), points
+            lambda f: self.scheme_transfer(f, time_step, *place, *scheme), (low, high), points
         )
 
     def _ratio(
         self,
-        omega: NDArray[np.float64],
+        omega: NDArray[np.complex128],
         modulus_of: Callable[[HalfSpace], NDArray[np.complex128]],
         place: tuple[float, float | None, str],
     ) -> NDArray[np.complex128]:
@@ -584,7 +498,7 @@ class Column:
         if np.any(unbounded):
             raise ValueError(
                 "frequencies meet a resonance of the undamped column, where the ratio is infinite,"
-                f" at {_first(omega, unbounded) / (2 * np.pi):g} Hz"
+                f" at {first_of(abs(omega), unbounded) / (2 * np.pi):g} Hz"
             )
         return ratio
 
@@ -615,7 +529,7 @@ class Column:
 
 
 def _recursion(
-    omega: NDArray[np.float64],
+    omega: NDArray[np.complex128],
     media: Sequence[HalfSpace | None],
     thicknesses: NDArray[np.float64],
     modulus_of: Callable[[HalfSpace], NDArray[np.complex128]],
@@ -686,7 +600,7 @@ def refined_peak(
     grid = np.linspace(low, high, points + 1)
     size = np.abs(np.asarray(transfer(grid)))
     if not np.all(np.isfinite(size)):
-        raise ValueError(f"transfer is not finite at {_first(grid, ~np.isfinite(size)):g} Hz")
+        raise ValueError(f"transfer is not finite at {first_of(grid, ~np.isfinite(size)):g} Hz")
     summits = 1 + np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]))
     if summits.size == 0:
         raise ValueError(f"band {low:g} ... {high:g} Hz holds no peak of the transfer function")
@@ -712,27 +626,6 @@ def _refined(transfer: Callable, low: float, high: float) -> Peak:
 # ---------------------------------------------------------------------------------------------
 # Checks of arguments
 # ---------------------------------------------------------------------------------------------
-
-
-def _positive(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    values = np.asarray(value, dtype=float)
-    good = np.isfinite(values) & (values > 0)
-    if not np.all(good):
-        raise ValueError(f"{name} must be finite and positive, got {_first(values, ~good):g}")
-    return values
-
-
-def _not_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    values = np.asarray(value, dtype=float)
-    good = np.isfinite(values) & (values >= 0)
-    if not np.all(good):
-        raise ValueError(f"{name} must be finite and not negative, got {_first(values, ~good):g}")
-    return values
-
-
-def _first(values: NDArray, chosen: NDArray) -> float:
-    """The first of the chosen values, for a message."""
-    return np.atleast_1d(values)[np.atleast_1d(chosen)][0]
 
 
 def _one_of(name: str, value: str, known: Sequence[str]) -> str:
@@ -764,9 +657,9 @@ def _modulus_and_velocity(
     if modulus is None and velocity is None:
         raise ValueError("shear_modulus or shear_velocity must be given, got neither")
     if modulus is None:
-        velocity = float(_positive("shear_velocity", velocity))
+        velocity = float(positive("shear_velocity", velocity))
         return density * velocity**2, velocity
-    modulus = float(_positive("shear_modulus", modulus))
+    modulus = float(positive("shear_modulus", modulus))
     implied = float(np.sqrt(modulus / density))
     if velocity is not None and not np.isclose(velocity, implied, rtol=1e-9, atol=0):
         raise ValueError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import json
 import shlex
 import signal
 import sys
@@ -16,6 +17,7 @@ from .check import check, transfer
 from .errors import CheckError, SiteddaError
 from .records import read_record
 from .simulation import Run, Simulation, _run
+from .viewing import add_viewing_commands
 
 _STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
@@ -64,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("-o", "--output", type=_file_name, help="in place of the input's")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
         command.add_argument("--no-plot", action="store_true", help="draw no pictures")
+        command.add_argument("--report", action="store_true", help="write a report in one page")
         command.set_defaults(act=act)
     reading = commands.add_parser("record", help="read a record and draw its motion")
     reading.add_argument("file", type=Path, metavar="RECORD")
@@ -75,9 +78,15 @@ def _parser() -> argparse.ArgumentParser:
     reading.set_defaults(act=_record)
     commands.add_parser("validate", help="run the analytic cases", add_help=False)
     commands.add_parser("paper", help="reproduce the results of the paper", add_help=False)
+    add_viewing_commands(commands)
     checking = commands.add_parser("check", help="say what a run will meet before it is started")
     checking.add_argument("file", type=Path, metavar="FILE.nml")
+    checking.add_argument("--json", action="store_true", help="print plain values as JSON")
     checking.set_defaults(act=_check)
+    building = commands.add_parser("build", help="turn joints and masonry of an input into blocks")
+    building.add_argument("file", type=Path, metavar="FILE.nml")
+    building.add_argument("-o", "--output", type=_file_name, help="(beside it, FILE_blocks.nml)")
+    building.set_defaults(act=_build)
     for command in (running, resuming, checking):
         command.add_argument(
             "--set",
@@ -121,9 +130,30 @@ def _record(options: argparse.Namespace) -> int:
     return 0
 
 
+def _build(options: argparse.Namespace) -> int:
+    from .building import build_file, summary
+
+    output, built = build_file(options.file, options.output)
+    print(summary(built))
+    _tell("\n".join(built.messages))
+    print(f"output: {output}")
+    return 0
+
+
+def _tell(words: str) -> None:
+    for line in words.splitlines():
+        print(f"note: {line}")
+
+
 def _check(options: argparse.Namespace) -> int:
-    found = check(options.file, dict(options.set))
-    print(found)
+    with Simulation(options.file, changes=dict(options.set)) as simulation:
+        notes = simulation.block_notes()
+        found = check(simulation)
+    if getattr(options, "json", False):
+        print(json.dumps(found.to_dict(), indent=1))
+    else:
+        _tell(notes)
+        print(f"{found}\n\n{found.conclusion}")
     if found.verdict == "fail":
         raise CheckError(f"{options.file}: the check fails")
     return 0
@@ -151,6 +181,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             if not bars:
                 if resume:
                     print(simulation.notice, flush=True)
+                _tell(simulation.block_notes())
                 total = simulation.duration
                 bar = tqdm(total=total, disable=options.quiet, bar_format=look)
                 bars.append(stack.enter_context(bar))
@@ -164,6 +195,8 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
         print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
         return 6
     _report(result, options.file, changes, draw=not options.no_plot)
+    if options.report:
+        print(f"page: {result.report()}")
     return 0
 
 
@@ -187,16 +220,21 @@ def _discrete_transfer(source: Path, changes: dict, found):
 
 
 def _report(result: Run, source: Path, changes: dict, draw: bool) -> None:
-    """Print the amplifications that the input asks for and draw them beside the output."""
-    from .plot import site_response
+    """Print the amplifications that the input asks for and the verdict; draw beside the output."""
     from .response import amplifications
 
-    for i, found in enumerate(amplifications(result.history)):
-        print(found)
-        if draw:
-            picture = result.output.with_suffix(f".{i}.png" if i else ".png")
-            discrete = _discrete_transfer(source, changes, found)
-            print(f"picture: {site_response(result.history, found, picture, discrete)}")
+    found = amplifications(result.history)
+    for one in found:
+        print(one)
+    print(result.verdict)
+    if not draw:
+        return
+    from .plot import run_picture
+
+    discrete = _discrete_transfer(source, changes, found[0]) if found else None
+    picture = result.output.with_suffix(".png")
+    run_picture(result.history, found, discrete).savefig(picture, dpi=130)
+    print(f"picture: {picture}")
 
 
 if __name__ == "__main__":

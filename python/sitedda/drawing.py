@@ -5,16 +5,13 @@ Figures are made and saved on a canvas of their own; the backend of matplotlib i
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
-from PIL import Image
 
 __all__ = [
     "BLUE",
@@ -32,9 +29,8 @@ __all__ = [
     "canvas",
     "draw_blocks",
     "new_figure",
-    "save",
     "slope_guide",
-    "small_picture",
+    "small_axes",
 ]
 
 INK, GREY = "#222222", "#6b6b6b"
@@ -58,7 +54,6 @@ _SMALL = {
     "axes.titlesize": 10,
     "axes.titlelocation": "left",
 }
-_HUES = 64  # of a small picture: a drawing needs no more, and it stays below 60 kB
 
 
 def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
@@ -78,22 +73,20 @@ def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
     return figure, figure.subplots(rows, columns, **options)
 
 
-def save(figure: Figure, file, dpi: int = 130) -> Path:
-    """Write a figure to a file, of the kind that its name ends in, and return where it is."""
-    figure.savefig(file, dpi=dpi)
-    return Path(file)
-
-
 @contextmanager
-def small_picture(file, rows: int = 1, columns: int = 1, size=(6.6, 3.7), **options) -> Iterator:
-    """The axes of a figure that is saved to a small PNG at the end; see `new_figure`."""
+def small_axes(figure: Figure, rows: int = 1, columns: int = 1, size=(6.6, 3.7), **options):
+    """The axes of an empty figure in the look of small pictures.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    rows, columns, size, **options
+        See `new_figure`.
+    """
     with matplotlib.rc_context(_SMALL):
-        figure, axes = new_figure(rows, columns, size, **options)
-        yield axes
-        save(figure, file, dpi=110)
-    with Image.open(file) as picture:
-        small = picture.convert("RGB").quantize(_HUES)
-    small.save(file, optimize=True)
+        figure.set_size_inches(size)
+        figure.set_layout_engine("constrained")
+        yield figure.subplots(rows, columns, **options)
 
 
 def canvas(columns: int = 2, rows: int = 1, size=(10.0, 4.2), **more):

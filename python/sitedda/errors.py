@@ -1,8 +1,12 @@
-"""Errors of the engine as exceptions, and its warning."""
+"""Errors of the engine as exceptions, and its warnings."""
 
 
 class AuditWarning(UserWarning):
     """A run ended whose energy audit does not balance: do not trust it."""
+
+
+class PeakWarning(UserWarning):
+    """The amplification peak of a linear run is not that of its exact transfer function."""
 
 
 class SiteddaError(Exception):

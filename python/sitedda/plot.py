@@ -1,64 +1,231 @@
-"""Pictures of a run."""
+"""The picture that a run ends with, and the panels of a record.
+
+Only `matplotlib.figure.Figure` is used: the backend of the session stays as it is.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from .column import damped_amplification, scheme_damping
-from .drawing import new_figure, save
+from .column import damped_amplification
+from .pictures import FAINT, INK, draw, in_unit
 from .response import Amplification, layered_twin
+from .scene import Scene
+from .scheme import scheme_damping
 from .signals import smooth_konno_ohmachi
+from .verdict import (
+    PERIODS,
+    SPECTRUM_DAMPING,
+    acceleration_spectrum,
+    damping_words,
+    main_axis,
+    run_scheme,
+)
 
-if TYPE_CHECKING:
-    import xarray as xr
+BASE, SURFACE, TWIN = "#8a9099", "#0072b2", "#d55e00"
+COLORS = (SURFACE, TWIN, "#009e73", "#cc79a7", "#b58900", "#4a4f57")
+_MOST_POINTS = 6
 
-BASE, SURFACE, TWIN = "0.55", "tab:blue", "tab:red"
 
-
-def site_response(history: xr.Dataset, result: Amplification, file, discrete=None) -> Path:
-    """Draw base and surface motion and the amplification with the one-dimensional theory over it.
+def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
+    """The picture of a run: what it was asked for, and its blocks before and after.
 
     Parameters
     ----------
     history : xarray.Dataset
         Of a finished run.
-    result : Amplification
-    file : path
-        Picture to write.
+    found : sequence of Amplification
+        Of `response.amplifications`; the first is drawn.
     discrete : ndarray, optional
-        The model's own discrete transfer function at ``result.frequency``.
+        The model's own transfer function at ``found[0].frequency``.
     """
-    figure, (above, below) = new_figure(2, 1, (9, 7), height_ratios=[2, 3])
-    _motions(above, history, result)
-    below.plot(result.frequency, result.ratio, color=SURFACE, lw=1.4, label="DDA, time domain")
-    _smoothed(below, result)
+    scene = Scene.of(history)
+    if found:
+        return _site_picture(scene, history, found[0], discrete)
+    if history.sizes.get("time", 0) > 2 and "point_place" in history and len(scene.points()):
+        return _history_picture(scene, history)
+    figure = Figure(figsize=(11, 4.8), layout="constrained")
+    _title(figure, history)
+    _before_and_after(figure.subplots(1, 2), scene)
+    return figure
+
+
+def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Figure:
+    """Blocks and accelerations above, response spectra and amplification below."""
+    figure = Figure(figsize=(11, 7.6), layout="constrained")
+    axes = figure.subplot_mosaic(
+        [["blocks", "surface"], ["blocks", "base"], ["spectra", "ratio"]],
+        width_ratios=[1, 1.9],
+        height_ratios=[1, 1, 2.1],
+    )
+    _small_blocks(axes["blocks"], scene)
+    axis = ("x", "y").index(result.direction)
+    series = {
+        name: history.acceleration.sel(point=name).isel(axis=axis).values
+        for name in dict.fromkeys((result.surface, result.base))
+    }
+    _accelerations((axes["surface"], axes["base"]), history, series)
+    _spectra(axes["spectra"], history, series)
+    _ratio(axes["ratio"], history, result, discrete)
+    _title(figure, history)
+    return figure
+
+
+def _title(figure, history) -> None:
+    title = _plain(str(history.attrs.get("title", ""))) or "Untitled"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
+
+
+def _accelerations(panels, history, series: dict) -> None:
+    """One panel for each point, one scale for all: none hides another."""
+    most = max(float(abs(values).max()) for values in series.values()) or 1.0
+    for axes, (name, values), color in zip(panels, series.items(), (SURFACE, BASE), strict=False):
+        axes.plot(history.time, values, color=color, lw=0.6)
+        axes.set(xlim=(0, float(history.time[-1])), ylim=(-1.08 * most, 1.08 * most))
+        axes.set_title(
+            f"{_plain(name)}: largest {abs(values).max():.3g} m/s²", loc="left", fontsize=9
+        )
+        axes.set_ylabel("m/s²")
+        _bare(axes)
+    panels[0].tick_params(labelbottom=False)
+    panels[-1].set_xlabel("time (s)")
+
+
+def _spectra(axes: Axes, history, series: dict) -> None:
+    step = _mean_step(history)
+    for i, (name, values) in enumerate(series.items()):
+        curve, look = acceleration_spectrum(values, step), {"lw": 1.6, "zorder": 4 - i}
+        axes.plot(PERIODS, curve, color=(SURFACE, BASE)[i], label=_plain(name), **look)
+    axes.set_xscale("log")
+    axes.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
+    axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping (m/s²)")
+    _period_ticks(axes, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5))
+    _bare(axes)
+    _legend(axes, 2)
+
+
+def _period_ticks(axes: Axes, ticks) -> None:
+    axes.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
+
+
+def _mean_step(history) -> float:
+    return float(history.time[-1] - history.time[0]) / (history.sizes["time"] - 1)
+
+
+def _ratio(axes: Axes, history, result: Amplification, discrete) -> None:
+    """Amplification of the run with what theory says of it."""
+    axes.plot(result.frequency, result.ratio, color=SURFACE, lw=1.5, label="this run")
+    _smoothed(axes, result)
     if discrete is not None:
-        label = "DDA, exact discrete theory"
-        below.plot(result.frequency, abs(discrete), color="k", lw=1.0, ls=":", label=label)
-    _theory(below, history, result)
+        label = "exact discrete theory of the model"
+        axes.plot(result.frequency, abs(discrete), color=INK, lw=1.1, ls=":", label=label)
+    _theory(axes, history, result)
     peak = result.peak
-    below.plot(peak.frequency, peak.amplitude, "o", color=SURFACE, ms=5)
-    below.annotate(
+    axes.plot(peak.frequency, peak.amplitude, "o", color=SURFACE, ms=5)
+    right = peak.frequency > 0.6 * result.frequency[-1]
+    axes.annotate(
         f"{peak.amplitude:.2f} at {peak.frequency:.2f} Hz",
         (peak.frequency, peak.amplitude),
-        xytext=(12, -4),
+        xytext=(-10 if right else 10, -2),
+        ha="right" if right else "left",
         textcoords="offset points",
+        fontsize=9.5,
+        color=INK,
     )
-    below.set(
+    axes.set(
         xlabel="frequency (Hz)",
-        ylabel=f"amplification {result.surface} / {result.base}",
+        ylabel=f"{_plain(result.surface)} / {_plain(result.base)}",
         xlim=(result.frequency[0], result.frequency[-1]),
         ylim=(0, None),
     )
-    below.legend(frameon=False, loc="upper left")
-    figure.suptitle(history.attrs.get("title", ""))
-    return save(figure, file)
+    _bare(axes)
+    _legend(axes, 2)
+    axes.set_title(damping_words(history, peak.frequency), loc="right", fontsize=9, pad=40)
 
 
-def _smoothed(axes, result: Amplification) -> None:
+def _history_picture(scene: Scene, history) -> Figure:
+    """Blocks before and after, displacements of the measured points, response spectra."""
+    figure = Figure(figsize=(11, 7.8), layout="constrained")
+    _title(figure, history)
+    above, below = figure.subfigures(2, 1, height_ratios=[1.25, 1])
+    _before_and_after(above.subplots(1, 2), scene)
+    left, right = below.subplots(1, 2)
+    names = _liveliest(history)
+    size, unit = in_unit(float(abs(history.displacement.sel(point=names)).max()), "m")
+    series = {}
+    for name, color in zip(names, COLORS, strict=False):
+        axis = main_axis(history.displacement.sel(point=name))
+        values = history.displacement.sel(point=name).isel(axis=axis).values
+        label = f"{name}, {'xy'[axis]}"
+        left.plot(history.time, values / size, color=color, lw=1.1, label=_plain(label))
+        series[label] = history.acceleration.sel(point=name).isel(axis=axis).values
+    left.set(xlabel="time (s)", ylabel=f"displacement ({unit})", xlim=(0, float(history.time[-1])))
+    _bare(left)
+    _legend(left, 3)
+    step = _mean_step(history)
+    for (label, values), color in zip(series.items(), COLORS, strict=False):
+        curve = acceleration_spectrum(values, step)
+        right.plot(PERIODS, curve, color=color, lw=1.4, label=_plain(label))
+    right.set_xscale("log")
+    right.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
+    right.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping (m/s²)")
+    _period_ticks(right, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5))
+    _bare(right)
+    _legend(right, 3)
+    return figure
+
+
+def _liveliest(history) -> list[str]:
+    """The measured points that move most."""
+    moved = np.ptp(history.displacement.values, axis=0).max(axis=-1)
+    order = np.argsort(-moved, kind="stable")[:_MOST_POINTS]
+    return [str(history.point.values[i]) for i in sorted(order)]
+
+
+def _before_and_after(panels, scene: Scene) -> None:
+    before, after = panels
+    draw(scene, time=float(scene.time[0]), color="material", axes=before)
+    draw(scene, axes=after)
+    before.set_title("Before", loc="left", fontsize=10, fontweight="bold", pad=24)
+    after.set_title("After", loc="left", fontsize=10, fontweight="bold", pad=24)
+
+
+def _small_blocks(axes: Axes, scene: Scene) -> None:
+    draw(scene, axes=axes)
+    axes.set_title("Blocks at the end", loc="left", fontsize=9.5, pad=22)
+
+
+def _legend(axes: Axes, columns: int) -> None:
+    """Above the panel, where no data can be."""
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        frameon=False,
+        fontsize=8.5,
+        borderaxespad=0.2,
+        handlelength=1.6,
+        columnspacing=1.2,
+    )
+
+
+def _bare(axes: Axes) -> None:
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(FAINT)
+    axes.tick_params(color=FAINT)
+
+
+def _plain(text: str) -> str:
+    return text.replace("$", r"\$")
+
+
+def _smoothed(axes: Axes, result: Amplification) -> None:
     """The curve smoothed, for the eye; the peak is read from the raw one."""
     # Centres on the bins themselves, so that no window is empty, however coarse the spectrum.
     centres = result.frequency[:: max(1, result.frequency.size // 300)]
@@ -67,6 +234,24 @@ def _smoothed(axes, result: Amplification) -> None:
     except ImportError:
         return
     axes.plot(centres, curve, color=BASE, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
+
+
+def _theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
+    """The one-dimensional twin with the damping of the scheme."""
+    try:
+        column = layered_twin(history, result.surface, result.base)
+    except ValueError:
+        return
+    time_step = float(history.time_step[-1])
+    scheme = run_scheme(history)
+    speed = column.depth / column.travel_time
+    if len({(layer.shear_velocity, layer.density) for layer in column.layers}) == 1:
+        damping = scheme_damping(result.frequency, time_step, scheme)
+        theory = damped_amplification(result.frequency, column.depth, speed, damping)
+    else:
+        theory = abs(column.scheme_transfer(result.frequency, time_step, integration=scheme))
+    label = "1-D theory, damping of the scheme"
+    axes.plot(result.frequency, np.asarray(theory), color=TWIN, lw=1.2, ls="--", label=label)
 
 
 def record_panels(motion: xr.Dataset, file) -> Path:
@@ -79,7 +264,8 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     file : path
         Picture to write.
     """
-    figure, panels = new_figure(3, 1, (9, 6), sharex=True)
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True)
     units = ("m/s²", "m/s", "m")
     for axes, name, unit in zip(
         panels, ("acceleration", "velocity", "displacement"), units, strict=True
@@ -91,33 +277,10 @@ def record_panels(motion: xr.Dataset, file) -> Path:
         axes.plot(motion.time[peak], series[peak], "o", color=TWIN, ms=4)
         axes.set_ylabel(f"{name} ({unit})")
         axes.set_title(f"largest {abs(float(series[peak])):.4g} {unit}", loc="right", fontsize=9)
+        _bare(axes)
     panels[-1].set(xlabel="time (s)", xlim=(0, float(motion.time[-1])))
-    figure.suptitle(motion.attrs.get("station", "") or motion.attrs["file"], fontsize=10)
-    return save(figure, file)
-
-
-def _motions(axes, history: xr.Dataset, result: Amplification) -> None:
-    axis = ("x", "y").index(result.direction)
-    for name, color in ((result.surface, SURFACE), (result.base, BASE)):
-        series = history.acceleration.sel(point=name).isel(axis=axis)
-        axes.plot(history.time, series, color=color, lw=0.6, label=name)
-    axes.set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(0, float(history.time[-1])))
-    axes.legend(frameon=False, loc="upper right")
-
-
-def _theory(axes, history: xr.Dataset, result: Amplification) -> None:
-    """The twin with the scheme's damping; for a uniform column, paper eq. 10."""
-    try:
-        column = layered_twin(history, result.surface, result.base)
-    except ValueError:
-        return
-    time_step = float(history.time_step[-1])
-    speed = column.depth / column.travel_time
-    if len({(layer.shear_velocity, layer.density) for layer in column.layers}) == 1:
-        damping = scheme_damping(result.frequency, time_step)
-        theory = damped_amplification(result.frequency, column.depth, speed, damping)
-        label = "1-D theory, paper eq. 10, damping of the scheme"
-    else:
-        theory = abs(column.scheme_transfer(result.frequency, time_step))
-        label = "1-D layered theory with the damping of the scheme"
-    axes.plot(result.frequency, np.asarray(theory), color=TWIN, lw=1.1, ls="--", label=label)
+    title = motion.attrs.get("station", "") or motion.attrs["file"]
+    figure.suptitle(_plain(title), fontsize=10)
+    file = Path(file)
+    figure.savefig(file, dpi=130)
+    return file

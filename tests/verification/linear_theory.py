@@ -73,6 +73,7 @@ class Blocks:
         self.size = 6 * len(boxes)
         self.mass = np.zeros((self.size, self.size))
         self.stiffness = np.zeros((self.size, self.size))
+        self.held = np.zeros((self.size, self.size))  # the part of supports in it
         for i, box in enumerate(boxes):
             own, strains = slice(6 * i, 6 * i + 6), slice(6 * i + 3, 6 * i + 6)
             self.mass[own, own] = box.inertia
@@ -98,6 +99,7 @@ class Blocks:
         """A fixed point; the force on the system of a unit displacement of it, (size, 2)."""
         rows = self.motion(block, x, y)
         self.stiffness += stiffness * rows.T @ rows
+        self.held += stiffness * rows.T @ rows
         return stiffness * rows.T
 
     def gravity(self, acceleration: float) -> np.ndarray:
@@ -113,15 +115,17 @@ class Blocks:
         return np.sqrt(np.maximum(squares, 0.0)), root.T @ vectors
 
     def transfer(self, force, above, below, frequency, time_step) -> np.ndarray:
-        """Ratio of the motions at two points, rows of `motion`, under the scheme: docs/method.md.
+        """Ratio of the motions at two points, rows of `motion`, in the DDA scheme: docs/method.md.
 
-        [(2M/Δt² + K) z − 2M/Δt² − (4M/Δt²)(z − 1)/(z + 1)] x = f z,  z = exp(iωΔt)
+        [(2M/Δt² + K) z − 2M/Δt² − (4M/Δt²)(z − 1)/(z + 1) + C v z] x = f z, z = exp(iωΔt), where
+        the supports have dashpots C = k Δt/2 on the end velocity, v = (2/Δt)(z − 1)/(z + 1).
         """
         ratios = []
         inertia = 2 * self.mass / time_step**2
         for f in np.atleast_1d(frequency):
             z = np.exp(2j * np.pi * f * time_step)
             matrix = (inertia + self.stiffness) * z - inertia - 2 * inertia * (z - 1) / (z + 1)
+            matrix += self.held * z * (z - 1) / (z + 1)
             x = np.linalg.solve(matrix, force * z)
             ratios.append((above @ x) / (below @ x))
         return np.array(ratios)

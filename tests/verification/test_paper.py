@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 import sitedda.paper as paper
-from sitedda.paper.discrete import DiscreteModel, free_damping, kinetic_damping_roots
-from sitedda.paper.report import write_html, write_markdown, write_pictures
+from sitedda.paper.cantilever import kinetic_damping_roots
+from sitedda.paper.discrete import DiscreteModel
+from sitedda.paper.report import paper_page
 from sitedda.paper.rows import Row, deviation, per_cent, show
 from sitedda.paper.runs import input_file
+from sitedda.report import write_html, write_markdown
+from sitedda.scheme import Scheme
 
 
 @pytest.fixture(scope="module")
@@ -85,18 +88,17 @@ def test_no_printed_settling_case_is_lost(studies):
 
 def test_the_report_holds_every_picture(studies, tmp_path):
     done = list(studies.values())
-    pictures = write_pictures(done, tmp_path / "paper")
-    write_html(done, pictures, tmp_path / "paper.html", 1.0)
-    write_markdown(done, pictures, tmp_path / "paper.md")
-    page = (tmp_path / "paper.html").read_text(encoding="utf-8")
-    inside = re.findall(r"src='data:image/png;base64,([^']+)'", page)
-    assert len(inside) == len(pictures) == sum(len(study.pictures) for study in done)
-    assert all(base64.b64decode(data).startswith(b"\x89PNG") for data in inside)
-    assert all(file.stat().st_size <= 60_000 for file in pictures.values())
-    assert "src='http" not in page and "<link" not in page
+    wanted = sum(len(study.pictures) for study in done)
+    page = paper_page(done, 1.0)
+    write_markdown(page, tmp_path / "paper.md", "paper")
+    text = write_html(page, tmp_path / "paper.html").read_text(encoding="utf-8")
+    inside = re.findall(r"src='data:image/svg\+xml;base64,([^']+)'", text)
+    assert len(inside) == wanted
+    assert all(b"<svg" in base64.b64decode(data) for data in inside)
+    assert "src='http" not in text and "<link" not in text
     links = re.findall(r"\]\((\S+)\)", (tmp_path / "paper.md").read_text(encoding="utf-8"))
-    assert len(links) == len(pictures)
-    assert all((tmp_path / link).is_file() for link in links)
+    assert len(links) == wanted
+    assert all(0 < (tmp_path / link).stat().st_size <= 60_000 for link in links)
 
 
 def test_an_unknown_study_is_named():
@@ -114,10 +116,11 @@ def test_the_discrete_model_has_the_masses_and_rigid_motions_of_its_blocks():
     assert push @ loose.stiffness @ push < 1e-9 * (push @ model.stiffness @ push)
 
 
-def test_closed_forms_of_the_scheme():
-    assert free_damping(1.0, 1e-3) == pytest.approx(1e-3 / 4, rel=1e-5)
+def test_closed_form_of_kinetic_damping():
     roots = kinetic_damping_roots(1.0, 0.1, 1.0)
+    engine = Scheme().vibration(1 / (2 * np.pi), 0.1).roots
     assert abs(roots[0]) == pytest.approx((1 + 0.1**2 / 2) ** -0.5)
+    assert sorted(roots, key=np.imag) == pytest.approx(sorted(engine, key=np.imag), rel=1e-12)
     assert np.isreal(kinetic_damping_roots(100.0, 1e-5, 0.99)).all()
 
 

@@ -16,8 +16,9 @@ from sitedda.validation.stability import goodman_bray, stands
 def test_report_holds_rows_and_picture(tmp_path):
     file = write_report([run_case("damping", short=True)], tmp_path / "out")
     text = file.read_text(encoding="utf-8")
-    assert "| trace, Ω = 1 | 1 | 1 |" in text and "ok" in text
-    assert (tmp_path / "out" / "damping.png").stat().st_size > 10_000
+    assert "<td>trace, Ω = 1</td><td class='n'>1</td><td class='n'>1</td>" in text
+    assert "<td class='good'>ok</td>" in text and "href='#damping'" in text
+    assert "src='data:image/svg+xml;base64," in text
 
 
 def test_command_line(capsys):

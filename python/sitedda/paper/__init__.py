@@ -12,8 +12,9 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from ..report import write_html, write_markdown
 from . import avdat, cantilever, discussion, layers, shear_wave
-from .report import write_html, write_markdown, write_pictures
+from .report import paper_page
 from .rows import Picture, Requirement, Row, Study, Table
 from .runs import run_all
 
@@ -79,7 +80,8 @@ def reproduce(
     start = time.monotonic()
     folder = Path(folder)
     studies = run_studies(names, progress)
-    pictures = write_pictures(studies, folder / "paper")
-    write_html(studies, pictures, folder / "paper.html", time.monotonic() - start)
-    write_markdown(studies, pictures, folder / "paper.md")
+    page = paper_page(studies, time.monotonic() - start)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_html(page, folder / "paper.html")
+    write_markdown(page, folder / "paper.md", "paper")
     return studies

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ..drawing import BLUE, COLORS, FIELD, INK, RED, small_picture
+from ..drawing import BLUE, COLORS, FIELD, INK, RED, small_axes
 from ..errors import SiteddaError
 from ..namelist import group_text
+from ..scheme import Scheme
 from ..signals import dominant_frequency
 from ..simulation import Simulation, run
-from .discrete import DiscreteModel, free_frequency
+from .discrete import DiscreteModel
 from .rows import Picture, Requirement, Row, Study, Table, deviation, per_cent, show
 from .runs import Task, input_file
 
@@ -251,7 +252,7 @@ def _theory_settled(k: float, step: float) -> float | None:
     model = _model(k)
     weight = -_GRAVITY * model.mass[:, 1::6].sum(1)
     steps = round(_GRAVITY_TIME / step)
-    sag = model.history(model.row("top", 1), weight, np.ones(steps), step)
+    sag = model.loaded(model.row("top", 1), weight, np.ones(steps), step)
     return _settled(step * np.arange(1, steps + 1), sag)
 
 
@@ -491,7 +492,7 @@ def _frequency_rows(done: Study, found: dict) -> None:
             paper = _TABLE_V[k][kind]
             if k in _LOW:
                 worst = max(worst, abs(deviation(fine, paper)))
-            expected = float(free_frequency(2 * np.pi * theory, 1e-2))
+            expected = float(theory / (1 + Scheme().vibration(theory, 1e-2).elongation))
             done.rows.append(
                 Row(
                     f"dominant frequency at k = {k:.0e} N/m, {kind} load (Hz)",
@@ -619,8 +620,8 @@ def _pictures(found: dict) -> list[Picture]:
     ]  # fmt: skip
 
 
-def _draw_gravity(file, found) -> None:
-    with small_picture(file, 1, 2, size=(8.0, 3.6), sharey=True) as axes:
+def _draw_gravity(drawing, found) -> None:
+    with small_axes(drawing, 1, 2, size=(8.0, 3.6), sharey=True) as axes:
         for axis, (step, printed) in zip(axes, _TABLE_IV.items(), strict=True):
             theory = {k: _theory_settled(k, step) for k in printed}
             theory = {k: t for k, t in theory.items() if t}
@@ -646,8 +647,8 @@ def _bands(axis, along: str) -> None:
         span(low, high, color=FIELD, alpha=0.22, lw=0)
 
 
-def _draw_frequencies(file, found) -> None:
-    with small_picture(file, size=(6.4, 3.9)) as axis:
+def _draw_frequencies(drawing, found) -> None:
+    with small_axes(drawing, size=(6.4, 3.9)) as axis:
         _bands(axis, "x")
         line = np.geomspace(0.9e8, 1.15e9, 12)
         axis.plot(line, [_leaning_frequency(k) for k in line], color=RED, lw=1, label="theory")
@@ -676,8 +677,8 @@ def _spectrum(result: dict, step: float, velocity: bool = False):
     return frequency, abs(np.fft.rfft(free * np.hanning(free.size), 8 * free.size)) * step
 
 
-def _draw_response(file, found) -> None:
-    with small_picture(file, 2, 2, size=(8.0, 4.8), width_ratios=[1.5, 1]) as axes:
+def _draw_response(drawing, found) -> None:
+    with small_axes(drawing, 2, 2, size=(8.0, 4.8), width_ratios=[1.5, 1]) as axes:
         for (response, spectrum), kind in zip(axes, ("static", "dynamic"), strict=True):
             result = found[(kind, 1e-3, 4e8, _USUAL[kind])]
             shown = (result["time"] > -0.5) & (result["time"] < 5)
@@ -694,8 +695,8 @@ def _draw_response(file, found) -> None:
         axes[1, 1].set_xlabel("frequency (Hz)")
 
 
-def _draw_spectra(file, found) -> None:
-    with small_picture(file, size=(6.6, 3.6)) as axis:
+def _draw_spectra(drawing, found) -> None:
+    with small_axes(drawing, size=(6.6, 3.6)) as axis:
         _bands(axis, "y")
         for k, color in zip(_TABLE_V, COLORS, strict=False):
             result = found[("static", 1e-3, k, _USUAL["static"])]

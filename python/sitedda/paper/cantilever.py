@@ -6,9 +6,10 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..drawing import BLUE, COLORS, GREY, RED, small_picture
+from ..drawing import BLUE, COLORS, GREY, RED, small_axes
+from ..scheme import Scheme
 from ..simulation import run
-from .discrete import DiscreteModel, free_damping, free_frequency, kinetic_damping_roots
+from .discrete import DiscreteModel
 from .measure import first_mode_decay
 from .rows import Picture, Requirement, Row, Study, per_cent
 from .runs import Task, input_file
@@ -58,12 +59,29 @@ def _model(penalty: float = 40) -> DiscreteModel:
     return DiscreteModel.of(input_file(_INPUT), contact={"normal_stiffness": penalty * _YOUNG})
 
 
+def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.ndarray:
+    """The two eigenvalues of a step when the velocity carried over is multiplied by a factor.
+
+    Parameters
+    ----------
+    omega : float
+        rad/s.
+    time_step : float
+        Δt, s.
+    factor : float
+        The dynamic factor g: 1 fully dynamic, 0.99 is 1 % kinetic damping.
+    """
+    # of z², z, 1 in the polynomial for x, from x1 = x0 + d, v1 = 2d/Δt - g v0
+    inertia, square = 2 / time_step**2, omega**2
+    return np.roots([inertia + square, square * factor - inertia * (1 + factor), inertia * factor])
+
+
 def _theory_tip(model: DiscreteModel, time: np.ndarray, step: float, factor: float = 1.0):
     """Tip displacement of the linear model under the impulse, marched step by step, at times."""
     steps = round(time[-1] / step)
     force = np.interp(step * np.arange(1, steps + 1), [0.0, 0.01, 0.02], [0.0, -1e4, 0.0])
     row = model.row(model.loads[0], axis=1)
-    tip = np.concatenate([[0.0], model.history(row, row, force, step, factor)])
+    tip = np.concatenate([[0.0], model.loaded(row, row, force, step, factor)])
     return tip[np.rint(time / step).astype(int)]
 
 
@@ -131,7 +149,8 @@ def _damping_rows(done: Study, found: dict) -> float:
     worst = 0.0
     for step in _STEPS:
         decay = _decay(found[("step", step)], model)
-        theory = float(free_damping(omega, step))
+        free = Scheme().vibration(omega / 2 / np.pi, step)
+        theory = float(free.damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
         done.rows += [
             Row(
@@ -147,7 +166,7 @@ def _damping_rows(done: Study, found: dict) -> float:
                 f"frequency at Δt = {step:g} s (Hz)",
                 "Fig. 5",
                 None,
-                float(free_frequency(omega, step)),
+                float(omega / 2 / np.pi / (1 + free.elongation)),
                 decay.frequency,
                 f"{decay.times.size - 1} crests",
                 5,
@@ -221,7 +240,7 @@ def _penalty_rows(done: Study, found: dict) -> float:
     for factor in _PENALTIES:
         model, result = _model(factor), found[("penalty", factor)]
         omega, decay = model.omega[0], _decay(result, model)
-        theory = float(free_damping(omega, 1e-5))
+        theory = float(Scheme().vibration(omega / 2 / np.pi, 1e-5).damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
         tip = _theory_tip(model, result["time"], 1e-5)
         place = "Fig. 6"
@@ -273,10 +292,11 @@ def _sensitivity(done: Study, found: dict) -> None:
     for name, scale in (("limestone of Avdat (17 GPa, 2250 kg/m³)", 17e9 / 2250),
                         ("hard rock (50 GPa, 2500 kg/m³)", 50e9 / 2500)):  # fmt: skip
         other = omega * np.sqrt(scale / (_YOUNG / 2643.0))
+        damping = Scheme().vibration(other / 2 / np.pi, 1e-4).damping
         done.notes.append(
             f"Sensitivity to the material: with {name} and the same k/E the frequency would be"
             f" {other / 2 / np.pi:.1f} Hz and the damping ratio at 1e-4 s"
-            f" {per_cent(float(free_damping(other, 1e-4)))}: all frequencies scale with √(E/ρ),"
+            f" {per_cent(float(damping))}: all frequencies scale with √(E/ρ),"
             " the damping ratio with the frequency."
         )
 
@@ -298,8 +318,8 @@ def _pictures(found: dict) -> list[Picture]:
     ]  # fmt: skip
 
 
-def _draw_kinetic(file, found) -> None:
-    with small_picture(file, 1, 2, size=(7.6, 3.3), width_ratios=[1, 2.6]) as (load, tip):
+def _draw_kinetic(drawing, found) -> None:
+    with small_axes(drawing, 1, 2, size=(7.6, 3.3), width_ratios=[1, 2.6]) as (load, tip):
         load.plot([0, 10, 20, 40], [0, 10, 0, 0], color=GREY)
         load.set(xlabel="time (ms)", ylabel="F (kN, downwards)", title="Fig. 3, assumed size")
         full, damped = found[("step", 1e-5)], found[("kinetic", 0.99)]
@@ -313,9 +333,9 @@ def _draw_kinetic(file, found) -> None:
         tip.set_ylim(top=1.35 * 1e3 * full["tip"].max())
 
 
-def _draw_steps(file, found) -> None:
+def _draw_steps(drawing, found) -> None:
     omega = _model().omega[0]
-    with small_picture(file, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
+    with small_axes(drawing, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
         for axis, step, color in zip(axes, _STEPS, COLORS, strict=False):
             result = found[("step", step)]
             thin = round(1e-3 / _SAMPLING)
@@ -335,11 +355,11 @@ def _maxima(x: np.ndarray) -> np.ndarray:
     return inner[(inner > x[:-2]) & (inner >= x[2:]) & (inner > 0.5 * x.max())]
 
 
-def _draw_penalty(file, found) -> None:
+def _draw_penalty(drawing, found) -> None:
     decays = [_decay(found[("penalty", f)], _model(f)) for f in _PENALTIES]
     lines = np.geomspace(1, 100, 30)
     omegas = np.array([_model(float(k)).omega[0] for k in lines])
-    with small_picture(file, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
+    with small_axes(drawing, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
         low.loglog(lines, omegas / 2 / np.pi, color=RED, lw=1, label="discrete theory")
         low.loglog(_PENALTIES, [d.frequency for d in decays], "o", color=BLUE, label="sitedda")
         low.axhline(_shear_frequency(), color="0.6", ls=":", lw=1, label="shear beam, √(G/ρ)/4L")
@@ -348,7 +368,7 @@ def _draw_penalty(file, found) -> None:
         largest = [1e3 * abs(found[("penalty", f)]["tip"]).max() for f in _PENALTIES]
         middle.loglog(_PENALTIES, largest, "o-", color=BLUE, lw=0.8)
         middle.set(ylabel="largest displacement (mm)")
-        high.loglog(lines, free_damping(omegas, 1e-5), color=RED, lw=1)
+        high.loglog(lines, Scheme().vibration(omegas / 2 / np.pi, 1e-5).damping, color=RED, lw=1)
         high.loglog(_PENALTIES, [d.damping_exact for d in decays], "o", color=BLUE)
         high.set(ylabel="damping ratio, Δt = 1e-5 s")
         for axis in (low, middle, high):

@@ -1,9 +1,10 @@
-"""Exact discrete theory of a model with closed contacts: K and M from the blocks, in NumPy.
+"""Exact discrete theory of a model with bonded contacts: K and M from the blocks, in NumPy.
 
-The engine's blocks and springs, assembled a second time and solved without time steps: frequencies
-from K x = ω² M x, transfer functions of the scheme from one complex solve per frequency, and time
-histories mode by mode.  Only the list of contacts is taken from the engine.  Small motions;
-contacts neither open nor slide; the weight of the blocks does not act on the frequencies.
+The engine's blocks, springs and supports, assembled a second time: frequencies from K x = ω² M x,
+transfer functions of the scheme from one complex solve per frequency, and time histories in modal
+coordinates.  The list of contacts and the closed forms of the scheme are taken from the engine.
+Small motions; contacts neither open nor slide; the weight of the blocks does not act on the
+frequencies.
 """
 
 from __future__ import annotations
@@ -16,67 +17,14 @@ from pathlib import Path
 import f90nml
 import numpy as np
 from scipy.linalg import eigh
-from scipy.signal import lfilter
 
 from ..changes import changed_input
+from ..scheme import Scheme
 from ..simulation import Simulation
 
-__all__ = ["DiscreteModel", "free_damping", "free_frequency", "kinetic_damping_roots"]
+__all__ = ["DiscreteModel"]
 
 _TOUCHING = 1e-6  # m, a vertex nearer to an edge touches it
-
-
-def scheme_root(omega, time_step: float):
-    """Complex eigenvalue λ of the scheme in free vibration, for ωΔt < 4 (paper eq. 13).
-
-    From det = 2/(2 + Ω²) and trace = (4 - Ω²)/(2 + Ω²) of Newmark β = 1/2, γ = 1, Ω = ωΔt.
-    """
-    square = (np.asarray(omega) * time_step) ** 2
-    half_trace = 0.5 * (4 - square) / (2 + square)
-    return half_trace + 1j * np.sqrt(2 / (2 + square) - half_trace**2)
-
-
-def free_damping(omega, time_step: float):
-    """Damping ratio of the scheme in free vibration: ln(1/|λ|) / |ln λ|, about ωΔt/4.
-
-    Parameters
-    ----------
-    omega : array_like
-        Undamped angular frequencies, rad/s.
-    time_step : float
-        Δt, s.
-    """
-    logarithm = np.log(scheme_root(omega, time_step))
-    return -logarithm.real / np.abs(logarithm)
-
-
-def free_frequency(omega, time_step: float):
-    """Frequency of the scheme in free vibration, Hz: the phase of λ over 2πΔt."""
-    return np.angle(scheme_root(omega, time_step)) / (2 * np.pi * time_step)
-
-
-def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.ndarray:
-    """The two eigenvalues of a step when the velocity carried over is multiplied by a factor.
-
-    Parameters
-    ----------
-    omega : float
-        rad/s.
-    time_step : float
-        Δt, s.
-    factor : float
-        The dynamic factor g: 1 fully dynamic, 0.99 is 1 % kinetic damping.
-    """
-    return np.roots(_poles(omega, time_step, factor))
-
-
-def _poles(omega, time_step: float, factor: float = 1.0) -> np.ndarray:
-    """Factors of z², z, 1 in the step's polynomial for x, from x1 = x0 + d, v1 = 2d/Δt - g v0."""
-    inertia = 2 / time_step**2
-    square = np.asarray(omega) ** 2
-    return np.array(
-        [inertia + square, square * factor - inertia * (1 + factor), inertia * factor + 0 * square]
-    )
 
 
 @dataclass(frozen=True)
@@ -85,24 +33,34 @@ class DiscreteModel:
 
     Attributes
     ----------
-    stiffness, mass : ndarray, shape (6n, 6n)
-        K, M for unknowns (u0, v0, r0, ex, ey, gxy) of each block, per metre of thickness.
-    support : ndarray, shape (6n, 2)
-        Forces of all fixed points for a unit displacement of them in x, in y.
+    elastic, mass : ndarray, shape (6n, 6n)
+        K of blocks and contacts, M for unknowns (u0, v0, r0, ex, ey, gxy) of each block, per metre
+        of thickness.
+    supports : ndarray, shape (held, 6n)
+        Rows that give the displacement of each fixed point in each direction that it is held in.
+    support_axes : ndarray, shape (held,)
+        Those directions: 0 x, 1 y.
+    support_stiffness : float
+        k of each support, N/m per metre of thickness; its dashpot has (1 - χ) k Δt.
     centroids : ndarray, shape (n, 2)
         m.
     points : dict
         Measured points: name -> (block, place in m).
     loads : list
         Point loads: (block, place in m).
+    scheme : Scheme
+        Time integration of the input.
     """
 
-    stiffness: np.ndarray
+    elastic: np.ndarray
     mass: np.ndarray
-    support: np.ndarray
+    supports: np.ndarray
+    support_axes: np.ndarray
+    support_stiffness: float
     centroids: np.ndarray
     points: dict
     loads: list
+    scheme: Scheme
 
     @classmethod
     def of(cls, file: Path, changes: Mapping | None = None, **more) -> DiscreteModel:
@@ -126,7 +84,7 @@ class DiscreteModel:
         shear = normal / parsed["contact"].get("shear_ratio", 2.5)
         _add_contacts(stiffness, polygons, contacts, shape, (normal, shear))
         ratio = parsed["contact"].get("fixed_point_ratio", 100.0)
-        support = _add_supports(stiffness, parsed, polygons, names, shape, ratio * normal)
+        supports, axes = _supports(parsed, polygons, names, shape)
         points = {
             group["name"]: (_block_of(group, polygons, names), (group["x"], group["y"]))
             for group in _groups(parsed, "measured_point")
@@ -135,7 +93,22 @@ class DiscreteModel:
             (_block_of(group, polygons, names), (group["x"], group["y"]))
             for group in _groups(parsed, "load")
         ]
-        return cls(stiffness, mass, support, centroids, points, loads)
+        scheme = Scheme.of_control(parsed["control"])
+        spring = ratio * normal
+        return cls(stiffness, mass, supports, axes, spring, centroids, points, loads, scheme)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """K with the springs of the supports, shape (6n, 6n)."""
+        return self.elastic + self.support_stiffness * self.supports.T @ self.supports
+
+    def _dashpot(self, time_step: float) -> float:
+        """Of each support, on the velocity at the end of the step, N s/m."""
+        return (1 - self.scheme.chi) * self.support_stiffness * time_step
+
+    def _pushed(self, axis: int) -> np.ndarray:
+        """Sum of the rows of the supports along an axis, shape (6n,)."""
+        return self.supports[self.support_axes == axis].sum(0)
 
     def row(self, place, axis: int = 0) -> np.ndarray:
         """Row that gives the displacement along an axis of a measured point (name), or of a
@@ -175,7 +148,8 @@ class DiscreteModel:
     def transfer(self, frequency, time_step: float, surface: str, base: str, loading: str):
         """Transfer function of the scheme between two points for motion in x.
 
-        With z = exp(iωΔt): [(2M/Δt² + K) z - 2M/Δt² - (4M/Δt²)(z-1)/(z+1)] x = F z.
+        With the factors w of `Scheme.steady`: [w_M M + K + (w_e k + w_d c) RᵀR] x = F, R the rows
+        of the supports.
 
         Parameters
         ----------
@@ -190,30 +164,34 @@ class DiscreteModel:
             'acceleration': as body force in the frame of the base; 1 + relative acceleration of
             the surface over the base's.
         """
-        frequency = np.atleast_1d(frequency)
-        force = self.support[:, 0]
-        if loading == "acceleration":
+        factors = self.scheme.steady(frequency, time_step)
+        spring = (
+            self.support_stiffness * factors.end_stiffness
+            + self._dashpot(time_step) * factors.end_dashpot
+        )
+        held = self.supports.T @ self.supports
+        if loading == "displacement":
+            force = spring[:, None] * self._pushed(0)
+        else:
             unit = np.zeros(len(self.mass))
             unit[0::6] = 1.0
-            force = -self.mass @ unit
-        ratios = [self._at(f, time_step, force) for f in frequency]
-        top = np.array([self.row(surface) @ x for x in ratios])
+            force = -factors.load[:, None] * (self.mass @ unit)
+        x = np.array(
+            [
+                np.linalg.solve(inertia * self.mass + self.elastic + k * held, f)
+                for inertia, k, f in zip(factors.inertia, spring, force, strict=True)
+            ]
+        )
+        top = x @ self.row(surface)
         if loading == "displacement":
-            return top / np.array([self.row(base) @ x for x in ratios])
-        tangent = np.tan(np.pi * frequency * time_step)
-        measured = -((2 / time_step * tangent) ** 2) / (1 + 1j * tangent)
-        return 1 + top * measured
+            return top / (x @ self.row(base))
+        # accelerations are measured as (v1 - v0)/Δt
+        return 1 + top * factors.inertia / factors.end_stiffness
 
-    def _at(self, frequency: float, time_step: float, force: np.ndarray) -> np.ndarray:
-        z = np.exp(2j * np.pi * frequency * time_step)
-        inertia = self.mass * 2 / time_step**2
-        step = (inertia + self.stiffness) * z - inertia - 2 * inertia * (z - 1) / (z + 1)
-        return np.linalg.solve(step, force * z)
-
-    def history(
+    def loaded(
         self, row: np.ndarray, force: np.ndarray, series, time_step: float, factor: float = 1.0
     ) -> np.ndarray:
-        """Displacement after each step under force × series, from rest, mode by mode.
+        """Displacement after each step under force × series, from rest.
 
         Parameters
         ----------
@@ -222,18 +200,70 @@ class DiscreteModel:
         force : ndarray, shape (6n,)
             Where the force acts.
         series : array_like, shape (steps,)
-            Its factor at the end of each step.
+            Its factor in each step, at t₀ + θΔt.
         time_step : float
             Δt, s.
         factor : float
             Dynamic factor.
+
+        Returns
+        -------
+        ndarray, shape (steps,)
         """
-        omega, shapes = self._modes
-        weight = (row @ shapes) * (force @ shapes)
-        result = np.zeros(len(series))
-        poles = _poles(omega, time_step, factor)
-        for mode in np.flatnonzero(abs(weight) > 1e-14 * abs(weight).max()):
-            result += lfilter(weight[mode] * np.array([1.0, factor, 0.0]), poles[:, mode], series)
+        return self._march(row, force, series, np.zeros(len(self.mass)), time_step, factor)
+
+    def shaken(self, row: np.ndarray, motion, rate, time_step: float) -> np.ndarray:
+        """Displacement after each step when all fixed points move along x.
+
+        Parameters
+        ----------
+        row : ndarray, shape (6n,)
+            What is measured, see `row`.
+        motion, rate : array_like, shape (steps + 1,)
+            Their displacement and its own velocity, m and m/s, from the start on.
+        time_step : float
+            Δt, s.
+
+        Returns
+        -------
+        ndarray, shape (steps,)
+        """
+        chi, dashpot = self.scheme.chi, self._dashpot(time_step)
+        motion, rate = np.array(motion, dtype=float), np.array(rate, dtype=float)
+        if chi > 0.5:  # it follows from the displacement as the blocks' velocity does
+            for n, moved in enumerate(np.diff(motion)):
+                rate[n + 1] = moved / (chi * time_step) - (1 / chi - 1) * rate[n]
+        push = self._pushed(0)
+        # the supports take the velocity at the start at once
+        weight = (1 - chi) * dashpot * time_step
+        moving = np.linalg.solve(
+            self.mass + weight * self.supports.T @ self.supports, weight * rate[0] * push
+        )
+        series = self.support_stiffness * motion[1:] + dashpot * rate[1:]
+        return self._march(row, push, series, moving, time_step, 1.0)
+
+    def _march(self, row, force, series, velocity, time_step: float, factor: float) -> np.ndarray:
+        """Steps in modal coordinates: M and K are diagonal there, supports of low rank."""
+        square, shapes = self.omega**2, self._modes[1]
+        theta, chi = self.scheme.theta, self.scheme.chi
+        rows, k, c = self.supports @ shapes, self.support_stiffness, self._dashpot(time_step)
+        momentum, back = 1 / (chi * time_step), (1 / chi - 1) * factor
+        flexibility = 1 / (momentum / time_step + theta * square)
+        # K - k RᵀR acts at θ, the spring k and the dashpot c at the end
+        extra = (1 - theta) * k + c * momentum
+        soft = rows * flexibility
+        inside = np.linalg.inv(np.eye(len(rows)) + extra * soft @ rows.T) * extra
+        x, v = np.zeros(len(square)), shapes.T @ self.mass @ velocity
+        push, weight = shapes.T @ force, row @ shapes
+        result = np.empty(len(series))
+        for n, value in enumerate(series):
+            load = value * push + factor * momentum * v - square * x
+            load += (c * back) * ((rows @ v) @ rows)
+            moved = flexibility * load
+            moved -= soft.T @ (inside @ (rows @ moved))
+            x = x + moved
+            v = momentum * moved - back * v
+            result[n] = weight @ x
         return result
 
 
@@ -321,15 +351,16 @@ def _add_contacts(stiffness, polygons, contacts, shape: _Shape, springs) -> None
             stiffness += spring * np.outer(row, row)
 
 
-def _add_supports(stiffness, parsed, polygons, names, shape: _Shape, spring: float) -> np.ndarray:
-    support = np.zeros((len(stiffness), 2))
+def _supports(parsed, polygons, names, shape: _Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the held directions of all fixed points, and the directions."""
+    rows, axes = [], []
     for group in _groups(parsed, "fixed_point"):
-        rows = shape(_block_of(group, polygons, names), (group["x"], group["y"]))
+        both = shape(_block_of(group, polygons, names), (group["x"], group["y"]))
         for axis, letter in enumerate("xy"):
             if letter in group.get("direction", "xy"):
-                stiffness += spring * np.outer(rows[axis], rows[axis])
-                support[:, axis] += spring * rows[axis]
-    return support
+                rows.append(both[axis])
+                axes.append(axis)
+    return np.array(rows).reshape(-1, 6 * len(polygons)), np.array(axes, dtype=int)
 
 
 def _block_of(group, polygons, names) -> int:

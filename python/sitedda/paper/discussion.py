@@ -6,9 +6,9 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..column import scheme_damping
-from ..drawing import BLUE, COLORS, RED, small_picture
-from .discrete import DiscreteModel, free_damping
+from ..drawing import BLUE, COLORS, RED, small_axes
+from ..scheme import Scheme, scheme_damping
+from .discrete import DiscreteModel
 from .rows import Picture, Requirement, Row, Study, Table, per_cent, show
 from .runs import Task, input_file
 
@@ -99,7 +99,7 @@ def _resolution(done: Study, found: dict) -> None:
     cells = [
         [f"{k:.0e}", f"{v['first'] / 2 / np.pi:.2f}", f"{v['highest'] / 2 / np.pi:.0f}",
          f"{4 / v['highest']:.1e}",
-         *(per_cent(float(free_damping(v["first"], s))) for s in _STEPS)]
+         *(per_cent(float(_free_damping(v["first"] / 2 / np.pi, s))) for s in _STEPS)]
         for k, v in found.items()
     ]  # fmt: skip
     done.tables.append(
@@ -160,15 +160,20 @@ def _penalty(done: Study) -> None:
 # ---------------------------------------------------------------------------------------------
 
 
-def _draw_damping(file) -> None:
-    with small_picture(file, size=(6.4, 3.5)) as axis:
+def _free_damping(frequency, time_step: float) -> np.ndarray:
+    """Damping ratio of modes (Hz) left to themselves, by the DDA scheme at a time step (s)."""
+    return Scheme().vibration(frequency, time_step).damping
+
+
+def _draw_damping(drawing) -> None:
+    with small_axes(drawing, size=(6.4, 3.5)) as axis:
         for step, color in zip((1e-5, 1e-4, 1e-3, 1e-2), COLORS, strict=False):
             top = min(4 / step / 2 / np.pi * 0.999, 1e4)
             frequency = np.geomspace(0.5, top, 200)
-            axis.loglog(frequency, free_damping(2 * np.pi * frequency, step), color=color,
+            axis.loglog(frequency, _free_damping(frequency, step), color=color,
                         label=f"Δt = {step:g} s")  # fmt: skip
             if top < 1e4:
-                end = free_damping(2 * np.pi * top, step)
+                end = _free_damping(top, step)
                 axis.plot(top, end, "o", color=color, ms=5)
         for place, name in ((4.3, "column"), (14.0, "15 layers")):
             axis.axvline(place, color="0.6", lw=0.8, ls=":")
@@ -177,9 +182,9 @@ def _draw_damping(file) -> None:
         axis.legend(loc="lower right")
 
 
-def _draw_omega(file, found) -> None:
+def _draw_omega(drawing, found) -> None:
     penalties = sorted(found)
-    with small_picture(file, size=(6.2, 3.4)) as axis:
+    with small_axes(drawing, size=(6.2, 3.4)) as axis:
         for name, color in (("highest", BLUE), ("first", RED)):
             values = [found[k][name] / 2 / np.pi for k in penalties]
             axis.loglog(penalties, values, "o-", color=color, lw=1, label=f"{name} frequency")

@@ -7,9 +7,10 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..column import Column, damped_amplification, refined_peak, scheme_damping
-from ..drawing import BLUE, COLORS, INK, RED, small_picture
+from ..column import Column, damped_amplification, refined_peak
+from ..drawing import BLUE, COLORS, INK, RED, small_axes
 from ..response import layered_twin
+from ..scheme import scheme_damping
 from ..simulation import run
 from ..spectra import amplification, find_peak
 from .discrete import DiscreteModel
@@ -289,8 +290,8 @@ def _pictures(found: dict, ground: dict) -> list[Picture]:
     return [motion, *spectra]
 
 
-def _draw_motion(file, ground) -> None:
-    with small_picture(file, 3, 1, size=(7.0, 4.2), sharex=True) as axes:
+def _draw_motion(drawing, ground) -> None:
+    with small_axes(drawing, 3, 1, size=(7.0, 4.2), sharex=True) as axes:
         for axis, name, label, color in zip(
             axes, ("acceleration", "velocity", "displacement"), ("a (m/s²)", "v (m/s)", "d (m)"),
             COLORS, strict=False,
@@ -300,14 +301,14 @@ def _draw_motion(file, ground) -> None:
         axes[-1].set_xlabel("time (s)")
 
 
-def _draw_spectrum(file, table, found, ground) -> None:
+def _draw_spectrum(drawing, table, found, ground) -> None:
     case = _TABLES[table]
     result = found[(table, "displacement")]
     frequency, ratio, peak = _spectrum(result, "middle")
     band = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
     band[::2] = False
     shake = _shake_column(result["column"], _damping(table))
-    with small_picture(file, size=(6.8, 3.9)) as axis:
+    with small_axes(drawing, size=(6.8, 3.9)) as axis:
         axis.plot(frequency[band], ratio[band], color=BLUE, lw=2, label="sitedda, displacement")
         _, other, _ = _spectrum(found[(table, "acceleration")], "middle", ground)
         axis.plot(frequency[band], other[band], ":", color=COLORS[1], lw=1.6,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
+
+from matplotlib.figure import Figure
 
 __all__ = ["Picture", "Requirement", "Row", "Study", "Table", "deviation", "per_cent", "show"]
 
@@ -96,13 +97,19 @@ class Picture:
         File name without ending.
     caption : str
         What it shows, with the figure of the paper.
-    draw : callable
-        Takes the path of the file to write.
+    draw_on : callable
+        Takes an empty figure.
     """
 
     name: str
     caption: str
-    draw: Callable[[Path], None]
+    draw_on: Callable[[Figure], None]
+
+    def draw(self) -> Figure:
+        """The figure, drawn."""
+        figure = Figure()
+        self.draw_on(figure)
+        return figure
 
 
 @dataclass

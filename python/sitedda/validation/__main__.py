@@ -26,9 +26,7 @@ def main(arguments: list[str] | None = None) -> int:
     passed: list[bool] = []
     results = _results(options.cases or list(CASES), options.short, passed)
     if options.report:
-        from .. import __version__
-
-        print(f"report: {write_report(results, options.report, __version__)}")
+        print(f"report: {write_report(results, options.report)}")
     else:
         for _ in results:
             pass

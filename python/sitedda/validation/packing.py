@@ -105,12 +105,12 @@ def packing(short: bool) -> Outcome:
     return Outcome(rows, _packing_figure(first), [table])
 
 
-def pile_text(count: int, columns: int, duration: float) -> str:
-    """The input: polygons above an open box."""
+def pile_text(count: int, columns: int, duration: float, **more) -> str:
+    """The input: polygons above an open box; `more` goes to ``&control``."""
     width, height = columns * SPACING, (count // columns + 2) * SPACING
     return "".join(
         (
-            control(TIME_STEP, round(duration / TIME_STEP)),
+            control(TIME_STEP, round(duration / TIME_STEP), **more),
             contact(PENALTY),
             material("wall", DENSITY, STIFF),
             material("stone", DENSITY, YOUNG, 0.2),

@@ -1,13 +1,14 @@
-"""Results as text for the terminal and as one Markdown report with pictures."""
+"""Results as text for the terminal and as one report with pictures."""
 
 from __future__ import annotations
 
 import math
-import platform
 from collections.abc import Iterable
 from pathlib import Path
 
-from .case import Result, Row, Table
+from ..report import Page, Paragraph, Picture, Table, provenance, write_html
+from ..report.page import Part
+from .case import Result, Row
 
 
 def number(value) -> str:
@@ -56,15 +57,7 @@ def _bound(row: Row) -> str:
 def _verdict(row: Row) -> str:
     if row.allowed is None:
         return "shown"
-    return "ok" if row.passed else "**FAILS**"
-
-
-def markdown_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A Markdown table of texts."""
-    head = list(head)
-    lines = [head, ["---"] * len(head), *rows]
-    escaped = ([str(cell).replace("|", "\\|") for cell in line] for line in lines)
-    return "\n".join("| " + " | ".join(line) + " |" for line in escaped) + "\n"
+    return "ok" if row.passed else "FAILS"
 
 
 def terminal_text(result: Result) -> str:
@@ -81,13 +74,12 @@ def terminal_text(result: Result) -> str:
             f"error {error}" if error else "",
             f"allowed {allowed}" if allowed else "",
         ]
-        mark = mark.strip("*")
         lines.append(f"  {mark:5s} {quantity}: " + ", ".join(part for part in parts if part))
     return "\n".join(lines)
 
 
-def write_report(results: Iterable[Result], folder, version: str = "") -> Path:
-    """Write ``report.md`` and one picture for each case.
+def write_report(results: Iterable[Result], folder) -> Path:
+    """Write ``report.html``: one file with all pictures.
 
     Parameters
     ----------
@@ -95,8 +87,6 @@ def write_report(results: Iterable[Result], folder, version: str = "") -> Path:
         In the order of the report; each is drawn as it comes.
     folder : path
         Made if it does not exist.
-    version : str
-        Of the engine.
 
     Returns
     -------
@@ -105,49 +95,43 @@ def write_report(results: Iterable[Result], folder, version: str = "") -> Path:
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    summary, chapters = [], []
+    page = Page(
+        "Validation",
+        "Every figure was computed by this run; expected values are closed forms or independent "
+        "solutions (scipy).",
+    )
+    summary = page.add("Summary")
+    lines = []
     for result in results:
-        summary.append(_summary_line(result))
-        chapters.append(_chapter(result, folder))
-    head = ["case", "rows", "worst error over allowed", "time (s)", "verdict"]
-    text = [
-        "# sitedda: validation",
-        f"Engine {version}, {platform.system()} {platform.machine()}. Every figure below was "
-        "computed by this run; expected values are closed forms or independent solutions (scipy).",
-        markdown_table(head, summary),
-        *chapters,
-    ]
-    file = folder / "report.md"
-    file.write_text("\n\n".join(text) + "\n", encoding="utf-8")
-    return file
+        lines.append(_summary_line(result))
+        page.add(result.case.title, *_chapter(result), anchor=result.case.name)
+    heads = ["case", "rows", "worst error over allowed", "time (s)", "verdict"]
+    summary.parts.append(Table(heads, lines))
+    page.provenance = provenance()
+    return write_html(page, folder / "report.html")
 
 
 def _summary_line(result: Result) -> list[str]:
     judged = [row for row in result.rows if row.allowed]
     worst = max((row.error / row.allowed for row in judged), default=0.0)
-    verdict = "ok" if result.passed else "**FAILS**"
-    name = f"[{result.case.title}](#{result.case.name})"
-    return [name, str(len(result.rows)), f"{worst:.2g}", f"{result.seconds:.1f}", verdict]
+    verdict = "ok" if result.passed else "FAILS"
+    title = result.case.title
+    return [title, str(len(result.rows)), f"{worst:.2g}", f"{result.seconds:.1f}", verdict]
 
 
-def _chapter(result: Result, folder: Path) -> str:
-    parts = [
-        f'<a id="{result.case.name}"></a>\n\n## {result.case.title}',
-        result.case.formula,
-        f"*Reference:* {result.case.reference}",
+def _chapter(result: Result) -> list[Part]:
+    case = result.case
+    parts: list[Part] = [
+        Paragraph(case.formula, markup=True),
+        Paragraph(f"*Reference:* {case.reference}", markup=True),
     ]
     if result.trouble:
-        parts.append(f"**The engine refused:** {result.trouble}")
+        parts.append(Paragraph(f"The engine refused: {result.trouble}"))
     if result.rows:
-        head = ["quantity", "expected", "got", "error", "allowed", ""]
-        parts.append(markdown_table(head, (row_cells(row) for row in result.rows)))
-        picture = f"{result.case.name}.png"
-        result.outcome.figure.savefig(folder / picture, dpi=130)
-        parts.append(f"![{result.case.title}]({picture})")
-    parts += [_table_text(table) for table in result.outcome.tables]
-    return "\n\n".join(parts)
-
-
-def _table_text(table: Table) -> str:
-    cells = ([number(cell) for cell in line] for line in table.rows)
-    return f"{table.title}\n\n{markdown_table(table.head, cells)}"
+        heads = ["quantity", "expected", "got", "error", "allowed", "verdict"]
+        parts.append(Table(heads, [row_cells(row) for row in result.rows]))
+        parts.append(Picture(result.outcome.figure, case.title, case.name))
+    for table in result.outcome.tables:
+        cells = [[number(cell) for cell in line] for line in table.rows]
+        parts.append(Table(table.head, cells, table.title))
+    return parts

@@ -118,8 +118,10 @@ def _wait_for_uplift(t, duration, base, step):
 # ---------------------------------------------------------------- engine
 
 
-def _tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3):
-    """A stiff block on a stiff base; the acceleration of the base acts as body force."""
+def tower_text(
+    time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3, **more
+) -> str:
+    """A stiff block on a stiff base; the acceleration of the base (m/s²) acts as body force."""
     body = rectangle(-0.5 * WIDTH, 0.0, WIDTH, HEIGHT)
     if angle:
         body = turned(body, -angle, (0.5 * WIDTH, 0.0))
@@ -134,6 +136,7 @@ def _tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2
                 round(duration / time_step),
                 base_motion_x="shaking" if shaking else None,
                 max_displacement_ratio=0.01,
+                **more,
             ),
             contact(penalty),
             material("stiff", DENSITY, STIFF),
@@ -148,7 +151,7 @@ def _tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2
 def _rocked(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
     """Time (s), angle (rad, clockwise positive) and audit residual."""
     time, turn = [0.0], [angle]
-    with simulation(_tower(time_step, duration, angle, base, penalty)) as tower:
+    with simulation(tower_text(time_step, duration, angle, base, penalty)) as tower:
         while not tower.done:
             tower.advance(max(1, round(5e-4 / time_step)))
             time.append(tower.time)
@@ -256,7 +259,7 @@ def rocking_onset(short: bool) -> Outcome:
         return max(0.0, slope * (t - 1.0))
 
     last, time, force = 0.0, [], []
-    with simulation(_tower(2e-3, duration, 0.0, base)) as tower:
+    with simulation(tower_text(2e-3, duration, 0.0, base)) as tower:
         owner = np.repeat(np.arange(2), [len(p) for p in tower.polygons])
         left_corner = int(np.flatnonzero(owner == 1)[0])
         while not tower.done:

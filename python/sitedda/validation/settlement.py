@@ -73,12 +73,12 @@ def settlement(short: bool) -> Outcome:
     return Outcome(rows, _settlement_figure(found, sizes), tables)
 
 
-def wall_text(size: int, penalty: float, time_step: float, steps: int) -> str:
-    """A running-bond wall of about `size` blocks on a held base."""
+def wall_text(size: int, penalty: float, time_step: float, steps: int, **more) -> str:
+    """A running-bond wall of about `size` blocks on a held base; `more` goes to ``&control``."""
     bricks, courses = WALLS[size]
     return "".join(
         (
-            control(time_step, steps),
+            control(time_step, steps, **more),
             contact(penalty * YOUNG),
             material("base", DENSITY, STIFF),
             material("stone", DENSITY, YOUNG, 0.2),

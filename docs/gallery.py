@@ -1,0 +1,30 @@
+"""Make the pictures of gallery.md anew, by the commands that stand in it."""
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+
+
+def main() -> None:
+    """Run every command in a folder of its own and keep the pictures that the page shows."""
+    text = (HERE / "gallery.md").read_text(encoding="utf-8")
+    wanted = re.findall(r"\]\(gallery/(\S+)\)", text)
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "inputs").symlink_to(HERE.parent / "inputs")
+        for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL):
+            for line in block.splitlines():
+                words = shlex.split(line)
+                program = [sys.executable, "-m", "sitedda.command", *words[1:]]
+                subprocess.run(program, cwd=folder, check=True)
+        for name in wanted:
+            shutil.copy(Path(folder) / name, HERE / "gallery" / name)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+!> The amplification peak of a run against the exact transfer function of its discrete equations.
+!>
+!> Where no contact has changed its state the run was linear, and the peak of its spectra must be
+!> that of `dda_transfer`; if it is not, the run says so, with the likely cause.
+module dda_peak_check
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type
+   use dda_linear_model, only: linear_model_type, linearise
+   use dda_ringing, only: ringing_type, find_ringing
+   use dda_settings, only: amplification_type
+   use dda_simulation, only: simulation_type
+   use dda_site_response, only: response_peak_type
+   use dda_text, only: to_text
+   use dda_transfer, only: transfer_type, transfer_peak_type, prepare_transfer, transfer_peak
+   implicit none
+   private
+   public :: peak_warning
+
+   real(wp), parameter :: most_difference = 0.02_wp   !< of amplitude or frequency
+   real(wp), parameter :: died_out = 1.0e-3_wp        !< motion at the end over its peak
+   real(wp), parameter :: long_ringing = 100.0_wp     !< steps
+
+contains
+
+   !> What a run should say of its peak; blank if the peak is right, or nothing is known to be
+   !> right.
+   subroutine peak_warning(simulation, wanted, peak, text)
+      type(simulation_type), intent(in) :: simulation   !< at the end of the run
+      type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
+      type(response_peak_type), intent(in) :: peak      !< as found in the output
+      character(len=:), allocatable, intent(out) :: text
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(transfer_peak_type) :: exact
+      type(error_type), allocatable :: error
+
+      text = ''
+      if (simulation%counters%changes > 0 .or. simulation%model%control%adaptive) return
+      call linearise(linear, simulation, 'present', error)
+      if (.not. allocated(error)) call prepare_transfer(transfer, linear, &
+         [wanted%surface, wanted%base], spread(wanted%axis, 1, 2), wanted%axis, wanted%highest, &
+         error)
+      if (allocated(error)) return
+      call transfer_peak(transfer, wanted%lowest, &
+         min(wanted%highest, 0.499_wp/linear%time_step), exact)
+      if (.not. exact%inside) return
+      if (abs(peak%found%amplitude/exact%amplitude - 1.0_wp) <= most_difference .and. &
+         abs(peak%found%frequency/exact%frequency - 1.0_wp) <= most_difference) return
+      text = 'the exact peak of this linear model at this time step is '// &
+         to_text(exact%amplitude)//' at '//to_text(exact%frequency)//' Hz: '// &
+         likely_cause(linear, simulation, peak)
+   end subroutine peak_warning
+
+   !> Why the spectra of a run may differ from the exact transfer function, and what to do.
+   function likely_cause(linear, simulation, peak) result(text)
+      type(linear_model_type), intent(in) :: linear
+      type(simulation_type), intent(in) :: simulation
+      type(response_peak_type), intent(in) :: peak
+      character(len=:), allocatable :: text
+      type(ringing_type) :: ringing
+      type(error_type), allocatable :: error
+
+      text = ''
+      if (peak%left > died_out) text = text//'; the motion has not died out at the end of the '// &
+         'run ('//to_text(100*peak%left)//' % of its peak): try more steps'
+      if (simulation%model%output%history_interval > 1) text = text//'; history_interval = '// &
+         to_text(simulation%model%output%history_interval)//' leaves out steps, so that high '// &
+         'frequencies alias: try history_interval = 1'
+      call find_ringing(linear, ringing, error)
+      if (.not. allocated(error)) then
+         if (ringing%steps > long_ringing) text = text//'; '//ringing%words//': try '// &
+            ringing%advice
+      end if
+      if (text == '') text = '; the base may hardly move at that frequency'
+      text = 'likely cause: '//text(3:)
+   end function likely_cause
+
+end module dda_peak_check

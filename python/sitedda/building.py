@@ -1,0 +1,333 @@
+"""Groups that describe joints and masonry, turned into the blocks that the engine reads."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .errors import InputError
+from .groups import (
+    CUT,
+    FROM_FILE,
+    MASONRY,
+    Found,
+    find_groups,
+    group_text,
+    is_made,
+    nearest,
+    read_values,
+)
+
+# Whether blocks are written with the joint of each edge: once the engine reads it, True.
+EDGE_JOINTS = False
+_NAMED = ("material", "joint", "region")  # groups that others name
+_ANY = re.compile(
+    r"^[^!\n]*&(" + "|".join([*CUT, *MASONRY, "polygons"]) + r")\b", re.IGNORECASE | re.MULTILINE
+)
+
+
+@dataclass
+class Built:
+    """Blocks made from groups.
+
+    Attributes
+    ----------
+    blocks : list of dict
+        Variables of &block groups: name, material, joint, vertices, edge_joints; blank ones left
+        out.
+    messages : list of str
+        What was removed, merged or left.
+    slivers : list of str
+        Blocks that are slivers.
+    """
+
+    blocks: list[dict] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
+    slivers: list[str] = field(default_factory=list)
+
+
+def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
+    """Blocks from the groups that are turned into blocks.
+
+    Parameters
+    ----------
+    groups : sequence of (str, dict, str)
+        All groups of an input: name, variables, and where the group stands, for messages.
+    folder : path
+        That file names are relative to.
+
+    Returns
+    -------
+    Built
+    """
+    names = {kind: [] for kind in _NAMED}
+    for kind, values, _ in groups:
+        if kind in _NAMED:
+            names[kind].append(values.get("name", getattr(CUT.get(kind), "name", "")))
+    groups = [group for group in groups if is_made(group[0])]
+    for _, values, place in groups:
+        _check_names(names, values, place)
+    built, parts = Built(), {name: [] for name in CUT}
+    pieces: list[dict] = []
+    place = first = ""
+    for name, values, place in groups:
+        try:
+            if name == "polygons":
+                pieces += _imported(values, folder)
+            elif name in MASONRY:
+                pieces += [_block(vars(stone)) for stone in MASONRY[name](**values).blocks()]
+            else:
+                parts[name] += _parts(name, values, folder)
+                first = first or place
+        except InputError as error:
+            raise _placed(place, error) from None
+        except TypeError:
+            raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
+    if any(parts.values()):
+        try:
+            _add_cut(built, parts)
+        except InputError as error:
+            raise _placed(first, error) from None
+    built.blocks += pieces
+    return built
+
+
+def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
+    """Refuse the name of a material, a joint or a region that is not there."""
+    for variable, name in values.items():
+        kind = variable.removeprefix("core_")
+        if kind in _NAMED and name and name not in names[kind]:
+            hint = nearest(name, names[kind])
+            raise InputError(f"{place}: {variable} = {name!r} is not the name of a &{kind}{hint}")
+
+
+def _placed(place: str, error: InputError) -> InputError:
+    return InputError(f"{place}: {error}" if place else str(error))
+
+
+def _block(values: dict) -> dict:
+    values = dict(values)
+    values["vertices"] = values.pop("polygon")
+    values["vertices"].flags.writeable = False
+    return {name: value for name, value in values.items() if not isinstance(value, str) or value}
+
+
+def _parts(name: str, values: dict, folder) -> list:
+    """The objects that a group stands for: one, or as many as its file holds lines."""
+    made, values = CUT[name], dict(values)
+    if name not in FROM_FILE or "file" not in values:
+        for given in ("layer", "scale"):
+            if name in FROM_FILE and given in values:
+                raise InputError(f"{given} needs a file")
+        return [made(**values)]
+    points = FROM_FILE[name]
+    if points in values:
+        raise InputError(f"give either {points} or file")
+    from .importing import read_outlines
+
+    outlines = read_outlines(
+        Path(folder) / values.pop("file"), values.pop("layer", None), values.pop("scale", None)
+    )
+    if name != "joint_line" and len(outlines) != 1:
+        raise InputError(
+            f"the file holds {len(outlines)} lines where one is wanted; name the layer of that one"
+        )
+    return [made(**values, **{points: outline.closed_points(name)}) for outline in outlines]
+
+
+def _imported(values: dict, folder) -> list[dict]:
+    """Blocks from the closed polygons of a file."""
+    from .cutting.geometry import outline_of
+    from .importing import read_outlines
+
+    if "file" not in values:
+        raise InputError("file is missing")
+    stem = values.get("name", "block")
+    more = {key: values[key] for key in ("material", "joint") if key in values}
+    outlines = read_outlines(
+        Path(folder) / values["file"], values.get("layer"), values.get("scale"), closed=True
+    )
+    return [
+        {
+            "name": outline.name or f"{stem}_{i}",
+            **more,
+            "vertices": outline_of(f"polygon {i}", outline.points),
+        }
+        for i, outline in enumerate(outlines, 1)
+    ]
+
+
+def _add_cut(built: Built, parts: dict[str, list]) -> None:
+    """Cut the regions."""
+    from .cutting import cut
+
+    if len(parts["cutting"]) > 1:
+        raise InputError("&cutting may appear only once")
+    if not parts["region"]:
+        given = next(name for name, found in parts.items() if found)
+        raise InputError(f"&{given} needs a &region")
+    blocks = cut(
+        parts["region"],
+        parts["joint_line"] + parts["joint_set"] + parts["voronoi"],
+        parts["surface"],
+        parts["hole"] + parts["tunnel"],
+        parts["excavation"],
+        parts["cutting"][0] if parts["cutting"] else None,
+    )
+    built.messages, built.slivers = blocks.messages, list(map(str, blocks.slivers))
+    rows = zip(
+        blocks.names, blocks.materials, blocks.joints, blocks.polygons, blocks.edge_joints,
+        strict=True,
+    )  # fmt: skip
+    for name, material, joint, polygon, edges in rows:
+        block = _block({"name": name, "material": material, "joint": joint, "polygon": polygon})
+        if any(edges):
+            block["edge_joints"] = tuple(edges)
+        built.blocks.append(block)
+
+
+def blocks_text(blocks: Sequence[dict], edge_joints: bool = EDGE_JOINTS) -> str:
+    """The blocks as &block groups, one a line.
+
+    Parameters
+    ----------
+    blocks : sequence of dict
+    edge_joints : bool
+        Write the joint of each edge, which an engine that knows one joint a block refuses.
+    """
+    left_out = () if edge_joints else ("edge_joints",)
+    return "".join(
+        group_text("block", {k: v for k, v in block.items() if k not in left_out})
+        for block in blocks
+    )
+
+
+@contextmanager
+def opened_input(source) -> Iterator[tuple[Path, str]]:
+    """The file name and the text of an input: a namelist file, or a `Model`."""
+    if hasattr(source, "opened"):
+        with source.opened() as opened:
+            yield opened
+    else:
+        from .simulation import _read_input
+
+        yield Path(source), _read_input(Path(source))
+
+
+def built_text(text: str, file) -> tuple[str, Built]:
+    """A namelist text whose groups of joints and masonry are turned into blocks.
+
+    Those groups stay as comments, and every other line keeps its number.
+
+    Parameters
+    ----------
+    text : str
+    file : path
+        Where it comes from, for messages and for files that it names.
+    """
+    every = list(find_groups(text)) if _ANY.search(text) else []
+    found = [one for one in every if is_made(one.name)]
+    if not found:
+        return text, Built()
+    read = [
+        (one.name, read_values(one, file), one.place(file))
+        for one in every
+        if is_made(one.name) or one.name in _NAMED
+    ]
+    built = build_blocks(read, Path(file).parent)
+    head = f"! {len(built.blocks)} blocks, made from the groups that stand as comments above.\n"
+    body = _as_comments(text, found)
+    end = "" if body.endswith("\n") else "\n"
+    return f"{body}{end}\n{head}{blocks_text(built.blocks)}", built
+
+
+def _as_comments(text: str, found: Sequence[Found]) -> str:
+    """The text with groups as comments; those that share a line with others become blanks."""
+    parts, at = [], 0
+    for one in found:
+        line = text.rfind("\n", 0, one.start) + 1
+        rest = text[one.end :].split("\n", 1)[0].strip()
+        alone = not text[max(line, at) : one.start].strip() and (not rest or rest[0] == "!")
+        group = text[one.start : one.end]
+        parts.append(text[at : one.start])
+        parts.append("! " + group.replace("\n", "\n! ") if alone and line >= at else _blank(group))
+        at = one.end
+    return "".join(parts) + text[at:]
+
+
+def _blank(text: str) -> str:
+    return re.sub(r"[^\n]", " ", text)
+
+
+def build_file(file, output=None) -> tuple[Path, Built]:
+    """Turn the groups of joints and masonry of an input into blocks, and write the result.
+
+    Parameters
+    ----------
+    file : path
+        Namelist input.
+    output : path, optional
+        What to write (beside the input, NAME_blocks.nml).
+
+    Returns
+    -------
+    Path
+        The file that was written.
+    Built
+    """
+    from .simulation import _read_input
+
+    file = Path(file)
+    output = Path(output) if output else file.with_name(f"{file.stem}_blocks.nml")
+    text = _read_input(file)
+    if output.resolve() == file.resolve():
+        raise InputError(f"{output} is the input itself; give another output")
+    text, built = built_text(text, file)
+    text = _moved(text, file.parent, output.parent)
+    try:
+        output.write_text(text, encoding="utf-8", errors="surrogateescape")
+    except OSError as trouble:
+        from .errors import OutputError
+
+        raise OutputError(f"{output} cannot be written: {trouble.strerror}") from trouble
+    return output, built
+
+
+_RECORD = re.compile(r"(\bfile\s*=\s*)('(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")", re.IGNORECASE)
+
+
+def _moved(text: str, folder: Path, target: Path) -> str:
+    """The text with the records of its motions named from another folder."""
+    if folder.resolve() == target.resolve():
+        return text
+    parts, at = [], 0
+    for one in find_groups(text):
+        if one.name != "motion":
+            continue
+        parts += [text[at : one.start], _RECORD.sub(lambda m: _from(m, folder, target),
+                                                    text[one.start : one.end])]  # fmt: skip
+        at = one.end
+    return "".join(parts) + text[at:]
+
+
+def _from(found, folder: Path, target: Path) -> str:
+    quote = found[2][0]
+    name = found[2][1:-1].replace(quote * 2, quote).rstrip()
+    if name and not os.path.isabs(name):
+        name = os.path.relpath(folder / name, target)
+    return found[1] + "'" + name.replace("'", "''") + "'"
+
+
+def summary(built: Built) -> str:
+    """How many blocks of which stem there are, in words."""
+    stems = Counter(re.sub(r"_?\d*$", "", block.get("name", "")) for block in built.blocks)
+    corners = sum(len(np.reshape(block["vertices"], (-1, 2))) for block in built.blocks)
+    listed = ", ".join(f"{count} {stem}" for stem, count in list(stems.items())[:12])
+    return f"{len(built.blocks)} blocks with {corners} corners: {listed}"

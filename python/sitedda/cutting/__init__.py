@@ -1,0 +1,47 @@
+"""Regions cut into blocks by joints: single ones, sets, random polygons; holes and surfaces."""
+
+from importlib import import_module
+
+from .distributions import DISTRIBUTIONS
+from .geometry import (
+    Cutting,
+    Excavation,
+    Hole,
+    JointLine,
+    JointSet,
+    Region,
+    Surface,
+    Tunnel,
+    Voronoi,
+)
+
+# What needs shapely is imported when it is asked for.
+_LATER = {"Blocks": "blocks", "cut": "blocks", "main_joints": "blocks"}
+_LATER |= {"Sliver": "small_blocks", "slivers": "small_blocks"}
+
+
+def __getattr__(name: str):
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = import_module(f".{_LATER[name]}", __name__)
+    globals()[name] = getattr(module, name)
+    return globals()[name]
+
+
+__all__ = [
+    "DISTRIBUTIONS",
+    "Blocks",
+    "Cutting",
+    "Excavation",
+    "Hole",
+    "JointLine",
+    "JointSet",
+    "Region",
+    "Sliver",
+    "Surface",
+    "Tunnel",
+    "Voronoi",
+    "cut",
+    "main_joints",
+    "slivers",
+]

@@ -1,0 +1,115 @@
+"""Slivers merged with a neighbour."""
+
+from __future__ import annotations
+
+import heapq
+
+import numpy as np
+
+from .network import Faces, Network, half_edge_starts
+from .rings import Rings
+
+
+def merge_slivers(
+    network: Network, faces: Faces, kinds, least_area: float, least_angle: float
+) -> tuple[list[list[int]], np.ndarray, int, list[int]]:
+    """Merge small and sharp faces with the neighbour that they have the longest common edge with.
+
+    Parameters
+    ----------
+    network : Network
+    faces : Faces
+    kinds : ndarray of int, shape (faces,)
+        Only faces of the same kind are merged; −1: no block.
+    least_area : float
+        m².
+    least_angle : float
+        Degrees.
+
+    Returns
+    -------
+    cycles : list of list of int
+        Half-edges around each face; empty for those that are gone.
+    areas : ndarray, shape (faces,)
+    merged : int
+    left : list of int
+        Faces that no neighbour could take.
+    """
+    work = _Merging(network, faces, kinds)
+    measure = work.sharpest if least_angle > 0 else None
+    waiting = [
+        (area, i)
+        for i, area in enumerate(faces.areas.tolist())
+        if kinds[i] >= 0 and (area < least_area or (measure and measure(i) < least_angle))
+    ]
+    heapq.heapify(waiting)
+    merged, left = 0, []
+    while waiting:
+        area, i = heapq.heappop(waiting)
+        if not work.cycles[i] or area != work.areas[i]:
+            continue
+        into = work.merge(i)
+        if into is None:
+            left.append(i)
+            continue
+        merged += 1
+        if work.areas[into] < least_area or (measure and measure(into) < least_angle):
+            heapq.heappush(waiting, (work.areas[into], into))
+    left = [i for i in left if work.cycles[i]]
+    return work.cycles, np.array(work.areas), merged, left
+
+
+class _Merging:
+    """Faces as cycles of half-edges that can be made one."""
+
+    def __init__(self, network: Network, faces: Faces, kinds):
+        self.nodes = network.nodes
+        self.start = half_edge_starts(network).tolist()
+        ends = network.nodes[network.edges]
+        self.length = np.sqrt(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1)).tolist()
+        self.cycles = [list(cycle) for cycle in faces.cycles]
+        self.areas = faces.areas.tolist()
+        self.face = faces.face.tolist()
+        self.kinds = kinds
+
+    def sharpest(self, i: int) -> float:
+        """Sharpest corner of a face, degrees."""
+        corners = self.nodes[[self.start[h] for h in self.cycles[i]]]
+        return float(Rings.of([corners]).sharpest_corners()[0])
+
+    def merge(self, i: int) -> int | None:
+        """Merge a face into a neighbour, and say into which; None if none can take it."""
+        common: dict[int, float] = {}
+        for h in self.cycles[i]:
+            other = self.face[h ^ 1]
+            if other >= 0 and other != i and self.kinds[other] == self.kinds[i]:
+                common[other] = common.get(other, 0.0) + self.length[h >> 1]
+        for other in sorted(common, key=lambda face: (-common[face], face)):
+            cycle = self._united(i, other)
+            if cycle is not None:
+                for h in cycle:
+                    self.face[h] = other
+                self.cycles[other], self.cycles[i] = cycle, []
+                self.areas[other] += self.areas[i]
+                return other
+        return None
+
+    def _united(self, i: int, other: int) -> list[int] | None:
+        """The cycle around two faces; None if it would not be one simple polygon."""
+        rest = self._without_common(i, other)
+        more = self._without_common(other, i)
+        if rest is None or more is None:
+            return None
+        nodes = [self.start[h] for h in rest + more]
+        return rest + more if len(set(nodes)) == len(nodes) else None
+
+    def _without_common(self, i: int, other: int) -> list[int] | None:
+        """The chain of half-edges of a face that are not common with another, if it is one."""
+        cycle = self.cycles[i]
+        is_common = [self.face[h ^ 1] == other for h in cycle]
+        changes = [k for k in range(len(cycle)) if is_common[k - 1] and not is_common[k]]
+        if len(changes) != 1:
+            return None
+        begin = changes[0]
+        turned = cycle[begin:] + cycle[:begin]
+        return turned[: len(cycle) - sum(is_common)]

@@ -1,0 +1,97 @@
+"""Many polygons at once: their corners one after the other, and where each polygon begins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+class Rings:
+    """Polygons, counter-clockwise.
+
+    Attributes
+    ----------
+    corners : ndarray, shape (all corners, 2)
+        m.
+    first : ndarray of int, shape (polygons + 1,)
+        Where the corners of each polygon begin.
+    """
+
+    def __init__(self, corners, lengths):
+        self.corners = corners
+        self.first = np.concatenate([[0], np.cumsum(lengths, dtype=int)])
+        count = np.arange(len(corners))
+        self._after, self._before = count + 1, count - 1
+        self._after[self.first[1:] - 1] = self.first[:-1]
+        self._before[self.first[:-1]] = self.first[1:] - 1
+
+    @classmethod
+    def of(cls, polygons: Sequence) -> Rings:
+        """From a list of arrays, shape (n, 2)."""
+        arrays = [np.asarray(polygon, dtype=float) for polygon in polygons]
+        return cls(np.concatenate(arrays), [len(array) for array in arrays])
+
+    @property
+    def owner(self) -> np.ndarray:
+        """The polygon of each corner."""
+        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+
+    def _sums(self, values) -> np.ndarray:
+        return np.add.reduceat(values, self.first[:-1])
+
+    def _from_first(self):
+        """Corners from the first of their polygon, those after them, and their cross products."""
+        here = self.corners - self.corners[self.first[:-1]][self.owner]
+        after = here[self._after]
+        return here, after, here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]
+
+    def areas(self) -> np.ndarray:
+        """m², shape (polygons,)."""
+        return 0.5 * self._sums(self._from_first()[2])
+
+    def centroids(self) -> np.ndarray:
+        """m, shape (polygons, 2)."""
+        here, after, cross = self._from_first()
+        moments = np.column_stack([self._sums(cross * (here + after)[:, k]) for k in (0, 1)])
+        return self.corners[self.first[:-1]] + moments / (3 * self._sums(cross)[:, None])
+
+    def edge_lengths(self) -> np.ndarray:
+        """Length of the edge after each corner, m."""
+        return np.hypot(*(self.corners[self._after] - self.corners).T)
+
+    def shortest_edges(self) -> np.ndarray:
+        """m, shape (polygons,)."""
+        return np.minimum.reduceat(self.edge_lengths(), self.first[:-1])
+
+    def sharpest_corners(self) -> np.ndarray:
+        """Degrees, shape (polygons,)."""
+        after = self.corners[self._after] - self.corners
+        before = after[self._before]
+        sine = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+        inner = np.pi - np.arctan2(sine, (before * after).sum(axis=1))
+        return np.degrees(np.minimum.reduceat(inner, self.first[:-1]))
+
+    def straight(self, near: float) -> np.ndarray:
+        """Which corners lie within a distance (m) of the line between their neighbours."""
+        chord = self.corners[self._after] - self.corners[self._before]
+        arm = self.corners - self.corners[self._before]
+        away = abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
+        return away <= near * np.hypot(*chord.T)
+
+    def before(self, values) -> np.ndarray:
+        """Values of corners as those of the corner before."""
+        return values[self._before]
+
+    def from_lowest(self, near: float) -> np.ndarray:
+        """Numbers of the corners such that each polygon begins with its lowest, leftmost one.
+
+        Corners within about `near` (m) of each other in height count as equally low.
+        """
+        owner = self.owner
+        x, y = np.round(self.corners / near).T
+        lowest = np.lexsort((x, y, owner))[self.first[:-1]]
+        length = np.diff(self.first)[owner]
+        shift = (lowest - self.first[:-1])[owner]
+        place = np.arange(len(owner)) - self.first[:-1][owner]
+        return self.first[:-1][owner] + (place + shift) % length

@@ -1,0 +1,83 @@
+"""Blocks too small or too thin to compute with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .rings import Rings
+
+_AREA = 1e-4  # of the median area of the blocks
+_EDGE = 1e-4  # of the root of the median area
+_ANGLE = 0.5  # degrees
+
+
+@dataclass(frozen=True)
+class Sliver:
+    """A block that is too small or too thin.
+
+    Attributes
+    ----------
+    index : int
+        Of the block, from 0.
+    name : str
+    place : (float, float)
+        A point in it, m.
+    reason : str
+        Its area, edge or angle, in words.
+    """
+
+    index: int
+    name: str
+    place: tuple[float, float]
+    reason: str
+
+    def __str__(self) -> str:
+        """One line."""
+        name = f"block {self.index + 1} {self.name}".rstrip()
+        return f"{name} at ({self.place[0]:.6g}, {self.place[1]:.6g}): {self.reason}"
+
+
+def slivers(
+    polygons: Sequence,
+    names: Sequence[str] | None = None,
+    *,
+    least_area: float | None = None,
+    least_edge: float | None = None,
+    least_angle: float = _ANGLE,
+) -> list[Sliver]:
+    """The blocks of a model that are too small or too thin to compute with.
+
+    Parameters
+    ----------
+    polygons : sequence of array_like, shape (n, 2)
+        m, counter-clockwise.
+    names : sequence of str, optional
+    least_area : float
+        m² (1e-4 of the median area).
+    least_edge : float
+        m (1e-4 of the root of the median area).
+    least_angle : float
+        Of a corner, degrees.
+    """
+    if not len(polygons):
+        return []
+    rings = Rings.of(polygons)
+    area, edge, angle = rings.areas(), rings.shortest_edges(), rings.sharpest_corners()
+    usual = float(np.median(area))
+    least_area = _AREA * usual if least_area is None else least_area
+    least_edge = _EDGE * np.sqrt(usual) if least_edge is None else least_edge
+    found = []
+    for i in np.flatnonzero((area < least_area) | (edge < least_edge) | (angle < least_angle)):
+        words = []
+        if area[i] < least_area:
+            words.append(f"area {area[i]:.3g} m² is below {least_area:.3g} m²")
+        if edge[i] < least_edge:
+            words.append(f"an edge of {edge[i]:.3g} m is below {least_edge:.3g} m")
+        if angle[i] < least_angle:
+            words.append(f"a corner of {angle[i]:.3g}° is below {least_angle:.3g}°")
+        place = tuple(np.mean(polygons[i], axis=0).tolist())
+        found.append(Sliver(int(i), names[i] if names else "", place, ", ".join(words)))
+    return found

@@ -1,0 +1,24 @@
+"""Reports: one tree of parts, written as a single HTML file that works offline, or as Markdown."""
+
+from __future__ import annotations
+
+from .html import to_html, write_html
+from .markdown import write_markdown
+from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Section, Table, View
+from .provenance import provenance
+
+__all__ = [
+    "Bullets",
+    "Facts",
+    "Listing",
+    "Page",
+    "Paragraph",
+    "Picture",
+    "Section",
+    "Table",
+    "View",
+    "provenance",
+    "to_html",
+    "write_html",
+    "write_markdown",
+]

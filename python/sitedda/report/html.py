@@ -1,0 +1,237 @@
+"""A page as one HTML file that works offline.
+
+All texts are escaped for the place where they stand.  The content-security policy of the page
+allows its own style and its own script by their hashes, pictures inside the page, and nothing else:
+no network, no form, no frame, and no script that came in with a text.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from collections.abc import Iterable
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
+
+_NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
+GOOD = ("ok", "reached")  # words of a column of verdicts that are coloured
+BAD = ("fail", "FAILS", "not reached")
+MIDDLE = ("warn",)
+
+
+def write_html(page: Page, file) -> Path:
+    """Write a page as one file."""
+    file = Path(file)
+    file.write_text(to_html(page), encoding="utf-8")
+    return file
+
+
+def to_html(page: Page) -> str:
+    """A page as HTML."""
+    body = _Body()
+    sections = "\n".join(body.section(section) for section in page.sections)
+    style = _text("page.css") + (_text("view.css", "view") if body.views else "")
+    script = _text("view.js", "view") if body.views else ""
+    return "\n".join(
+        [
+            "<!doctype html>",
+            "<html lang='en'>",
+            f"<head>{_head(page.title, style, script)}</head>",
+            "<body>",
+            f"<header><h1>{escape(page.title)}</h1>",
+            f"<p class='lead'>{escape(page.lead)}</p></header>" if page.lead else "</header>",
+            "<div class='frame'>",
+            _contents(page.sections),
+            f"<main>{sections}",
+            _provenance(page.provenance),
+            "</main></div>",
+            f"<script>{script}</script>" if script else "",
+            "</body></html>\n",
+        ]
+    )
+
+
+def fragment(*parts: Part) -> str:
+    """Parts as HTML for a notebook: without the style and the script of a page."""
+    body = _Body()
+    return "\n".join(map(body.part, parts))
+
+
+def _head(title: str, style: str, script: str) -> str:
+    scripts = f"'sha256-{_digest(script)}'" if script else "'none'"
+    policy = (
+        f"default-src 'none'; style-src 'sha256-{_digest(style)}'; script-src {scripts}; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
+    return (
+        "<meta charset='utf-8'>"
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
+        "<meta name='viewport' content='width=device-width, initial-scale=1'>"
+        "<meta name='color-scheme' content='light dark'>"
+        f"<title>{escape(title)}</title><style>{style}</style>"
+    )
+
+
+def _digest(text: str) -> str:
+    return base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
+
+
+def _text(name: str, folder: str = "report") -> str:
+    return files("sitedda").joinpath(folder, name).read_text(encoding="utf-8")
+
+
+def json_for_script(value) -> str:
+    """JSON that can stand inside a script element: no text in it can end the element."""
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def inline(text: str, markup: bool) -> str:
+    """A text inside HTML; with markup, `code`, **bold**, *italic* and 10^-3 are set as such."""
+    safe = escape(str(text))
+    if not markup:
+        return safe
+    pieces = re.split(r"(`[^`]+`)", safe)
+    return "".join(
+        f"<code>{piece[1:-1]}</code>" if piece.startswith("`") else _styled(piece)
+        for piece in pieces
+    )
+
+
+def _styled(text: str) -> str:
+    text = re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", text)
+    text = re.sub(r"(?<![\w*])\*([^*\s][^*]*)\*(?![\w*])", r"<em>\1</em>", text)
+    return re.sub(r"\^([-−+]?\d+(?:\.\d+)?)", r"<sup>\1</sup>", text)
+
+
+def _contents(sections: list[Section]) -> str:
+    if len(sections) < 2:
+        return ""
+    items = "".join(
+        f"<li><a href='#{escape(section.anchor)}'>{escape(section.title)}</a></li>"
+        for section in sections
+    )
+    return (
+        "<nav aria-label='Contents'><details open><summary>Contents</summary>"
+        f"<ol>{items}</ol></details></nav>"
+    )
+
+
+def _provenance(lines: Iterable[tuple[str, str]]) -> str:
+    facts = _facts(lines)
+    return (
+        f"<footer id='provenance'><h2>Where this comes from</h2>{facts}</footer>" if facts else ""
+    )
+
+
+def _facts(lines: Iterable[tuple[str, str]]) -> str:
+    items = "".join(f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in lines)
+    return f"<dl class='facts'>{items}</dl>" if items else ""
+
+
+class _Body:
+    """Writes parts and counts the views."""
+
+    def __init__(self):
+        self.views = 0
+
+    def section(self, section: Section) -> str:
+        title, anchor = escape(section.title), escape(section.anchor)
+        parts = "\n".join(map(self.part, section.parts))
+        link = f"<a class='anchor' href='#{anchor}' aria-label='link to {title}'>#</a>"
+        return f"<section id='{anchor}'><h2>{title} {link}</h2>\n{parts}</section>"
+
+    def part(self, part: Part) -> str:
+        match part:
+            case Paragraph():
+                return f"<p>{inline(part.text, part.markup)}</p>"
+            case Facts():
+                return _facts(part.lines)
+            case Table():
+                return _table(part)
+            case Bullets():
+                items = "".join(f"<li>{inline(line, part.markup)}</li>" for line in part.lines)
+                return f"{_subtitle(part.title)}<ul>{items}</ul>"
+            case Listing():
+                return _listing(part)
+            case Picture():
+                return _picture(part)
+            case View():
+                self.views += 1
+                return _view(part, f"view{self.views}")
+        raise TypeError(f"not a part of a page: {type(part).__name__}")
+
+
+def _subtitle(title: str) -> str:
+    return f"<h3>{escape(title)}</h3>" if title else ""
+
+
+def _listing(part: Listing) -> str:
+    text = f"<pre>{escape(part.text)}</pre>"
+    if part.folded:
+        return f"<details><summary>{escape(part.title)}</summary>{text}</details>"
+    return _subtitle(part.title) + text
+
+
+def _picture(part: Picture) -> str:
+    kind, data = part.encoded()
+    caption = escape(part.caption)
+    source = f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
+    return (
+        f"<figure class='picture'><img alt='{caption}' src='{source}'>"
+        f"<figcaption>{caption}</figcaption></figure>"
+    )
+
+
+def _table(table: Table) -> str:
+    right = [_is_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
+    head = "".join(
+        f"<th scope='col'{_class(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
+        for k, text in enumerate(table.heads)
+    )
+    judged = [head in ("", "verdict") for head in table.heads]
+    markup = [table.markup] * len(judged)
+    body = "".join(
+        f"<tr>{''.join(map(_cell, row, right, judged, markup))}</tr>" for row in table.rows
+    )
+    return (
+        f"{_subtitle(table.title)}<div class='wide' tabindex='0'><table><thead><tr>{head}</tr>"
+        f"</thead><tbody>{body}</tbody></table></div>"
+    )
+
+
+def _cell(text: str, right: bool, judged: bool, markup: bool) -> str:
+    names = ["n"] if right else []
+    for name, words in (("good", GOOD), ("bad", BAD), ("middle", MIDDLE)):
+        if judged and text in words:
+            names.append(name)
+    return f"<td{_class(names)}>{inline(text, markup)}</td>"
+
+
+def _class(names: list[str]) -> str:
+    return f" class='{' '.join(names)}'" if names else ""
+
+
+def _is_numeric(cells: list[str]) -> bool:
+    """Every cell that holds something is a number with at most a short unit."""
+    cells = [str(cell).strip() for cell in cells]
+    cells = [cell for cell in cells if cell not in ("", "–", "-")]
+    return bool(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
+
+
+def _view(view: View, name: str) -> str:
+    streams = "".join(
+        f"<script type='text/plain' id='{name}-{escape(key)}'>{data}</script>"
+        for key, data in view.streams.items()
+    )
+    meta = json_for_script(view.meta)
+    return (
+        f"<div class='block-view' id='{name}'><noscript>The interactive view needs scripts; the "
+        "pictures of this page do not.</noscript></div>"
+        f"<script type='application/json' id='{name}-meta'>{meta}</script>{streams}"
+    )

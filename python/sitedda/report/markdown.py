@@ -1,0 +1,81 @@
+"""A page as Markdown with its pictures beside it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable
+from pathlib import Path
+
+from PIL import Image
+
+from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
+
+_HUES = 64
+
+
+def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path:
+    """Write a page as Markdown.
+
+    Parameters
+    ----------
+    page : Page
+    file : path
+    folder : str
+        Of the pictures, beside the file; made if it is missing.
+    dpi : float
+        Of the pictures.
+    """
+    file = Path(file)
+    pictures = file.parent / folder
+    pictures.mkdir(parents=True, exist_ok=True)
+    texts = [f"# {page.title}", page.lead]
+    for section in page.sections:
+        texts += _section(section, pictures, folder, dpi)
+    file.write_text("\n\n".join(text for text in texts if text) + "\n", encoding="utf-8")
+    return file
+
+
+def _section(section: Section, pictures: Path, folder: str, dpi: float) -> list[str]:
+    texts = [f'<a id="{section.anchor}"></a>', f"## {section.title}"]
+    return texts + [_part(part, pictures, folder, dpi) for part in section.parts]
+
+
+def _part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
+    match part:
+        case Paragraph():
+            return part.text if part.markup else part.text.replace("<", "&lt;")
+        case Facts():
+            return "\n".join(f"- {name}: {value}" for name, value in part.lines)
+        case Table():
+            return _titled(part.title, markdown_table(part.heads, part.rows))
+        case Bullets():
+            return _titled(part.title, "\n".join(f"- {line}" for line in part.lines))
+        case Listing():
+            return _titled(part.title, f"```\n{part.text}\n```")
+        case Picture():
+            _write_picture(part, pictures / f"{part.name}.png", dpi)
+            place = (Path(folder) / f"{part.name}.png").as_posix()
+            return f"![{part.caption}]({place})\n\n*{part.caption}*"
+        case View():
+            return ""
+    raise TypeError(f"not a part of a page: {type(part).__name__}")
+
+
+def _write_picture(part: Picture, file: Path, dpi: float) -> None:
+    """As a small PNG: a drawing needs no more than so many hues."""
+    with Image.open(io.BytesIO(part.png(dpi))) as picture:
+        picture.convert("RGB").quantize(_HUES).save(file, optimize=True)
+
+
+def _titled(title: str, text: str) -> str:
+    return f"**{title}**\n\n{text}" if title else text
+
+
+def markdown_table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A Markdown table of texts."""
+    heads = list(heads)
+    escaped = (
+        [str(cell).replace("|", "\\|").replace("\n", " ") for cell in line]
+        for line in [heads, ["---"] * len(heads), *rows]
+    )
+    return "\n".join("| " + " | ".join(line) + " |" for line in escaped)

@@ -1,0 +1,165 @@
+"""What a report is made of: sections of paragraphs, facts, tables, pictures, listings and views."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import matplotlib
+from matplotlib.figure import Figure
+
+_MOST_SVG = 600_000  # characters; a picture of more is sent as points
+_DPI = 140
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Text as it is; with `markup`, `code`, **bold**, *italic* and 10^-3 mean something."""
+
+    text: str
+    markup: bool = False
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Short values with their names, as a list; values are shown as they are."""
+
+    lines: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of texts; verdicts are coloured in columns headed "verdict" or by nothing.
+
+    Attributes
+    ----------
+    heads : sequence of str
+    rows : sequence of sequences of str
+    title : str
+    markup : bool
+        See `Paragraph`.
+    """
+
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    title: str = ""
+    markup: bool = False
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list of texts under a heading."""
+
+    lines: Sequence[str]
+    title: str = ""
+    markup: bool = False
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Text of fixed width, such as an input; folded away behind its title if `folded`."""
+
+    text: str
+    title: str = ""
+    folded: bool = False
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawing with its caption.
+
+    Attributes
+    ----------
+    figure : matplotlib.figure.Figure
+    caption : str
+    name : str
+        File name without ending, where pictures are files.
+    """
+
+    figure: Figure
+    caption: str
+    name: str = "picture"
+
+    def encoded(self) -> tuple[str, bytes]:
+        """Media type and bytes: SVG where that is small, else PNG."""
+        settings = {"svg.hashsalt": "sitedda", "svg.fonttype": "path"}
+        stream = io.BytesIO()
+        with matplotlib.rc_context(settings):
+            self.figure.savefig(stream, format="svg", metadata={"Date": None})
+        if stream.tell() <= _MOST_SVG:
+            return "image/svg+xml", stream.getvalue()
+        return "image/png", self.png()
+
+    def png(self, dpi: float = _DPI) -> bytes:
+        """The picture as PNG."""
+        stream = io.BytesIO()
+        self.figure.savefig(stream, format="png", dpi=dpi)
+        return stream.getvalue()
+
+
+@dataclass(frozen=True)
+class View:
+    """The interactive view of a scene.
+
+    Attributes
+    ----------
+    meta : dict
+        Plain values that the script reads.
+    streams : dict of str
+        Base64 texts.
+    """
+
+    meta: dict
+    streams: dict[str, str]
+
+
+Part = Paragraph | Facts | Table | Bullets | Listing | Picture | View
+
+
+@dataclass
+class Section:
+    """A heading with what stands under it.
+
+    Attributes
+    ----------
+    title : str
+    parts : list
+    anchor : str
+        Name of the link to it; made from the title if empty.
+    """
+
+    title: str
+    parts: list[Part] = field(default_factory=list)
+    anchor: str = ""
+
+    def __post_init__(self):
+        if not self.anchor:
+            self.anchor = re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-") or "section"
+
+
+@dataclass
+class Page:
+    """A report.
+
+    Attributes
+    ----------
+    title : str
+    lead : str
+        A few sentences under the title.
+    sections : list of Section
+    provenance : sequence of (str, str)
+        Version, commit, date, command, machine …, at the end of the page.
+    """
+
+    title: str
+    lead: str = ""
+    sections: list[Section] = field(default_factory=list)
+    provenance: Sequence[tuple[str, str]] = ()
+
+    def add(self, title: str, *parts: Part, anchor: str = "") -> Section:
+        """Append a section."""
+        section = Section(title, [part for part in parts if part is not None], anchor)
+        self.sections.append(section)
+        return section

@@ -1,0 +1,60 @@
+"""Where a report comes from: program, commit, date, command, machine."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+import shlex
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+
+def provenance(**more: str) -> list[tuple[str, str]]:
+    """Name and value of each; `more` goes first, such as ``input="slope.nml"``."""
+    from .. import __version__
+
+    lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
+    lines.append(("program", f"sitedda {__version__}"))
+    commit = installed_commit()
+    if commit:
+        lines.append(("commit", commit))
+    return [
+        *lines,
+        ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
+        ("command", command()),
+        ("machine", machine()),
+    ]
+
+
+def command() -> str:
+    """The command line of this process, its program without the folder."""
+    words = [Path(sys.argv[0]).name or "python", *sys.argv[1:]] if sys.argv else ["python"]
+    return shlex.join(words)
+
+
+def machine() -> str:
+    """System, processor and cores."""
+    python = f"Python {platform.python_version()}"
+    system = f"{platform.system()} {platform.machine()}"
+    return f"{system}, {_processor()}{os.cpu_count()} cores, {python}"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return f"{names[0]}, " if names else ""
+
+
+def installed_commit() -> str:
+    """The commit that the package was installed from, where the installer noted it."""
+    try:
+        text = importlib.metadata.distribution("sitedda").read_text("direct_url.json")
+        return json.loads(text or "{}").get("vcs_info", {}).get("commit_id", "")
+    except (importlib.metadata.PackageNotFoundError, ValueError):
+        return ""

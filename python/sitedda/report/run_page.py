@@ -1,0 +1,186 @@
+"""The report of a run, of a model before its run, and of a check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..check import Report, check
+from ..errors import SiteddaError
+from ..namelist_groups import listed
+from ..pictures import draw
+from ..plot import run_picture
+from ..response import amplifications
+from ..scene import Scene
+from ..verdict import verdict
+from ..view import BUDGET, view
+from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Table
+from .provenance import provenance
+
+_ENERGIES = ("kinetic", "strain", "contact", "support", "gravity", "input", "friction", "fracture",
+             "algorithmic", "kinetic_damping", "geometric", "balance")  # fmt: skip
+_PICTURES = 1_500_000  # bytes of a page that its pictures may take
+
+
+def report_page(source, report: Report | None = None, discrete=None) -> Page:
+    """The report of an output, or of an input before its run.
+
+    Parameters
+    ----------
+    source : path, Run, Simulation, xarray.Dataset or Scene
+    report : Report, optional
+        The check of the model; checked anew if it is not given and the input is as it was.
+    discrete : ndarray, optional
+        The model's own transfer function for the picture, see `plot.run_picture`.
+    """
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    report = report if report is not None else _checked(scene, source)
+    return _model_page(scene, report) if scene.before else _run_page(scene, report, discrete)
+
+
+def _run_page(scene: Scene, report: Report | None, discrete) -> Page:
+    data = scene.data
+    page = Page(scene.title or "Untitled run", _lead(scene))
+    page.add("Verdict", Facts(verdict(scene).lines))
+    page.add("Blocks", view(scene, BUDGET - _PICTURES))
+    found = _amplifications(data)
+    caption = "The run as it was asked for: blocks, motions, response spectra and amplification."
+    page.add("Pictures", Picture(run_picture(data, found, discrete), caption, "run"))
+    _add_model(page, scene)
+    _add_check(page, report)
+    _add_energies(page, data)
+    _add_input(page, scene)
+    page.provenance = provenance(
+        input=str(data.attrs.get("input_file", "")),
+        computed_by=str(data.attrs.get("source", "")),
+        step_control=str(data.attrs.get("step_control", "")),
+        solver=str(data.attrs.get("solver", "")),
+    )
+    return page
+
+
+def _model_page(scene: Scene, report: Report | None) -> Page:
+    page = Page(scene.title or "Untitled model", "A model before its run.")
+    _add_check(page, report)
+    page.add("Blocks", view(scene, BUDGET - _PICTURES, "material"))
+    _add_model(page, scene)
+    _add_input(page, scene)
+    page.provenance = provenance(input=str(scene.data.attrs.get("input_file", "")))
+    return page
+
+
+def _lead(scene: Scene) -> str:
+    complete = scene.data.attrs.get("complete", "yes") == "yes"
+    words = f"{scene.blocks:,} blocks, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
+    return words + ("." if complete else "; the run is not complete.")
+
+
+def _amplifications(data):
+    try:
+        return amplifications(data)
+    except (KeyError, ValueError):
+        return []
+
+
+def _checked(scene: Scene, source) -> Report | None:
+    """The check of the input, if it can still be found as it was."""
+    file = Path(str(scene.data.attrs.get("input_file", "") or source))
+    try:
+        text = file.read_text(encoding="utf-8")
+        if text.strip() != str(scene.data.attrs.get("input_text", "")).strip():
+            return None
+        return check(file)
+    except (OSError, UnicodeDecodeError, SiteddaError):
+        return None
+
+
+def check_table(report: Report) -> Table:
+    """The findings of a check."""
+    rows = [
+        [line.verdict, line.topic, f"{line.words} → {line.advice}" if line.advice else line.words]
+        for line in report.lines
+    ]
+    return Table(["verdict", "topic", "finding"], rows)
+
+
+def _add_check(page: Page, report: Report | None) -> None:
+    if report is None:
+        words = (
+            "The check is left out: the input is not where it was, or has changed since the run."
+        )
+        page.add("Check", Paragraph(words))
+    else:
+        page.add("Check", Paragraph(report.conclusion.capitalize() + "."), check_table(report))
+
+
+def _add_model(page: Page, scene: Scene) -> None:
+    areas = scene.areas()
+    vertices = np.diff(scene.first)
+    counts = [
+        ("blocks", f"{scene.blocks:,}, of {vertices.min()} to {vertices.max()} vertices"),
+        ("areas", f"{areas.min():.4g} to {areas.max():.4g} m², {areas.sum():.6g} m² together"),
+        ("joints that touch", f"{len(scene.interfaces):,}"),
+        ("fixed points", f"{len(scene.supports()):,}"),
+        ("measured points", ", ".join(p["name"] for p in scene.points()) or "none"),
+    ]
+    parts = [
+        Picture(
+            draw(scene, time=float(scene.time[0]), color="material").figure,
+            "The model at the start, to scale.",
+            "model",
+        ),
+        Facts(counts),
+    ]
+    for name, title in (("material", "Materials"), ("joint", "Joints"), ("motion", "Motions")):
+        table = _group_table(scene, name, title)
+        parts += [table] if table else []
+    thin = scene.slivers()
+    if len(thin):
+        lines = [f"{scene.names[b]}: {areas[b]:.3g} m²" for b in thin[:50]]
+        parts.append(Bullets(lines, "Slivers"))
+    page.add("Model", *parts)
+
+
+def _group_table(scene: Scene, name: str, title: str) -> Table | None:
+    """The groups of a name with every variable that one of them has."""
+    groups = listed(scene.groups, name)
+    heads = list(dict.fromkeys(key for group in groups for key in group))
+    if not heads:
+        return None
+    rows = [[_short(group.get(key, "")) for key in heads] for group in groups]
+    return Table(heads, rows, title)
+
+
+def _short(value) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    text = ", ".join(map(_short, value)) if isinstance(value, list) else str(value)
+    return text if len(text) <= 80 else text[:77] + "…"
+
+
+def _add_energies(page: Page, data) -> None:
+    rows = [
+        [name.replace("_", " "), f"{float(series[-1]):.4g}", f"{float(abs(series).max()):.4g}"]
+        for name in _ENERGIES
+        if f"energy_{name}" in data and np.any(series := data[f"energy_{name}"].values)
+    ]
+    if rows:
+        heads = ["energy", "at the end (J/m)", "largest (J/m)"]
+        audit = str(data.attrs.get("energy_audit", ""))
+        page.add("Energies", Paragraph(f"Audit: {audit}."), Table(heads, rows))
+
+
+def _add_input(page: Page, scene: Scene) -> None:
+    text = str(scene.data.attrs.get("input_text", ""))
+    most = 400_000
+    if len(text) > most:
+        text = text[:most] + f"\n… {len(text) - most:,} more characters"
+    parts = [Listing(text, "The input as it was run", folded=True)]
+    motions = str(scene.data.attrs.get("motions", "")).strip()
+    if motions:
+        parts.append(Listing(motions, "Records and what was done to them", folded=True))
+    compiler = str(scene.data.attrs.get("compiler", ""))
+    if compiler:
+        parts.append(Listing(compiler, "Compiler and its options", folded=True))
+    page.add("Input", *parts)

@@ -1,0 +1,432 @@
+"""A model or an output, frame by frame: what pictures, movies, the view and exports show."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from .errors import InputError, OutputError
+from .namelist_groups import block_labels, listed, small_groups
+from .simulation import _FILES, Run, Simulation
+
+PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
+STATES = ("open", "sliding", "sticking")
+_LOST = 1.0  # sizes of the first view that a block may be outside of it
+
+
+@dataclass(frozen=True)
+class Interfaces:
+    """Pieces of edges that two blocks share, shape (k,) each.
+
+    Attributes
+    ----------
+    first, second : ndarray of int
+        The blocks.
+    start, end : ndarray, shape (k, 2)
+        Ends of the shared piece in the frame that they were found in, m.
+    normal : ndarray, shape (k, 2)
+        Unit vectors from the first block into the second.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    normal: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+
+class Scene:
+    """A model before its run, or all frames of an output.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        With the variables of an output; those of frames and contacts are read when needed.
+    labels : tuple of three lists of str
+        Names, materials and joints of the blocks; empty lists where they are not known.
+    before : bool
+        A model that has not been run.
+    """
+
+    def __init__(self, data: xr.Dataset, labels, before: bool = False):
+        self.data = data
+        self.before = before
+        self.owner = data["vertex_block"].values.astype(int)
+        self.blocks = int(self.owner[-1]) + 1
+        self.first = np.searchsorted(self.owner, np.arange(self.blocks + 1))
+        self.time = np.atleast_1d(data["frame_time"].values)
+        self.title = str(data.attrs.get("title", "")).strip()
+        self.groups = small_groups(str(data.attrs.get("input_text", "")))
+        names, materials, joints = labels
+        known = len(names) == self.blocks
+        self.names = [
+            name or f"block {i + 1}"
+            for i, name in enumerate(names if known else [""] * self.blocks)
+        ]
+        known = len(materials) == len(joints) == self.blocks
+        self._set_materials(materials if known else None, joints if known else None)
+
+    @classmethod
+    def of(cls, source) -> Scene:
+        """The scene of an input or output file, a Run, a Dataset, a Simulation or its model."""
+        if isinstance(source, Run):
+            source = source.history
+        if isinstance(source, xr.Dataset):
+            return cls(source, block_labels(str(source.attrs.get("input_text", ""))))
+        if isinstance(source, Simulation):
+            return cls._of_simulation(source)
+        if isinstance(source, str | os.PathLike):
+            source = Path(source)
+            if not source.exists():
+                raise InputError(f"{source}: there is no such file")
+            if _is_netcdf(source):
+                return cls.of(open_output(source))
+        with Simulation(source) as simulation:
+            return cls._of_simulation(simulation)
+
+    @classmethod
+    def _of_simulation(cls, simulation: Simulation) -> Scene:
+        data = _present_state(simulation)
+        _, materials, joints = block_labels(data.attrs["input_text"])
+        return cls(data, (simulation.block_names, materials, joints), simulation.steps == 0)
+
+    def _set_materials(self, materials, joints) -> None:
+        """Number the materials; where the input does not tell, by density and shear modulus."""
+        self.material_names = [
+            str(group.get("name", "")) or f"material {i + 1}"
+            for i, group in enumerate(listed(self.groups, "material"))
+        ] or ["material"]
+        self.joint_names = [
+            str(group.get("name", "")) or f"joint {i + 1}"
+            for i, group in enumerate(listed(self.groups, "joint"))
+        ] or ["joint"]
+        if materials is not None:
+            self.material = _numbered(materials, self.material_names)
+            self.joint = _numbered(joints, self.joint_names)
+            return
+        self.joint = np.zeros(self.blocks, dtype=int)
+        if "block_density" not in self.data:
+            self.material = np.zeros(self.blocks, dtype=int)
+            return
+        stone = np.column_stack([self.data.block_density, self.data.block_shear_modulus])
+        kinds, self.material = np.unique(stone.round(6), axis=0, return_inverse=True)
+        self.material = self.material.ravel()
+        if len(kinds) != len(self.material_names):
+            self.material_names = [f"{density:.4g} kg/m³" for density, _ in kinds]
+
+    # --- frames ------------------------------------------------------------------------------
+
+    @property
+    def frames(self) -> int:
+        """How many there are."""
+        return len(self.time)
+
+    def frame_at(self, time: float | None) -> int:
+        """The frame nearest to a time (s); the last one for None."""
+        return self.frames - 1 if time is None else int(np.argmin(abs(self.time - time)))
+
+    def _read(self, name: str, frame: int) -> np.ndarray:
+        with _FILES:
+            return self.data[name][frame].values
+
+    def vertices(self, frame: int) -> np.ndarray:
+        """Places of all vertices, shape (vertices, 2), m."""
+        return self._read("vertices", frame)
+
+    def polygons(self, frame: int) -> list[np.ndarray]:
+        """Vertices of each block, shape (vertices, 2), m."""
+        return self.split(self.vertices(frame))
+
+    def split(self, vertices: np.ndarray) -> list[np.ndarray]:
+        """An array over all vertices as one for each block."""
+        return np.split(vertices, self.first[1:-1])
+
+    def coordinates(self, frame: int) -> np.ndarray:
+        """Block coordinates, shape (blocks, 6): m, rad, strains in axes of the block."""
+        return self._read("block_coordinates", frame)
+
+    def rates(self, frame: int) -> np.ndarray:
+        """Rates of the block coordinates, shape (blocks, 6), per second."""
+        return self._read("block_rates", frame)
+
+    def stress(self, frame: int) -> np.ndarray:
+        """Stresses, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa, tension positive."""
+        return self._read("block_stress", frame)
+
+    def displacement(self, frame: int) -> np.ndarray:
+        """Displacement of the centroids since the first frame, shape (blocks, 2), m."""
+        return self.coordinates(frame)[:, :2] - self.coordinates(0)[:, :2]
+
+    @cached_property
+    def _contact_starts(self) -> np.ndarray:
+        with _FILES:
+            frame = self.data["contact_frame"].values
+        return np.searchsorted(frame, np.arange(self.frames + 1))
+
+    def contacts(self, frame: int) -> dict[str, np.ndarray]:
+        """Contacts of a frame: vertex, edge, state, bonded, gap, normal_force, shear_force."""
+        names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
+        which = slice(*self._contact_starts[frame : frame + 2])
+        with _FILES:
+            return {name: self.data[f"contact_{name}"][which].values for name in names}
+
+    # --- geometry ----------------------------------------------------------------------------
+
+    @cached_property
+    def next_vertex(self) -> np.ndarray:
+        """The vertex after each, counter-clockwise."""
+        after = np.arange(len(self.owner)) + 1
+        after[self.first[1:] - 1] = self.first[:-1]
+        return after
+
+    @cached_property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest place of the first frame, m."""
+        places = self.vertices(0)
+        return places.min(0), places.max(0)
+
+    @property
+    def size(self) -> float:
+        """Larger side of the first frame, m."""
+        low, high = self.box
+        return float((high - low).max())
+
+    def areas(self, frame: int = 0) -> np.ndarray:
+        """Areas of the blocks, shape (blocks,), m²."""
+        places = self.vertices(frame)
+        centre = places[self.first[:-1]][self.owner]
+        x, y = (places - centre).T
+        cross = x * y[self.next_vertex] - x[self.next_vertex] * y
+        return 0.5 * np.add.reduceat(cross, self.first[:-1])
+
+    def slivers(self) -> np.ndarray:
+        """Blocks whose area is tiny beside the others' or beside the square of their outline."""
+        places = self.vertices(0)
+        side = np.linalg.norm(places[self.next_vertex] - places, axis=1)
+        outline = np.add.reduceat(side, self.first[:-1])
+        area = self.areas()
+        thin = area < 0.001 * outline**2  # a rectangle of 1 : 250
+        return np.flatnonzero(thin | (area < 1e-3 * np.median(area)))
+
+    def lost(self, frame: int) -> np.ndarray:
+        """Blocks that are farther outside the first view than it is large."""
+        low, high = self.box
+        centre, reach = 0.5 * (low + high), (0.5 + _LOST) * self.size
+        return np.flatnonzero(np.any(abs(self.coordinates(frame)[:, :2] - centre) > reach, axis=1))
+
+    def contact_points(self, frame: int, contacts: dict) -> tuple[np.ndarray, np.ndarray]:
+        """Places and unit normals (from the edge's block outward) of contacts, (k, 2) each."""
+        places = self.vertices(frame)
+        begin, end = places[contacts["edge"]], places[self.next_vertex[contacts["edge"]]]
+        along = (end - begin) / np.linalg.norm(end - begin, axis=1, keepdims=True)
+        return places[contacts["vertex"]], np.column_stack([along[:, 1], -along[:, 0]])
+
+    @cached_property
+    def interfaces(self) -> Interfaces:
+        """What the edges in contact share in the first frame."""
+        contacts, places = self.contacts(0), self.vertices(0)
+        mine = np.concatenate([contacts["vertex"], self._previous[contacts["vertex"]]])
+        other = np.concatenate([contacts["edge"]] * 2)
+        pairs = np.unique(np.sort(np.column_stack([mine, other]), axis=1), axis=0)
+        a, b = pairs.T
+        begin, along = places[a], places[self.next_vertex[a]] - places[a]
+        length = np.linalg.norm(along, axis=1)
+        back = places[self.next_vertex[b]] - places[b]
+        unit = along / length[:, None]
+        turn = np.sum(unit * back, axis=1) / np.linalg.norm(back, axis=1)
+        s = np.column_stack(
+            [np.sum((places[c] - begin) * unit, axis=1) for c in (self.next_vertex[b], b)]
+        )
+        low, high = np.maximum(s[:, 0], 0), np.minimum(s[:, 1], length)
+        apart = places[b] - begin
+        near = abs(unit[:, 0] * apart[:, 1] - unit[:, 1] * apart[:, 0]) < 1e-3 * length
+        good = (turn < -PARALLEL) & near & (high - low > 1e-6 * length)
+        a, b, low, high, unit, begin = (v[good] for v in (a, b, low, high, unit, begin))
+        return Interfaces(
+            self.owner[a],
+            self.owner[b],
+            begin + low[:, None] * unit,
+            begin + high[:, None] * unit,
+            np.column_stack([unit[:, 1], -unit[:, 0]]),
+        )
+
+    @cached_property
+    def interface_joints(self) -> np.ndarray:
+        """The joint of each interface: of its two blocks' the one with the lower friction angle."""
+        angle = np.array(
+            [float(g.get("friction_angle", 0.0)) for g in listed(self.groups, "joint")] or [0.0]
+        )
+        one, other = self.joint[self.interfaces.first], self.joint[self.interfaces.second]
+        return np.where(angle[other] < angle[one], other, one)
+
+    @cached_property
+    def _previous(self) -> np.ndarray:
+        before = np.empty_like(self.next_vertex)
+        before[self.next_vertex] = np.arange(len(before))
+        return before
+
+    def carried(self, blocks: np.ndarray, places: np.ndarray, frame: int) -> np.ndarray:
+        """Where points of blocks, given in the first frame, are in another, shape (k, 2), m.
+
+        A point moves with its block: x = x0 + R(θ) (I + ε) ρ.
+        """
+        first, now = self.coordinates(0)[blocks], self.coordinates(frame)[blocks]
+        offset = np.linalg.solve(_gradient(first), (places - first[:, :2])[..., None])
+        return now[:, :2] + (_gradient(now) @ offset)[..., 0]
+
+    def joint_movement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
+        """Slip and opening of `interfaces` since the first frame, shape (k,) each, m.
+
+        The larger of both ends; opening is positive, slip has no sign.
+        """
+        faces, slip, gap = self.interfaces, [], []
+        turn = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
+        cos, sin = np.cos(turn), np.sin(turn)
+        x, y = faces.normal.T
+        normal = np.column_stack([cos * x - sin * y, sin * x + cos * y])
+        for places in (faces.start, faces.end):
+            apart = self.carried(faces.second, places, frame) - self.carried(
+                faces.first, places, frame
+            )
+            gap.append(np.sum(apart * normal, axis=1))
+            slip.append(abs(normal[:, 0] * apart[:, 1] - normal[:, 1] * apart[:, 0]))
+        return np.maximum(*slip), np.maximum(*gap)
+
+    # --- what the input adds -----------------------------------------------------------------
+
+    def supports(self) -> list[dict]:
+        """Fixed points: x, y (m), direction, moved (bool)."""
+        return [
+            {
+                "x": float(group.get("x", 0.0)),
+                "y": float(group.get("y", 0.0)),
+                "direction": str(group.get("direction", "xy")).strip() or "xy",
+                "moved": bool(group.get("motion_x") or group.get("motion_y")),
+            }
+            for group in listed(self.groups, "fixed_point")
+        ]
+
+    def loads(self) -> list[dict]:
+        """Loads: x, y (m) and the largest force (N/m) as fx, fy."""
+        found = []
+        for group in listed(self.groups, "load"):
+            fx, fy = (np.atleast_1d(group.get(f"force_{a}", 0.0)).astype(float) for a in "xy")
+            n = max(len(fx), len(fy))
+            fx, fy = (np.pad(f, (0, n - len(f))) for f in (fx, fy))
+            most = int(np.argmax(np.hypot(fx, fy)))
+            found.append({"x": group["x"], "y": group["y"], "fx": fx[most], "fy": fy[most]})
+        return found
+
+    def points(self) -> list[dict]:
+        """Measured points: name, x, y (m)."""
+        return [
+            {"name": str(group.get("name", "")), "x": float(group["x"]), "y": float(group["y"])}
+            for group in listed(self.groups, "measured_point")
+        ]
+
+
+def open_output(file) -> xr.Dataset:
+    """An output file with labels, see `labelled`; its frames are read when they are asked for.
+
+    Raises
+    ------
+    OutputError
+        If it is not an output of a run.
+    """
+    try:
+        with _FILES:
+            data = xr.open_dataset(file, engine="netcdf4", cache=False)
+    except (OSError, ValueError) as trouble:
+        raise OutputError(f"{file} cannot be read as an output: {trouble}") from trouble
+    lacking = [n for n in ("vertices", "vertex_block", "block_coordinates") if n not in data]
+    if lacking:
+        raise OutputError(f"{file} is not an output of a run: it holds no {lacking[0]}")
+    return labelled(data)
+
+
+def labelled(data: xr.Dataset) -> xr.Dataset:
+    """An output with coordinates to select by: axis, coordinate, component, block, frame time.
+
+    ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``.
+    The units of block coordinates differ, so that they become a coordinate of their own.
+    """
+    if "vertex_block" not in data:
+        return data
+    scene = Scene.of(data)
+    units = ["m", "m", "rad", "1", "1", "1"]
+    rates = [unit + "/s" if unit != "1" else "1/s" for unit in units]
+    parts = ["x", "y", "rotation", "strain_x", "strain_y", "shear_strain"]
+    labels = {
+        "axis": ("axis", ["x", "y"], "axis of the model"),
+        "coordinate": ("coordinate", parts, "coordinate of a block"),
+        "coordinate_unit": ("coordinate", units, "unit of a block coordinate"),
+        "rate_unit": ("coordinate", rates, "unit of the rate of a block coordinate"),
+        "component": ("component", ["xx", "yy", "xy"], "component of the stress"),
+        "block": ("block", scene.names, "name of a block"),
+    }
+    data = data.assign_coords(
+        {
+            name: (dimension, values, {"units": "1", "long_name": words})
+            for name, (dimension, values, words) in labels.items()
+            if dimension in data.dims
+        }
+    )
+    time = {"units": "s", "long_name": "time of a frame"}
+    data = data.assign_coords(frame=("frame", scene.time, time))
+    for name in ("block_coordinates", "block_rates"):
+        data[name].attrs.pop("units", None)
+    return data
+
+
+def principal_stresses(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Larger and smaller principal stress of (…, 3) stresses, Pa, tension positive."""
+    mean = 0.5 * (stress[..., 0] + stress[..., 1])
+    radius = np.hypot(0.5 * (stress[..., 0] - stress[..., 1]), stress[..., 2])
+    return mean + radius, mean - radius
+
+
+def _is_netcdf(file: Path) -> bool:
+    with file.open("rb") as stream:
+        head = stream.read(8)
+    return head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF"))
+
+
+def _numbered(texts: list[str], names: list[str]) -> np.ndarray:
+    """Numbers of the names in a list; blank or unknown ones are the first."""
+    number = {name: i for i, name in reversed(list(enumerate(names)))}
+    return np.array([number.get(text, 0) for text in texts], dtype=int)
+
+
+def _gradient(coordinates: np.ndarray) -> np.ndarray:
+    """R(θ) (I + ε), shape (k, 2, 2)."""
+    _, _, turn, ex, ey, gxy = coordinates.T
+    cos, sin = np.cos(turn), np.sin(turn)
+    axes = np.array([[cos, -sin], [sin, cos]])
+    strain = np.array([[1 + ex, 0.5 * gxy], [0.5 * gxy, 1 + ey]])
+    return np.einsum("ijk,jlk->kil", axes, strain)
+
+
+def _present_state(simulation: Simulation) -> xr.Dataset:
+    """The state of a simulation as a dataset of one frame."""
+    polygons, contacts = simulation.polygons, simulation.contacts
+    owner = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
+    frame = {
+        "vertices": (("frame", "vertex", "axis"), np.concatenate(polygons)[None]),
+        "block_coordinates": (("frame", "block", "coordinate"), simulation.coordinates[None]),
+        "block_rates": (("frame", "block", "coordinate"), simulation.rates[None]),
+        "block_stress": (("frame", "block", "component"), simulation.stresses[None]),
+        "frame_time": ("frame", [simulation.time]),
+        "vertex_block": ("vertex", owner),
+        "contact_frame": ("contact", np.zeros(len(contacts["vertex"]), dtype=int)),
+    } | {f"contact_{name}": ("contact", values) for name, values in contacts.items()}
+    text = simulation.input_text
+    names = {"title": simulation.title, "input_file": str(simulation.file)}
+    return xr.Dataset(frame, attrs=names | {"input_text": text})

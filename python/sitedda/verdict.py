@@ -1,0 +1,300 @@
+"""What a run says in words, from its output alone."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+import xarray as xr
+
+from .namelist_groups import listed, small_groups
+from .response import amplifications
+from .scene import Scene
+from .scheme import Scheme, scheme_damping
+from .signals import response_spectrum
+
+GRAVITY = 9.80665  # m/s², of the Arias intensity
+PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
+SPECTRUM_DAMPING = 0.05
+_LEAST_MOVEMENT = 1e-5  # of the size of the model: slips and openings below are not counted
+_LEAST_DRIFT = 1e-6  # below, none is said
+_MOST_FRAMES = 200  # that are looked at for the largest values
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What happened in a run.
+
+    Attributes
+    ----------
+    values : dict of float
+        By name with its unit, such as ``largest_displacement_m``; of measured points as
+        ``pga_m_s2[top]``.
+    lines : list of (str, str)
+        Topic and sentence, as they are printed.
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    lines: list[tuple[str, str]] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        """One line for each topic."""
+        width = max((len(topic) for topic, _ in self.lines), default=0)
+        return "\n".join(f"{topic:{width}s}  {words}" for topic, words in self.lines)
+
+    def say(self, topic: str, words: str, **values: float) -> None:
+        """Add a line and its values."""
+        self.lines.append((topic, words))
+        self.values.update({name: float(value) for name, value in values.items()})
+
+
+def verdict(source) -> Verdict:
+    """The verdict of a run: movement, joints, lost blocks, measured points, damping, energies.
+
+    Parameters
+    ----------
+    source : path, Run, xarray.Dataset or Scene
+        An output.
+    """
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    found = Verdict()
+    _movement(found, scene)
+    _joints(found, scene)
+    _fallen(found, scene)
+    _lost(found, scene)
+    _points(found, scene.data)
+    _damping(found, scene.data)
+    _energies(found, scene.data)
+    return found
+
+
+def acceleration_spectrum(acceleration, step: float) -> np.ndarray:
+    """Sa of a motion (m/s², every `step` s) at `PERIODS`, shape (periods,), m/s²."""
+    return _spectrum(np.ascontiguousarray(acceleration, dtype=float).tobytes(), step)
+
+
+@lru_cache(maxsize=32)
+def _spectrum(data: bytes, step: float) -> np.ndarray:
+    """The same for the bytes of the motion: words and pictures ask for the same ones."""
+    found = response_spectrum(np.frombuffer(data), step, 1 / PERIODS, SPECTRUM_DAMPING)
+    return found.acceleration
+
+
+def main_axis(motion: xr.DataArray) -> int:
+    """The axis (0 x, 1 y) along which a point moves most."""
+    return int(np.argmax(np.ptp(motion.values, axis=0)))
+
+
+def run_scheme(history: xr.Dataset) -> Scheme:
+    """The time integration of a run."""
+    groups = small_groups(str(history.attrs.get("input_text", "")))
+    return Scheme.of_control(next(iter(listed(groups, "control")), {}))
+
+
+def damping_words(history: xr.Dataset, frequency: float) -> str:
+    """Which damping a model has, at a frequency (Hz), in one line."""
+    step = float(np.max(history.time_step))
+    scheme = run_scheme(history)
+    ratio = float(scheme_damping(frequency, step, scheme)) if frequency < 0.5 / step else np.nan
+    groups = small_groups(str(history.attrs.get("input_text", "")))
+    damped = any(
+        any("damping" in name or "rayleigh" in name for name in group)
+        for group in listed(groups, "material")
+    )
+    material = "as in the input" if damped else "none"
+    return (
+        f"damping of the scheme {100 * ratio:.2g} % at {frequency:.3g} Hz "
+        f"(Δt = {1e3 * step:.3g} ms); of the material: {material}"
+    )
+
+
+def _length(value: float) -> str:
+    """A length as one says it."""
+    size = abs(value)
+    for scale, unit in ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm")):
+        if size >= scale:
+            return f"{value / scale:.3g} {unit}"
+    return "0 m" if size == 0 else f"{value:.2e} m"
+
+
+def _angle(radians: float) -> str:
+    degrees = np.degrees(radians)
+    return f"{abs(degrees):.3g}°" if abs(degrees) >= 1e-3 else "below 0.001°"
+
+
+def _looked_at(scene: Scene) -> np.ndarray:
+    """Frames from first to last, at most so many."""
+    return np.unique(np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int))
+
+
+def _movement(found: Verdict, scene: Scene) -> None:
+    frames = _looked_at(scene)
+    start = scene.coordinates(0)
+    moved = np.zeros((len(frames), scene.blocks))
+    turned = np.zeros_like(moved)
+    for i, frame in enumerate(frames):
+        now = scene.coordinates(frame) - start
+        moved[i], turned[i] = np.hypot(now[:, 0], now[:, 1]), now[:, 2]
+    seen = "" if scene.frames > 2 else " (of the first and the last frame alone)"
+    i, block = np.unravel_index(np.argmax(moved), moved.shape)
+    last = int(np.argmax(moved[-1]))
+    found.say(
+        "displacement",
+        f"largest {_length(moved[i, block])}, {scene.names[block]} at {scene.time[frames[i]]:.3g} "
+        f"s; at the end {_length(moved[-1, last])}, {scene.names[last]}{seen}",
+        largest_displacement_m=moved[i, block],
+        residual_displacement_m=moved[-1, last],
+    )
+    i, block = np.unravel_index(np.argmax(abs(turned)), turned.shape)
+    last = int(np.argmax(abs(turned[-1])))
+    found.say(
+        "tilt",
+        f"largest {_angle(turned[i, block])}, {scene.names[block]} at {scene.time[frames[i]]:.3g} "
+        f"s; at the end {_angle(turned[-1, last])}, {scene.names[last]}",
+        largest_tilt_rad=abs(turned[i, block]),
+        residual_tilt_rad=abs(turned[-1, last]),
+    )
+    _drift(found, scene)
+
+
+def _drift(found: Verdict, scene: Scene) -> None:
+    """Sideways movement of the highest block against the lowest, over their distance."""
+    start = scene.coordinates(0)
+    low, high = int(np.argmin(start[:, 1])), int(np.argmax(start[:, 1]))
+    height = start[high, 1] - start[low, 1]
+    if height <= 0:
+        return
+    shift = scene.displacement(scene.frames - 1)[:, 0]
+    drift = (shift[high] - shift[low]) / height
+    pair = f"{scene.names[high]} against {scene.names[low]}"
+    words = f"none at the end: {pair}"
+    if abs(drift) >= _LEAST_DRIFT:
+        words = (
+            f"{100 * drift:.2g} % at the end: {pair}, "
+            f"{_length(shift[high] - shift[low])} sideways over {height:.3g} m"
+        )
+    found.say("drift", words, residual_drift=drift)
+
+
+def _joints(found: Verdict, scene: Scene) -> None:
+    faces = scene.interfaces
+    if len(faces) == 0:
+        return
+    slip, gap = scene.joint_movement(scene.frames - 1)
+    limit = _LEAST_MOVEMENT * scene.size
+    slipped, opened = int(np.sum(slip > limit)), int(np.sum(gap > limit))
+
+    def where(values) -> str:
+        k = int(np.argmax(values))
+        pair = f"{scene.names[faces.first[k]]} on {scene.names[faces.second[k]]}"
+        return f"{_length(values[k])} ({pair})"
+
+    words = f"{slipped} of {len(faces)} have slipped and {opened} have opened at the end"
+    if slipped:
+        words += f"; largest slip {where(slip)}"
+    if opened:
+        words += f"; widest opening {where(gap)}"
+    found.say(
+        "joints",
+        words,
+        joints_slipped=slipped,
+        joints_opened=opened,
+        largest_slip_m=slip.max(),
+        largest_opening_m=max(gap.max(), 0.0),
+    )
+    broken = re.search(r"(\d+) bonds? broken", str(scene.data.attrs.get("step_control", "")))
+    if broken and int(broken.group(1)):
+        found.say("bonds", f"{broken.group(1)} broken", bonds_broken=int(broken.group(1)))
+
+
+def _fallen(found: Verdict, scene: Scene) -> None:
+    """Blocks that have moved by more than their own size, against the lowest one."""
+    low, size = int(np.argmin(scene.coordinates(0)[:, 1])), np.sqrt(scene.areas())
+
+    def away(frame: int) -> np.ndarray:
+        moved = scene.displacement(frame)
+        return np.linalg.norm(moved - moved[low], axis=1) > size
+
+    gone = np.flatnonzero(away(scene.frames - 1))
+    if len(gone) == 0:
+        return
+    first = next((f for f in _looked_at(scene) if away(f).any()), scene.frames - 1)
+    found.say(
+        "fallen",
+        f"{len(gone)} of {scene.blocks} blocks ended farther from their place than they are "
+        f"large, the first by {scene.time[first]:.3g} s: {_names(scene, gone)}",
+        blocks_fallen=len(gone),
+        first_block_fallen_s=scene.time[first],
+    )
+
+
+def _names(scene: Scene, blocks: np.ndarray) -> str:
+    return ", ".join(scene.names[b] for b in blocks[:5]) + (" …" if len(blocks) > 5 else "")
+
+
+def _lost(found: Verdict, scene: Scene) -> None:
+    gone = scene.lost(scene.frames - 1)
+    if len(gone) == 0:
+        return
+    first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
+    found.say(
+        "lost",
+        f"{len(gone)} block{'s' * (len(gone) > 1)} left the model, the first by "
+        f"{scene.time[first]:.3g} s: {_names(scene, gone)}",
+        blocks_lost=len(gone),
+        first_block_lost_s=scene.time[first],
+    )
+
+
+def _points(found: Verdict, data: xr.Dataset) -> None:
+    if "acceleration" not in data or data.sizes["time"] < 3:
+        return
+    step = float(data.time[-1] - data.time[0]) / (data.sizes["time"] - 1)
+    for i, name in enumerate(map(str, data.point.values)):
+        acceleration = data.acceleration.values[:, i]
+        if not np.any(acceleration):
+            continue
+        axis = int(np.argmax(abs(acceleration).max(axis=0)))
+        series, velocity = acceleration[:, axis], data.velocity.values[:, i, axis]
+        arias = np.pi / (2 * GRAVITY) * np.trapezoid(series**2, dx=step)
+        spectrum = acceleration_spectrum(series, step)
+        top = int(np.argmax(spectrum))
+        found.say(
+            f"point {name}",
+            f"along {'xy'[axis]}: PGA {abs(series).max():.3g} m/s², "
+            f"PGV {abs(velocity).max():.3g} m/s, Arias {arias:.3g} m/s, "
+            f"Sa (5 %) {spectrum[top]:.3g} m/s² at {PERIODS[top]:.2g} s",
+            **{
+                f"pga_m_s2[{name}]": abs(series).max(),
+                f"pgv_m_s[{name}]": abs(velocity).max(),
+                f"arias_m_s[{name}]": arias,
+                f"sa_m_s2[{name}]": spectrum[top],
+            },
+        )
+
+
+def _damping(found: Verdict, data: xr.Dataset) -> None:
+    """At the peak of the amplification, where one is asked for."""
+    try:
+        peaks = [result.peak for result in amplifications(data)]
+    except (KeyError, ValueError):
+        return
+    for peak in peaks:
+        found.say(
+            "peak",
+            f"amplified {peak.amplitude:.4g} times at {peak.frequency:.4g} Hz; "
+            + damping_words(data, peak.frequency),
+            amplification=peak.amplitude,
+            amplification_frequency_hz=peak.frequency,
+        )
+
+
+def _energies(found: Verdict, data: xr.Dataset) -> None:
+    audit = str(data.attrs.get("energy_audit", ""))
+    if not audit:
+        return
+    left = float(data.energy_balance[-1]) if "energy_balance" in data else np.nan
+    words = f"balances, {left:.1e} J/m left over" if audit == "balances" else audit
+    found.say("energy", words, energy_balance_j_m=left)

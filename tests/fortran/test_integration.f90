@@ -1,0 +1,290 @@
+!> The engine's time integration of one coordinate, against the closed forms of its members: a bonded
+!> contact has the roots of (θ, χ), a closed unilateral contact those of (1, χ), a support those of
+!> backward Euler, 1/(1 ± iΩ), in every member.
+!>
+!> Two equal, almost rigid blocks that nothing holds face each other in y; their distance is one
+!> oscillator, ω² = 2k/m with the sum k of the normal springs.  A block on a fixed point at its
+!> centroid is one in x.  The amplification matrix is measured column by column, from steps that
+!> begin with a displacement alone and with a velocity alone.
+module test_integration
+   use dda_kinds, only: wp
+   use dda_blocks, only: update_geometry
+   use dda_contact, only: contact_open
+   use dda_energy, only: energy_fracture, energy_kinetic, total_energy
+   use dda_scheme, only: scheme_type, scheme_named
+   use dda_scheme_response, only: amplification_roots, free_damping, oscillates, period_elongation
+   use dda_simulation, only: simulation_type
+   use dda_start, only: set_rates
+   use dda_errors, only: error_type
+   use eigenvalues, only: roots_of, distance_of
+   use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, &
+      relative_balance, run
+   use testing, only: case, check, check_close, check_no_error
+   implicit none
+   private
+   public :: integration_suite
+
+   integer, parameter :: on_bond = 1, on_contact = 2, on_support = 3
+   character(len=14), parameter :: names(5) = [character(len=14) :: 'dda', 'midpoint', 'theta', &
+      'theta', 'backward_euler']
+   real(wp), parameter :: thetas(5) = [0.75_wp, 0.75_wp, 0.75_wp, 0.55_wp, 0.75_wp]
+   real(wp), parameter :: resolutions(10) = [0.05_wp, 0.2_wp, 0.7_wp, 2.0_wp, 3.9_wp, 5.0_wp, &
+      20.0_wp, 1.0e2_wp, 1.0e3_wp, 1.0e4_wp]
+   real(wp), parameter :: mass = 2500.0_wp, penalty = 1.0e6_wp, depth = 1.0e-3_wp, &
+      size_of_x = 0.3_wp*depth
+   real(wp), parameter :: allowed = 1.0e-6_wp
+
+contains
+
+   subroutine integration_suite()
+      integer :: i, j
+
+      do i = 1, size(names)
+         do j = 1, size(resolutions)
+            call roots_on(on_bond, i, resolutions(j))
+            call roots_on(on_contact, i, resolutions(j))
+            call roots_on(on_support, i, resolutions(j))
+         end do
+         call breaking_bond(i)
+      end do
+   end subroutine integration_suite
+
+   !> Member i: its variables in &control.
+   pure function member_text(i) result(text)
+      integer, intent(in) :: i
+      character(len=:), allocatable :: text
+
+      text = " integration = '"//trim(names(i))//"' max_displacement_ratio = 0.1 "
+      if (names(i) == 'theta') text = text//'theta = '//number(thetas(i))
+   end function member_text
+
+   !> Start a model of one oscillator; `push` presses the two blocks together, N/m.
+   subroutine begin_on(what, member, dt, push, simulation)
+      integer, intent(in) :: what, member
+      real(wp), intent(in) :: dt, push
+      type(simulation_type), intent(out) :: simulation
+      character(len=*), parameter :: stiff = ' &material density = 2500.0 young_modulus = 1.0e14'// &
+         ' poisson_ratio = 0.25 /'
+      character(len=:), allocatable :: text
+
+      text = control_text(dt, 100, member_text(member))//stiff
+      select case (what)
+      case (on_support)
+         text = text//contact_text(penalty, 'fixed_point_ratio = 1.0')//joint_text(0.0_wp, 0.0_wp, &
+            0.0_wp)//block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
+            ' &fixed_point x = 0.0 y = 0.0 /'
+      case default
+         text = text//contact_text(penalty, 'force_tolerance = 1.0e-14')
+         if (what == on_bond) text = text//joint_text(30.0_wp, 1.0e9_wp, 1.0e9_wp)
+         if (what == on_contact) text = text//joint_text(0.0_wp, 0.0_wp, 0.0_wp)
+         text = text//block_text('low', rectangle(-0.5_wp, -1.0_wp, 0.5_wp, 0.0_wp))// &
+            block_text('high', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))
+         if (what == on_contact) text = text//' &load x = 0.0 y = -0.5 time = 0.0 1.0e9 force_y ='// &
+            ' 2*'//number(push)//' / &load x = 0.0 y = 0.5 time = 0.0 1.0e9 force_y = 2*'// &
+            number(-push)//' /'
+      end select
+      call begin(simulation, text)
+   end subroutine begin_on
+
+   !> Sum of the springs that act on the coordinate, N/m.
+   real(wp) function spring_of(what) result(stiffness)
+      integer, intent(in) :: what
+      type(simulation_type) :: simulation
+
+      stiffness = penalty
+      if (what == on_support) return
+      call begin_on(what, 1, 1.0e-3_wp, penalty, simulation)
+      if (what == on_contact) call run(simulation, 1)
+      associate (contacts => simulation%contacts(simulation%now))
+         stiffness = penalty*count(contacts%state(:contacts%n) /= contact_open)
+      end associate
+   end function spring_of
+
+   !> Start with a displacement from rest and a velocity of the coordinate; a unilateral contact rests
+   !> where its spring bears the push.
+   subroutine begin_from(what, member, dt, push, x, v, simulation)
+      integer, intent(in) :: what, member
+      real(wp), intent(in) :: dt, push
+      real(wp), intent(in) :: x, v  !< m, m/s
+      type(simulation_type), intent(out) :: simulation
+
+      call begin_on(what, member, dt, push, simulation)
+      associate (blocks => simulation%blocks)
+         if (what == on_support) then
+            blocks%position(1, 1) = blocks%position(1, 1) + x
+            blocks%velocity(1, 1) = v
+         else
+            blocks%position(2, :) = blocks%position(2, :) &
+               + 0.5_wp*(x - merge(depth, 0.0_wp, what == on_contact))*[-1, 1]
+            blocks%velocity(2, :) = 0.5_wp*v*[-1, 1]
+         end if
+         call update_geometry(blocks)
+      end associate
+   end subroutine begin_from
+
+   !> The coordinate and its velocity, m, m/s.
+   pure function state_of(what, simulation) result(state)
+      integer, intent(in) :: what
+      type(simulation_type), intent(in) :: simulation
+      real(wp) :: state(2)
+
+      associate (q => simulation%blocks%position, v => simulation%blocks%velocity)
+         state = [q(1, 1), v(1, 1)]
+         if (what /= on_support) state = [q(2, 2) - q(2, 1), v(2, 2) - v(2, 1)]
+      end associate
+   end function state_of
+
+   !> The state after one step.
+   function step_from(what, member, dt, push, x, v) result(state)
+      integer, intent(in) :: what, member
+      real(wp), intent(in) :: dt, push, x, v
+      real(wp) :: state(2)
+      type(simulation_type) :: simulation
+
+      call begin_from(what, member, dt, push, x, v, simulation)
+      call run(simulation, 1)
+      state = state_of(what, simulation)
+   end function step_from
+
+   !> Roots, damping ratio and period, and a sequence of displacements that obeys their recursion.
+   subroutine roots_on(what, member, turn)
+      integer, intent(in) :: what, member
+      real(wp), intent(in) :: turn  !< Ω = ωΔt
+      character(len=*), parameter :: of(3) = [character(len=10) :: 'a bond', 'a contact', &
+         'a support']
+      type(scheme_type) :: scheme
+      complex(wp) :: roots(2), expected(2)
+      real(wp) :: matrix(2, 2), rest(2), omega, dt, spring, size_of_v
+
+      call case(trim(names(member))//' on '//trim(of(what))//' at Ω = '//number(turn))
+      scheme = scheme_named(names(member), thetas(member))
+      if (what == on_contact) scheme%theta = 1.0_wp
+      if (what == on_support) scheme = scheme_type(1.0_wp, 1.0_wp)
+      spring = spring_of(what)
+      omega = sqrt(spring*merge(1.0_wp, 2.0_wp, what == on_support)/mass)
+      dt = turn/omega
+      size_of_v = size_of_x/max(dt, 1.0_wp/omega)
+      rest = step_from(what, member, dt, depth*spring, 0.0_wp, 0.0_wp)
+      matrix(:, 1) = (step_from(what, member, dt, depth*spring, size_of_x, 0.0_wp) - rest) &
+         *[1.0_wp, 1.0_wp/omega]/size_of_x
+      matrix(:, 2) = (step_from(what, member, dt, depth*spring, 0.0_wp, size_of_v) - rest) &
+         *[omega, 1.0_wp]/size_of_v
+      roots = roots_of(matrix)
+      expected = amplification_roots(scheme, omega, dt)
+      if (what == on_support) then
+         expected = 1.0_wp/cmplx(1.0_wp, turn*[1.0_wp, -1.0_wp], wp)
+         if (turn >= 1.0e4_wp) call check(maxval(abs(roots)) < 1.01e-4_wp, 'nothing is left')
+      end if
+      call check_close(distance_of(roots, expected), 0.0_wp, 'roots', absolute=allowed)
+      call check_damping(scheme, roots, omega, dt)
+      call check_sequence(what, member, dt, depth*spring, size_of_v, expected)
+   end subroutine roots_on
+
+   !> Damping ratio and period of measured roots.
+   subroutine check_damping(scheme, roots, omega, dt)
+      type(scheme_type), intent(in) :: scheme
+      complex(wp), intent(in) :: roots(2)
+      real(wp), intent(in) :: omega, dt
+      real(wp) :: angle, decay
+
+      if (.not. oscillates(scheme, omega, dt)) then
+         call check(all(abs(aimag(roots)) <= allowed), 'it does not oscillate')
+         return
+      end if
+      angle = abs(atan2(aimag(roots(1)), real(roots(1))))
+      decay = -log(abs(roots(1)))
+      call check_close(decay/hypot(angle, decay), free_damping(scheme, omega, dt), 'ζ', &
+         absolute=allowed)
+      call check_close(omega*dt/angle/(1.0_wp + period_elongation(scheme, omega, dt)), 1.0_wp, &
+         'period', absolute=allowed)
+   end subroutine check_damping
+
+   !> x₂ = (λ₁ + λ₂) x₁ − λ₁λ₂ x₀ for the displacements of the steps of a run.
+   subroutine check_sequence(what, member, dt, push, speed, roots)
+      integer, intent(in) :: what, member
+      real(wp), intent(in) :: dt, push, speed
+      complex(wp), intent(in) :: roots(2)
+      integer, parameter :: steps = 8
+      type(simulation_type) :: simulation
+      real(wp) :: x(0:steps), moved(steps), state(2)
+      real(wp), allocatable :: rest(:)
+      integer :: i, last
+
+      call begin_from(what, member, dt, push, size_of_x, speed, simulation)
+      do i = 0, steps
+         if (i > 0) call run(simulation, 1)
+         state = state_of(what, simulation)
+         x(i) = state(1)
+         if (i < 2) cycle
+         ! What has come to rest shows rounding only.
+         if (abs(x(i) - x(i - 1)) < 1.0e-9_wp*maxval(abs(x(1:i) - x(0)))) exit
+      end do
+      last = min(i, steps)
+      ! Increments, as the place of rest is known but for the compression of the blocks.
+      moved(:last) = x(1:last) - x(:last - 1)
+      rest = moved(3:last) - real(roots(1) + roots(2))*moved(2:last - 1) &
+         + real(roots(1)*roots(2))*moved(:last - 2)
+      call check_close(rest, 0.0_wp*rest, 'displacements', absolute=allowed*maxval(abs(moved(:last))))
+   end subroutine check_sequence
+
+   !> Two bonded blocks fly apart: in the step in which the bond breaks, taken again, the contact
+   !> is open and exerts nothing; pressed ones go on with the force of the end of the step.
+   subroutine breaking_bond(member)
+      integer, intent(in) :: member
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+      real(wp) :: rates(6, 2)
+      integer :: i
+
+      call case('a bond that breaks, '//trim(names(member)))
+      call begin_bonded(1.0e-2_wp)
+      rates = 0.0_wp
+      rates(2, :) = [-0.5_wp, 0.5_wp]
+      call set_rates(simulation, rates, error)
+      call check_no_error(error, 'rates')
+      do i = 1, 50
+         rates = simulation%blocks%velocity
+         call run(simulation, 1)
+         if (simulation%counters%broken > 0) exit
+      end do
+      call check(simulation%counters%broken == 2, 'both contacts break')
+      call check_close(simulation%blocks%velocity(2, :), rates(2, :), 'no force in this step', &
+         relative=1.0e-9_wp)
+      call check(simulation%energy%value(energy_fracture) >= 0.0_wp, 'fracture takes energy')
+      call check(relative_balance(simulation%energy) < 1.0e-9_wp, 'the budget closes')
+      call case('a bond that breaks in shear, '//trim(names(member)))
+      call begin_bonded(1.0e-2_wp)
+      rates = 0.0_wp
+      rates(1, :) = [-1.0_wp, 1.0_wp]
+      rates(2, :) = [0.1_wp, -0.1_wp]
+      call set_rates(simulation, rates, error)
+      do i = 1, 50
+         call run(simulation, 1)
+         if (simulation%counters%broken > 0) exit
+      end do
+      call check(simulation%counters%broken > 0, 'contacts break')
+      associate (contacts => simulation%contacts(simulation%now))
+         do i = 1, contacts%n
+            if (contacts%bonded(i)) cycle
+            call check_close(contacts%normal_force(i), -penalty*min(0.0_wp, contacts%new_gap(i)), &
+               'normal force of the end of the step', relative=1.0e-7_wp, absolute=1.0e-6_wp)
+            call check(abs(contacts%shear_force(i)) <= tan(0.5_wp)*contacts%normal_force(i) &
+               *(1.0_wp + 1.0e-7_wp), 'shear force within friction')
+         end do
+      end associate
+      call check(relative_balance(simulation%energy) < 1.0e-6_wp, 'the budget closes')
+
+   contains
+
+      subroutine begin_bonded(dt)
+         real(wp), intent(in) :: dt
+
+         call begin(simulation, control_text(dt, 100, member_text(member))// &
+            ' &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.25 /'// &
+            contact_text(penalty, '')//joint_text(28.64788975654116_wp, 2.0e4_wp, 2.0e4_wp)// &
+            block_text('low', rectangle(-0.5_wp, -1.0_wp, 0.5_wp, 0.0_wp))// &
+            block_text('high', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
+      end subroutine begin_bonded
+   end subroutine breaking_bond
+
+end module test_integration

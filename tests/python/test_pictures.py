@@ -1,0 +1,334 @@
+"""Pictures, movies, VTK files, the verdict and reports of a run, without a browser."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import xml.etree.ElementTree as xml
+
+import numpy as np
+import pytest
+from model_text import changed, rectangle, tower
+from PIL import Image
+from test_view import EVIL, TITLE, sliding_blocks
+
+import sitedda
+from sitedda.movie import ffmpeg, write_movie
+from sitedda.namelist_groups import block_labels
+from sitedda.pictures import draw, force_lines
+from sitedda.plot import run_picture
+from sitedda.report import Page, Paragraph, Table, to_html
+from sitedda.report.html import json_for_script
+from sitedda.response import amplifications
+from sitedda.scene import Scene
+from sitedda.vtk import write_vtk
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> sitedda.Run:
+    from model_text import namelist
+
+    file = tmp_path_factory.mktemp("pictures") / "slide.nml"
+    file.write_text(namelist(sliding_blocks()), encoding="utf-8")
+    return sitedda.run(file)
+
+
+# --- The scene ------------------------------------------------------------------------------------
+
+
+def test_names_and_materials_of_generated_blocks_are_those_of_the_engine(write_input):
+    groups = tower()
+    groups.insert(4, ("wall", {"name": "w'!x", "left": 40.0, "brick_length": 2.0,
+                               "brick_height": 1.0, "bricks": 2, "courses": 3}))  # fmt: skip
+    groups.insert(4, ("drums", {"centre": 60.0, "width": 2.0, "height": 1.0, "count": 2}))
+    groups.insert(4, ("block", {"name": "a/&b", "vertices": rectangle(80, 0, 1, 1)}))
+    file = write_input(groups)
+    with sitedda.Simulation(file) as simulation:
+        names, materials, _ = block_labels(file.read_text())
+        assert names == simulation.block_names
+        assert len(materials) == len(names)
+        scene = Scene.of(simulation)
+    assert scene.before and scene.names == names
+
+
+def test_shear_forces_have_the_sign_that_keeps_a_block_at_rest(write_input):
+    """On a slope of 20° the force of the slope on the block is its weight, upwards."""
+    cos, sin = np.cos(np.radians(20)), np.sin(np.radians(20))
+    turned = [
+        v
+        for x, y in np.reshape(rectangle(4, 0, 1, 1), (-1, 2))
+        for v in (cos * x - sin * y, sin * x + cos * y)
+    ]
+    ground = [0.0, -2.0, 10 * cos, -2.0, 10 * cos, 10 * sin, 0.0, 0.0]
+    groups = [
+        ("control", {"time_step": 1e-3, "steps": 300, "gravity": [0.0, -9.81],
+                     "dynamic_factor": 0.9}),
+        ("contact", {"normal_stiffness": 1e9}),
+        ("material", {"density": 2000.0, "young_modulus": 1e9, "poisson_ratio": 0.2}),
+        ("joint", {"friction_angle": 40.0}),
+        ("block", {"name": "ground", "vertices": ground}),
+        ("block", {"name": "brick", "vertices": turned}),
+        *(("fixed_point", {"x": x, "y": -1.0, "block": "ground"}) for x in (1.0, 9.0)),
+    ]  # fmt: skip
+    scene = Scene.of(sitedda.run(write_input(groups)))
+    frame = scene.frames - 1
+    _, force = force_lines(scene, frame, scene.vertices(frame))
+    assert force.shape == (1, 2)
+    assert np.linalg.norm(force[0]) == pytest.approx(2000 * 9.81, rel=1e-3)
+    assert abs(force[0, 0]) < 1e-3 * abs(force[0, 1])
+
+
+def test_carried_points_follow_the_vertices(run):
+    scene = Scene.of(run)
+    for frame in (0, scene.frames - 1):
+        carried = scene.carried(scene.owner, scene.vertices(0), frame)
+        assert abs(carried - scene.vertices(frame)).max() < 1e-12
+
+
+def test_slivers_are_found(write_input):
+    groups = [*tower(), ("block", {"name": "thin", "vertices": [50, 0, 51, 0, 51, 1e-3]})]
+    scene = Scene.of(write_input(groups))
+    assert [scene.names[b] for b in scene.slivers()] == ["thin"]
+
+
+# --- Pictures -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        {"color": "material", "contacts": "slip"},
+        {"color": "stress", "contacts": "force"},
+        {"color": "rotation", "contacts": "open", "deformation": 5.0},
+        {"color": "velocity", "time": 0.1},
+    ],
+)
+def test_a_run_is_drawn_in_every_look(run, look, tmp_path):
+    axes = run.draw(**look)
+    polygons = axes.collections[-1] if look["color"] == "velocity" else None
+    axes.figure.savefig(tmp_path / "picture.png", dpi=50)
+    assert np.asarray(Image.open(tmp_path / "picture.png"))[..., :3].std() > 10
+    if polygons is not None:
+        scene = Scene.of(run)
+        frame = scene.frame_at(0.1)
+        assert scene.time[frame] == pytest.approx(0.1)
+        shown = [path.vertices[:-1] for path in polygons.get_paths()]
+        assert all(map(np.allclose, shown, scene.polygons(frame)))
+
+
+def test_a_wrong_look_is_refused(run):
+    with pytest.raises(ValueError, match="color is one of"):
+        run.draw(color="blue")
+    with pytest.raises(ValueError, match="contacts is one of"):
+        draw(run, contacts="all")
+
+
+def test_the_backend_of_the_session_stays(run, tmp_path):
+    code = (
+        "import matplotlib; matplotlib.use('svg'); import sitedda, sitedda.plot, sitedda.pictures;"
+        "import sitedda.paper, sitedda.movie; assert matplotlib.get_backend() == 'svg';"
+        "import sys; assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_site_picture_says_which_damping_is_in_the_model(write_input):
+    file = write_input(
+        [*tower(layers=2, steps=400), ("amplification", {"lowest": 1, "highest": 99})]
+    )
+    history = sitedda.run(file).history
+    figure = run_picture(history, amplifications(history))
+    texts = [axes.get_title(loc) for axes in figure.axes for loc in ("left", "right")]
+    assert any("damping of the scheme" in t and "of the material: none" in t for t in texts)
+    legend = next(filter(None, (axes.get_legend() for axes in figure.axes)))
+    figure.canvas.draw()
+    box, axes = legend.get_window_extent(), legend.axes.get_window_extent()
+    assert box.y0 >= axes.y1 - 1
+
+
+# --- Movies ---------------------------------------------------------------------------------------
+
+
+def test_a_gif_moves(run, tmp_path):
+    file = write_movie(run, tmp_path / "x.gif", fps=5, seconds=1)
+    with Image.open(file) as movie:
+        assert movie.n_frames >= 4
+        first = np.asarray(movie.convert("RGB")).astype(int)
+        movie.seek(movie.n_frames - 1)
+        assert abs(np.asarray(movie.convert("RGB")) - first).max() > 50
+
+
+def test_an_mp4_has_the_pictures_that_were_asked_for(run, tmp_path):
+    file = write_movie(run, tmp_path / "x.mp4", fps=5, seconds=1)
+    told = subprocess.run([ffmpeg(), "-i", file, "-f", "null", "-"], capture_output=True, text=True)
+    assert "Video: h264" in told.stderr and "frame=    5" in told.stderr
+
+
+def test_a_movie_needs_frames_and_a_known_ending(run, tmp_path, write_input):
+    with pytest.raises(sitedda.InputError, match="mp4 or .gif"):
+        write_movie(run, tmp_path / "x.avi")
+    with pytest.raises(sitedda.InputError, match="block_interval"):
+        write_movie(write_input(tower()), tmp_path / "x.gif")
+
+
+# --- VTK ------------------------------------------------------------------------------------------
+
+
+def read_polygons(file):
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(str(file))
+    reader.Update()
+    return reader.GetOutput()
+
+
+def test_vtk_reads_back_what_the_output_holds(run, tmp_path):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    scene = Scene.of(run)
+    collection = write_vtk(run, tmp_path / "vtk")
+    entries = list(xml.parse(collection).getroot().iter("DataSet"))
+    assert [float(e.get("timestep")) for e in entries] == scene.time.tolist()
+    history = run.history
+    for frame in (0, scene.frames - 1):
+        data = read_polygons(collection.parent / entries[frame].get("file"))
+        assert data.GetNumberOfPolys() == scene.blocks
+        points = vtk_to_numpy(data.GetPoints().GetData())
+        assert (points[:, :2] == scene.vertices(frame)).all() and not points[:, 2].any()
+        cells = {
+            data.GetCellData().GetArrayName(i): vtk_to_numpy(data.GetCellData().GetArray(i))
+            for i in range(data.GetCellData().GetNumberOfArrays())
+        }
+        assert (cells["stress"] == history.block_stress.values[frame]).all()
+        assert (cells["velocity"][:, :2] == history.block_rates.values[frame, :, :2]).all()
+        assert (cells["displacement"][:, :2] == scene.displacement(frame)).all()
+        areas = [polygon_area(data.GetCell(b)) for b in range(scene.blocks)]
+        assert areas == pytest.approx(scene.areas(frame).tolist(), rel=1e-12)
+        contacts = read_polygons(
+            collection.parent / entries[frame].get("file").replace("blocks", "contacts")
+        )
+        forces = vtk_to_numpy(contacts.GetCellData().GetArray("normal force"))
+        expected = scene.contacts(frame)["normal_force"]
+        assert (forces == expected[expected > 0]).all()
+    names = read_polygons(collection.parent / entries[0].get("file")).GetFieldData()
+    names = names.GetAbstractArray("block names")
+    assert [names.GetValue(i) for i in range(scene.blocks)] == scene.names
+
+
+def polygon_area(cell) -> float:
+    points = np.array([cell.GetPoints().GetPoint(i)[:2] for i in range(cell.GetNumberOfPoints())])
+    x, y = points.T - points[0][:, None]
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+# --- Words ----------------------------------------------------------------------------------------
+
+
+def test_the_verdict_says_what_moved_and_slipped(run):
+    scene, values = Scene.of(run), run.verdict.values
+    moved = max(np.linalg.norm(scene.displacement(f), axis=1).max() for f in range(scene.frames))
+    assert values["largest_displacement_m"] == pytest.approx(moved)
+    assert values["joints_slipped"] >= 1 and values["largest_slip_m"] > 0.05
+    acceleration = run.history.acceleration.values
+    assert values["pga_m_s2[top<&]"] == pytest.approx(abs(acceleration).max())
+    text = str(run.verdict)
+    assert "PGA" in text and "Arias" in text and "balances" in text
+
+
+def test_blocks_that_leave_are_counted_and_named(write_input):
+    groups = [
+        ("control", {"time_step": 5e-3, "steps": 400, "gravity": [0.0, -9.81]}),
+        ("material", {"density": 2000.0, "young_modulus": 1e8, "poisson_ratio": 0.2}),
+        ("joint", {"friction_angle": 30.0}),
+        ("block", {"name": "held", "vertices": rectangle(0, 0, 1, 1)}),
+        ("block", {"name": "falls", "vertices": rectangle(2, 0, 1, 1)}),
+        *(("fixed_point", {"x": x, "y": 0.5, "block": "held"}) for x in (0.2, 0.8)),
+        ("output", {"block_interval": 20}),
+    ]
+    run = sitedda.run(write_input(groups))
+    assert run.verdict.values["blocks_lost"] == run.verdict.values["blocks_fallen"] == 1
+    assert run.verdict.values["first_block_fallen_s"] < run.verdict.values["first_block_lost_s"]
+    assert 0 < run.verdict.values["first_block_lost_s"] < 2
+    axes = run.draw()
+    assert "1 out of view: falls" in axes.texts[-1].get_text()
+    low, high = axes.get_ylim()
+    assert low > -2 and high < 2
+
+
+# --- Pages ----------------------------------------------------------------------------------------
+
+
+def test_no_text_leaves_the_place_where_it_stands():
+    page = Page(TITLE, EVIL)
+    page.add(EVIL, Paragraph(EVIL, markup=True), Table([EVIL, "verdict"], [[EVIL, "ok"]], EVIL))
+    page.provenance = [("input", EVIL)]
+    text = to_html(page)
+    assert "<img" not in text and "</script" not in text
+    assert text.count("onerror") >= 6
+    assert "default-src 'none'" in text and "script-src 'none'" in text
+    assert "</" not in json_for_script({"name": EVIL})
+
+
+def test_numbers_are_set_to_the_right_and_prose_is_not():
+    page = Page("t")
+    page.add(
+        "s", Table(["a", "b"], [["1.5", "28 crests of a wave"], ["6.2·10^-5 %", "3"]], markup=True)
+    )
+    text = to_html(page)
+    assert "<td class='n'>6.2·10<sup>-5</sup> %</td>" in text
+    assert "<td>28 crests of a wave</td>" in text
+
+
+def test_commands_write_what_they_say(main, run, write_input, tmp_path):
+    file = write_input(changed(tower(steps=40), "output", block_interval=5))
+    assert main("run", file, "-o", tmp_path / "t.nc", "-q", folder=tmp_path).returncode == 0
+    assert (tmp_path / "t.png").stat().st_size > 20_000
+    for words, made in (
+        (("draw", tmp_path / "t.nc"), "t.blocks.png"),
+        (("draw", file, "-o", tmp_path / "model.svg"), "model.svg"),
+        (("view", tmp_path / "t.nc", "--no-open"), "t.view.html"),
+        (("report", tmp_path / "t.nc"), "t.html"),
+        (("export", tmp_path / "t.nc", "--vtk", tmp_path / "vtk"), "vtk/blocks.pvd"),
+    ):
+        done = main(*words, folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert made in done.stdout and (tmp_path / made).stat().st_size > 100
+    page = (tmp_path / "t.html").read_text(encoding="utf-8")
+    assert "<h2>Check" in page and "highest frequency" in page
+    refused = main("draw", tmp_path / "t.png", folder=tmp_path)
+    assert refused.returncode == 1 and "t.png" in refused.stderr
+
+
+def test_outputs_are_selected_by_names(run):
+    history = run.history
+    one = history.block_coordinates.sel(block="right", coordinate="x")
+    assert (one.values == history.block_coordinates.values[:, 2, 0]).all()
+    assert history.block_stress.sel(component="yy").sel(frame=0.1, method="nearest").shape == (3,)
+    assert history.displacement.sel(axis="y").shape == (121, 1)
+    assert "&lt;" in run._repr_html_() and "<img" not in run._repr_html_()
+
+
+def test_objects_say_what_they_are(write_input):
+    file = write_input(tower())
+    simulation = sitedda.Simulation(file)
+    assert repr(simulation) == "<sitedda.Simulation 'A small tower': 4 blocks, 0 of 0.06 s>"
+    simulation.close()
+    assert repr(simulation).endswith("closed>")
+    modes = sitedda.modes(file, 2)
+    assert f"{modes.frequency[0]:.4g} Hz" in repr(modes)
+    assert f"<td class='n'>{modes.frequency[1]:.4g}</td>" in modes._repr_html_()
+    assert "highest frequency" in sitedda.check(file)._repr_html_()
+
+
+def test_check_tells_its_lines_in_four_digits(write_input, main):
+    import json
+
+    file = write_input(tower())
+    report = sitedda.check(file)
+    assert [line.topic for line in report.lines][:2] == ["contacts", "highest frequency"]
+    assert not any("E-0" in line.words or "E+0" in line.words for line in report.lines)
+    assert report.conclusion.startswith(f"verdict: {report.verdict}")
+    told = json.loads(main("check", file, "--json").stdout)
+    assert told["omega_max"] == report.omega_max and len(told["lines"]) == len(report.lines)

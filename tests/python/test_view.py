@@ -1,0 +1,294 @@
+"""The interactive view and reports in the system's Chromium, headless and without a network."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from model_text import DRY, ROCK, namelist, rectangle
+
+import sitedda
+from sitedda.report import write_html
+from sitedda.report.run_page import report_page
+from sitedda.scene import Scene
+from sitedda.view import write_view
+from sitedda.view.encode import encode
+
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
+)
+ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+EVIL = "</script><img src=x onerror=alert(1)>"
+TITLE = f"{EVIL} \"&'< ]]> --> `$x$` **b**"
+
+
+def sliding_blocks(steps: int = 120) -> list:
+    """Two blocks on a table that is thrown sideways; every name is hostile."""
+    rock, joint = dict(ROCK, name="&<'\"m"), dict(DRY, name="<b>j</b>", friction_angle=5.0)
+    return [
+        ("run", {"title": TITLE}),
+        ("control", {"time_step": 2e-3, "steps": steps, "gravity": [0.0, -9.81]}),
+        ("contact", {"normal_stiffness": 1e9}),
+        ("material", rock),
+        ("joint", joint),
+        ("block", {"name": "table", "vertices": rectangle(0, 0, 8, 1)}),
+        ("block", {"name": EVIL, "vertices": [1, 1, 3, 1, 3, 2, 2, 1.6, 1, 2]}),
+        ("block", {"name": "right", "vertices": rectangle(5, 1, 1, 1)}),
+        *(
+            ("fixed_point", {"x": x, "y": 0.5, "block": "table", "motion_x": "throw"})
+            for x in (1, 7)
+        ),
+        (
+            "motion",
+            {
+                "name": "throw",
+                "quantity": "displacement",
+                "time_step": 0.05,
+                "values": [0.0, 0.0, 0.05, 0.15, 0.25, 0.3, 0.3],
+            },
+        ),
+        ("measured_point", {"name": "top<&", "x": 5.5, "y": 2.0, "block": "right"}),
+        ("output", {"block_interval": 10}),
+    ]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> sitedda.Run:
+    file = tmp_path_factory.mktemp("view") / "a&'b<i>.nml"
+    file.write_text(namelist(sliding_blocks()), encoding="utf-8")
+    return sitedda.run(file)
+
+
+@pytest.fixture(scope="module")
+def pages(run, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("pages")
+    write_html(report_page(run), folder / "report.html")
+    write_view(run, folder / "view.html")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    if not BROWSER:
+        pytest.skip("there is no Chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(chromium):
+    """Open a page; every message, dialogue and request that is not the file itself is kept."""
+    contexts = []
+
+    def open_page(file: Path, **options):
+        context = chromium.new_context(**options)
+        contexts.append(context)
+        page = context.new_page()
+        page.complaints = []
+        page.on("console", lambda message: page.complaints.append(message.text))
+        page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        page.on("dialog", lambda dialog: (page.complaints.append("dialog"), dialog.dismiss()))
+        page.on(
+            "request",
+            lambda request: (
+                page.complaints.append(request.url[:80])
+                if not request.url.startswith(("file:", "data:", "blob:"))
+                else None
+            ),
+        )
+        page.goto(file.as_uri())
+        deadline = time.monotonic() + 60
+        while not page.evaluate("window.blockViews.every(v => v.state.decoded || v.state.trouble)"):
+            assert time.monotonic() < deadline, page.evaluate("window.blockViews[0].state")
+            time.sleep(0.05)
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+
+
+def drawn(page) -> list[int]:
+    """Sums of red, green, blue of the canvas, drawn anew."""
+    return page.evaluate(
+        """() => { const v = blockViews[0]; v.draw(); const gl = v.painter.gl;
+        const [w, h] = [v.camera.width, v.camera.height], p = new Uint8Array(4 * w * h);
+        gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, p); const sums = [0, 0, 0];
+        for (let i = 0; i < p.length; i++) if (i % 4 < 3) sums[i % 4] += p[i]; return sums; }"""
+    )
+
+
+def test_a_report_shows_names_as_they_are_and_runs_none_of_them(pages, opened):
+    page = opened(pages / "report.html", viewport={"width": 1280, "height": 900})
+    assert page.complaints == []
+    assert page.title() == page.inner_text("h1") == " ".join(TITLE.split())
+    assert page.evaluate("document.querySelectorAll('main img:not(.picture img)').length") == 0
+    assert page.evaluate("document.querySelectorAll('b').length") == page.evaluate(
+        "document.querySelectorAll('.chart b').length"
+    )
+    text = page.inner_text("main")
+    assert "&<'\"m" in text and "<b>j</b>" in text and "top<&" in text
+    page.evaluate("blockViews[0].pick(1)")
+    page.wait_for_timeout(200)
+    assert page.inner_text(".info h4") == EVIL
+    assert page.complaints == []
+
+
+def test_the_view_plays_and_a_block_is_picked_by_a_click(pages, opened, run):
+    page = opened(pages / "view.html", viewport={"width": 1000, "height": 900})
+    assert page.evaluate("blockViews[0].state.renderer") == "WebGL 2"
+    page.evaluate("blockViews[0].show(0)")
+    first = drawn(page)
+    page.click("button.play")
+    deadline = time.monotonic() + 20
+    while page.evaluate("blockViews[0].frame") < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    page.evaluate("blockViews[0].play(false)")
+    assert drawn(page) != first
+
+    last = page.evaluate("blockViews[0].model.frames") - 1
+    page.evaluate(f"blockViews[0].show({last})")
+    x, y = run.history.block_coordinates[-1, 2, :2].values
+    x, y = page.evaluate(
+        """([x, y]) => { const v = blockViews[0], c = v.camera, [ox, oy] = v.meta.origin;
+        const box = v.stage.getBoundingClientRect(), k = box.width / c.width;
+        return [box.left + k * (c.width / 2 + c.scale * (x - ox - c.x)),
+                box.top + k * (c.height / 2 - c.scale * (y - oy - c.y))]; }""",
+        [float(x), float(y)],
+    )
+    page.mouse.click(x, y)
+    page.wait_for_timeout(300)
+    assert page.evaluate("blockViews[0].state.picked") == "right"
+    assert page.inner_text(".info h4") == "right"
+    assert page.locator(".block-chart canvas").bounding_box()["width"] > 200
+    scene = Scene.of(run)
+    assert page.evaluate("blockViews[0].state.area") == pytest.approx(
+        scene.areas(last)[2], rel=1e-5
+    )
+    assert page.complaints == []
+
+
+def test_places_in_the_view_are_those_of_the_output(pages, opened, run):
+    """Within 1 mm per 100 m, in every frame, at the factor 1; the same for forces."""
+    page = opened(pages / "view.html")
+    scene = Scene.of(run)
+    for frame in range(scene.frames):
+        places = page.evaluate(
+            f"""() => {{ const m = blockViews[0].model; m.put({frame}, 1);
+            return Array.from(m.places); }}"""
+        )
+        seen = np.reshape(places, (-1, 2)) + page.evaluate("blockViews[0].meta.origin")
+        assert abs(seen - scene.vertices(frame)).max() <= 1e-5 * scene.size
+    largest = page.evaluate("blockViews[0].meta.largest_force")
+    assert largest == pytest.approx(run.history.contact_normal_force.values.max(), rel=1e-6)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_phone_shows_everything_below_each_other(pages, opened, dark):
+    scheme = "dark" if dark else "light"
+    page = opened(
+        pages / "report.html", viewport={"width": 390, "height": 844}, color_scheme=scheme
+    )
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    boxes = [
+        page.locator(name).first.bounding_box() for name in (".stage", ".bar", ".side", ".charts")
+    ]
+    assert all(
+        above["y"] + above["height"] <= below["y"] + 1
+        for above, below in zip(boxes[:-1], boxes[1:], strict=True)
+    )
+    assert all(box["x"] >= 0 and box["x"] + box["width"] <= 390 for box in boxes)
+    ink, paper = page.evaluate(
+        """['color', 'backgroundColor'].map((name) =>
+        getComputedStyle(document.body)[name].match(/\\d+/)[0])"""
+    )
+    assert (int(ink) > int(paper)) is dark
+
+
+def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, chromium):
+    context = chromium.new_context()
+    context.add_init_script(
+        "const get = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
+        "return kind === 'webgl2' ? null : get.call(this, kind, ...more); };"
+    )
+    page = context.new_page()
+    page.goto((pages / "view.html").as_uri())
+    while not page.evaluate("blockViews[0].state.decoded"):
+        time.sleep(0.05)
+    page.wait_for_timeout(200)
+    assert page.evaluate("blockViews[0].state.renderer") == "Canvas 2D"
+    assert "refuses WebGL 2" in page.inner_text(".note")
+    colors = page.evaluate(
+        """() => { const v = blockViews[0]; v.draw(); const c = v.canvas;
+        const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+        return new Set(new Uint32Array(p.buffer)).size; }"""
+    )
+    assert colors > 3
+    context.close()
+
+
+# --- Without a browser ----------------------------------------------------------------------------
+
+
+def shaken_grid(blocks: int, frames: int) -> xr.Dataset:
+    """Square blocks beside each other, 1 m, that shake at random: nothing to compress."""
+    random = np.random.default_rng(2)
+    centre = np.column_stack([np.arange(blocks), np.zeros(blocks)]) + 0.5
+    corners = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    q = np.zeros((frames, blocks, 6))
+    q[..., :2] = centre + np.cumsum(random.normal(size=(frames, blocks, 2)), axis=0) * 0.01
+    q[0, :, :2] = centre
+    contact = {f"contact_{n}": ("contact", np.zeros(0)) for n in
+               ("frame", "state", "bonded", "gap", "normal_force", "shear_force")}  # fmt: skip
+    contact |= {f"contact_{n}": ("contact", np.zeros(0, dtype=int)) for n in ("vertex", "edge")}
+    return xr.Dataset(
+        {
+            "vertices": (
+                ("frame", "vertex", "axis"),
+                (q[:, :, None, :2] + corners).reshape(frames, -1, 2),
+            ),
+            "block_coordinates": (("frame", "block", "coordinate"), q),
+            "block_rates": (("frame", "block", "coordinate"), random.normal(size=q.shape)),
+            "block_stress": (
+                ("frame", "block", "component"),
+                1e5 * random.normal(size=(frames, blocks, 3)),
+            ),
+            "frame_time": ("frame", np.arange(frames) / 100),
+            "vertex_block": ("vertex", np.repeat(np.arange(blocks), 4)),
+        }
+        | contact
+    )
+
+
+def test_frames_are_thinned_to_the_budget_and_the_page_knows():
+    scene = Scene.of(shaken_grid(400, 200))
+    whole, thin = encode(scene, 10_000_000), encode(scene, 300_000)
+    assert len(whole.meta["time"]) == whole.meta["all_frames"] == 200
+    assert thin.size <= 300_000
+    assert 10 < len(thin.meta["time"]) < 200 and thin.meta["all_frames"] == 200
+    assert (thin.meta["time"][0], thin.meta["time"][-1]) == (0.0, 1.99)
+
+
+def test_joints_tell_slip_and_opening(run):
+    """The right block slides on the table by what its centroid moves against the table's."""
+    scene = Scene.of(run)
+    slip, gap = scene.joint_movement(scene.frames - 1)
+    moved = scene.displacement(scene.frames - 1)
+    pair = [
+        set(p) == {0, 2} for p in zip(scene.interfaces.first, scene.interfaces.second, strict=True)
+    ]
+    assert sum(pair) == 1
+    expected = abs(moved[2, 0] - moved[0, 0])
+    assert expected > 0.05
+    assert slip[pair][0] == pytest.approx(expected, rel=0.02)
+    assert gap[pair][0] < 1e-3
