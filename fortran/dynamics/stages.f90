@@ -7,7 +7,6 @@ module dda_stages
    use dda_kinds, only: wp
    use dda_blocks, only: change_material, place_of, remove_block
    use dda_contact, only: filter_contacts
-   use dda_contact_response, only: accept_contacts
    use dda_elements, only: set_elements
    use dda_energy, only: energy_type, energy_terms, energy_values, add_energy, total_energy, &
       energy_kinetic, energy_strain, energy_contact, energy_support, energy_gravity, &
@@ -16,6 +15,7 @@ module dda_stages
    use dda_energy_budget, only: start_energy_budget
    use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present
    use dda_errors, only: error_type
+   use dda_friction, only: accept_contacts
    use dda_model, only: model_type
    use dda_scheme, only: scheme_named
    use dda_simulation, only: simulation_type, counters_type, next_step

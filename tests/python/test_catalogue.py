@@ -13,7 +13,7 @@ from sitedda.namelist import Namelist
 
 NOTHING = "there is no variable"
 # One value of each kind, which every variable of the kind can be read from.
-VALUES = {"real": 1.0, "integer": 1, "text": "x", "real list": [1.0, 2.0]}
+VALUES = {"real": 1.0, "integer": 1, "text": "x", "real list": [1.0, 2.0], "logical": True}
 
 
 def declared(root) -> set:

@@ -213,3 +213,165 @@ def test_a_flying_block_cannot_settle(write_input):
     groups = changed(groups, "material", initial_velocity=None)
     with pytest.raises(sitedda.ConvergenceError, match="not at rest after"):
         sitedda.Simulation(write_input(groups))
+
+
+# Three blocks of a beam on two piers, all of one width, glued to each other and loose on the piers.
+BEAM = {"beam_l": (0.0, 1.5), "beam_m": (1.5, 4.8), "beam_r": (4.8, 6.0)}
+PIERS = {"pier_l": 0.0, "pier_r": 5.0}
+
+
+def beam(stages, **control) -> list:
+    blocks = {name: rectangle(x, 0.0, 1.0, 2.0) for name, x in PIERS.items()}
+    blocks |= {name: rectangle(a, 2.0, b - a, 1.0) for name, (a, b) in BEAM.items()}
+    supports = [(name, x + dx, 0.1) for name, x in PIERS.items() for dx in (0.1, 0.9)]
+    groups = model(blocks, supports=supports, points=[("tip", "beam_l", 1.5, 3.0)], **control)
+    groups = changed(groups, "control", settle=None, steps=None)
+    groups = changed(groups, "joint", friction_angle=35.0)
+    groups.insert(3, ("joint", dict(GLUE)))
+    groups.insert(4, ("material", STONE | {"name": "soft", "young_modulus": 5.0e9}))
+    for name, values in groups:
+        if name == "block":
+            values["joint"] = "glue" if values["name"] in BEAM else "dry"
+    return [*groups[:-1], *(("stage", dict(stage)) for stage in stages), groups[-1]]
+
+
+GLUE = {"name": "glue", "friction_angle": 35.0, "cohesion": 1.0e8, "tensile_strength": 1.0e8}
+STAGES = [
+    {"name": "rest", "kind": "static"},
+    {"name": "dig", "kind": "static", "remove": "beam_m"},
+    {"name": "wait", "steps": 20, "zero_displacements": True},
+    {
+        "name": "soften",
+        "steps": 20,
+        "time_step": 2e-3,
+        "integration": "theta",
+        "change_materials": "stone -> soft",
+    },
+    {"name": "last", "kind": "static"},
+]
+
+
+def reactions(data: xr.Dataset, frame: int) -> list[float]:
+    """Sum of the contact forces between each pier and the block on it."""
+    block = data.vertex_block.values
+    sides = np.stack([block[data.contact_vertex.values], block[data.contact_edge.values]])
+    force = data.contact_normal_force.values * (data.contact_frame.values == frame)
+    pairs = [(0, 2), (1, 4)]
+    return [float(force[np.all(np.sort(sides, 0).T == pair, 1)].sum()) for pair in pairs]
+
+
+def test_excavation_hands_the_reactions_on(write_input, tmp_path):
+    sitedda.run(write_input(beam(STAGES)), output=tmp_path / "beam.nc")
+    weight = STONE["density"] * GRAVITY
+    with xr.open_dataset(tmp_path / "beam.nc") as data:
+        assert sum(reactions(data, 0)) == pytest.approx(6.0 * weight, rel=1e-3)
+        for frame in (1, data.sizes["frame"] - 1):
+            assert reactions(data, frame) == pytest.approx([1.5 * weight, 1.2 * weight], rel=1e-3)
+        assert data.stage.values.tolist() == [1, 2, *[3] * 20, *[4] * 20, 5]
+        assert data.attrs["stages"] == "rest, dig, wait, soften, last"
+        assert float(data.time[-1]) == pytest.approx(20e-3 + 40e-3)
+        assert np.abs(data.displacement.values[2:]).max() < 1e-9
+        assert np.abs(data.displacement.values[:2]).max() > 1e-6
+
+
+def test_every_stage_has_its_line_in_the_budget(write_input):
+    with sitedda.Simulation(write_input(beam(STAGES))) as run:
+        while not run.advance(100):
+            pass
+        energies = run.energies
+        assert run.warning == ""
+    # Stress stays where the modulus is halved: the strain energy A σᵀε doubles in part.
+    for term in ("static", "removed", "changed"):
+        assert energies[term] > 1e-3 * energies["initial"], term
+    assert energies["zeroed"] != 0.0
+    assert abs(energies["balance"]) < 1e-9 * energies["initial"]
+
+
+@pytest.mark.parametrize("after", [0, 7, 20, 33, 40])
+def test_a_run_resumes_in_every_stage_to_the_same_bits(after, write_input, tmp_path):
+    groups = changed(beam(STAGES), "output", block_interval=7)
+    file = write_input(groups)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    with sitedda.Simulation(file, tmp_path / "cut.nc") as run:
+        run.advance(after)
+    assert sitedda.resume(file, tmp_path / "cut.nc").complete
+    with (
+        xr.open_dataset(tmp_path / "whole.nc") as one,
+        xr.open_dataset(tmp_path / "cut.nc") as two,
+    ):
+        xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+
+
+def test_native_and_python_run_stages_to_the_same_bits(write_input, native, tmp_path):
+    file = write_input(beam(STAGES))
+    assert native("run", file, folder=tmp_path).returncode == 0
+    sitedda.run(file, output=tmp_path / "python.nc")
+    with (
+        xr.open_dataset(tmp_path / "stages.nc") as one,
+        xr.open_dataset(tmp_path / "python.nc") as two,
+    ):
+        xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+
+
+def test_motions_begin_with_their_stage(write_input):
+    """The same shaking, begun at once or after a second stage has begun, moves the same."""
+    tower_ = tower(2, 60, {"name": "bedding", "friction_angle": 60.0})
+    at_once = sitedda.run(write_input(tower_, "once.nml")).history.displacement.values
+    late = changed(tower_, "control", steps=None)
+    stages = [{"name": "wait", "steps": 30}, {"name": "shake", "steps": 60, "motions": "pulse"}]
+    late[-1:-1] = [("stage", stage) for stage in stages]
+    later = sitedda.run(write_input(late, "late.nml")).history.displacement.values
+    assert np.abs(later[:31]).max() == 0.0
+    assert later[30:] == pytest.approx(at_once, abs=1e-9 * np.abs(at_once).max())
+
+
+@pytest.mark.parametrize(
+    ("stages", "control", "words"),
+    [
+        ([{"name": "a", "kind": "static", "steps": 3}], {}, "a static stage takes no time"),
+        ([{"name": "a"}], {}, "give either duration or steps"),
+        ([{"name": "a", "steps": 3}], {"steps": 3}, "with &stage groups, duration, steps"),
+        ([{"name": "a", "steps": 3, "remove": "arch_*"}], {}, "nothing is named 'arch_*'"),
+        ([{"name": "a", "steps": 3, "remove": "pier_*, beam_*"}], {}, "no block would be left"),
+        (
+            [{"name": n, "steps": 3, "remove": "beam_m"} for n in "ab"],
+            {},
+            "block 'beam_m' has been removed in stage 'a'",
+        ),
+        ([{"name": "a", "steps": 3}] * 2, {}, "name = 'a' is used twice"),
+        ([{"name": "a", "steps": 3, "change_joints": "dry"}], {}, "'old -> new'"),
+        ([{"name": "a", "steps": 3, "change_joints": "dry -> wet"}], {}, "'wet' is not the name"),
+        ([{"name": "a", "steps": 3, "theta": 0.6}], {}, "need integration = 'theta'"),
+    ],
+)
+def test_senseless_stages_are_refused(stages, control, words, write_input):
+    groups = beam(stages)
+    if control:
+        groups = changed(groups, "control", **control)
+    with pytest.raises(sitedda.InputError) as refusal:
+        sitedda.Simulation(write_input(groups))
+    assert words in str(refusal.value)
+
+
+def test_the_original_rules_know_no_stages(write_input):
+    with pytest.raises(sitedda.InputError, match="'original' of &contact knows no &stage"):
+        sitedda.Simulation(write_input(beam(STAGES)), contact_rules="original")
+
+
+def test_a_released_support_lets_go(write_input):
+    """A block on two supports turns about the one that stays."""
+    groups = model({"bar": rectangle(0.0, 0.0, 4.0, 0.5)}, points=[("end", "bar", 4.0, 0.25)])
+    groups = changed(groups, "control", settle=None, steps=None)
+    groups[3:3] = [
+        ("fixed_point", {"name": "stay", "x": 0.2, "y": 0.25}),
+        ("fixed_point", {"name": "prop", "x": 3.8, "y": 0.25}),
+    ]
+    groups[-1:-1] = [
+        ("stage", {"name": "rest", "kind": "static"}),
+        ("stage", {"name": "go", "steps": 100, "release": "prop", "zero_displacements": True}),
+    ]
+    fall = sitedda.run(write_input(groups)).history.displacement.values[-1, 0, 1]
+    # Uniform bar about a point 1.8 m from its middle: angle = ½ (m g a/I) t², end 3.8 m away.
+    inertia = (4.0**2 + 0.5**2) / 12 + 1.8**2
+    expected = -3.8 * 0.5 * GRAVITY * 1.8 / inertia * 0.1**2
+    assert fall == pytest.approx(expected, rel=0.02)
