@@ -12,6 +12,7 @@ module dda_input
    use dda_input_stages, only: read_stages
    use dda_model, only: model_type, default_stiffness
    use dda_namelist_groups, only: group_type, split_groups
+   use dda_stage, only: stage_type
    use dda_text, only: quoted
    use dda_text_file, only: read_text_file
    implicit none
@@ -210,6 +211,16 @@ contains
       end do
    end subroutine refuse_velocities
 
+   !> Samples stand at equal times.
+   pure logical function is_uniform(stages)
+      type(stage_type), intent(in) :: stages(:)  !< in order
+      real(wp), allocatable :: steps(:)
+
+      steps = pack(stages%time_step, .not. stages%static)
+      is_uniform = .not. any(stages(2:)%static)
+      if (is_uniform .and. size(steps) > 0) is_uniform = all(steps == steps(1))
+   end function is_uniform
+
    !> The last name must not have been used before.
    subroutine check_new_name(place, names, error)
       type(place_type), intent(in) :: place  !< of the group
@@ -296,6 +307,9 @@ contains
          a = a + 1
          call read_amplification(groups(i)%text, place_of_group(file, groups(i)), model%points, &
             model%amplifications(a), error)
+         if (.not. is_uniform(model%stages)) call input_error(error, place_of_group(file, &
+            groups(i)), 'a spectrum needs samples at equal times: one time_step in all '// &
+            'dynamic stages, and no static stage but the first')
       end do
    end subroutine read_amplifications
 
