@@ -9,14 +9,14 @@ module dda_driver
    use dda_interrupts, only: stop_requested
    use dda_kinds, only: long
    use dda_messages, only: say, warn
-   use dda_model, only: model_type
+   use dda_model, only: model_type, run_duration
    use dda_output_file, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_simulation, only: simulation_type, summary
    use dda_peak_check, only: peak_warning
    use dda_site_response, only: response_peak_type, amplification_peak, peak_text
-   use dda_start, only: start
+   use dda_stages, only: begin_simulation
    use dda_text, only: to_text
    use dda_version, only: version
    implicit none
@@ -55,7 +55,7 @@ contains
       call read_model_file(model, file, error)
       if (allocated(error)) return
       allocate (simulation, report)
-      call start(simulation, model, error)
+      call begin_simulation(simulation, model, error)
       if (.not. allocated(error)) call check_simulation(simulation, report, error)
       if (allocated(error)) return
       text = report_text(report)
@@ -105,9 +105,7 @@ contains
                resume_command(arguments))
             return
          end if
-         associate (control => run%simulation%model%control)
-            call show_progress(progress, run%simulation%time, control%steps*control%time_step)
-         end associate
+         call show_progress(progress, run%simulation%time, run_duration(run%simulation%model))
       end do
    end subroutine step_to_end
 

@@ -9,6 +9,7 @@ module dda_check_simulation
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
       strain_energy
+   use dda_model, only: run_steps
    use dda_modes, only: modes_type, find_modes
    use dda_omega_max, only: find_omega_max
    use dda_ringing, only: ringing_type, find_ringing
@@ -348,10 +349,10 @@ contains
       ! times K̂.
       report%memory = 8.0_wp*(linear%n*300.0_wp + 60.0_wp*simulation%contacts(simulation%now)%n &
          + 4*36.0_wp*(linear%n + size(linear%stiffness%column)))
-      found = to_text(simulation%model%control%steps)//' steps, about '// &
+      found = to_text(run_steps(simulation%model))//' steps, about '// &
          short(report%memory/2.0_wp**20)//' MiB'
       seconds = seconds_per_step(simulation)
-      if (seconds > 0.0_wp) found = found//', '//short(seconds*simulation%model%control%steps)// &
+      if (seconds > 0.0_wp) found = found//', '//short(seconds*run_steps(simulation%model))// &
          ' s at the pace of the first '//to_text(timed_steps)//' steps'
       call add_line(report, verdict_ok, 'cost', found, 'measured', '')
    end subroutine check_cost

@@ -78,6 +78,7 @@ contains
       character(len=*), intent(in) :: which  !< contacts: 'closed', 'present', 'settled' or 'auto'
       type(error_type), allocatable, intent(out) :: error
       type(simulation_type) :: settled
+      type(error_type), allocatable :: unrest  ! in the words of the equilibrium
 
       select case (which)
       case ('closed', 'present')
@@ -87,7 +88,8 @@ contains
             call build(linear, simulation, .true.)
             return
          end if
-         call equilibrate(settled, simulation, linear%equilibrium)
+         settled = simulation
+         call equilibrate(settled, linear%equilibrium, unrest)
          call build(linear, settled, .false.)
          call restore_run(linear, simulation)
       case default

@@ -68,7 +68,23 @@ contains
       allocate (box(4, blocks%n))
       call bound_blocks(blocks, 0.5_wp*reach, box)
       call find_pairs(neighbours, blocks%n, box)
+      if (any(blocks%removed)) call drop_removed(neighbours, blocks%removed)
    end subroutine find_near_pairs
+
+   !> Only pairs of blocks that are there.
+   pure subroutine drop_removed(neighbours, removed)
+      type(neighbours_type), intent(inout) :: neighbours  !< pairs
+      logical, intent(in) :: removed(:)                   !< [blocks]
+      integer :: p, kept
+
+      kept = 0
+      do p = 1, neighbours%n_pairs
+         if (any(removed(neighbours%pair(:, p)))) cycle
+         kept = kept + 1
+         neighbours%pair(:, kept) = neighbours%pair(:, p)
+      end do
+      neighbours%n_pairs = kept
+   end subroutine drop_removed
 
    !> Which vertices and which blocks are convex: constants of the run.
    subroutine mark_convex(neighbours, blocks)

@@ -17,7 +17,7 @@ module dda_simulation
    use dda_text, only: to_text
    implicit none
    private
-   public :: simulation_type, next_step, exchange_lists, finished, summary, block_name
+   public :: simulation_type, counters_type, next_step, exchange_lists, finished, stage_finished, summary, block_name
 
    !> What has been counted since the start.
    type :: counters_type
@@ -47,6 +47,9 @@ module dda_simulation
       type(open_close_type) :: iteration
       type(energy_type) :: energy
       type(counters_type) :: counters
+      integer :: stage = 0                     !< present stage
+      integer(long) :: first_step = 0          !< steps done before it
+      real(wp) :: first_time = 0.0_wp          !< time at its beginning, s
       integer(long) :: step = 0                !< steps done
       real(wp) :: time = 0.0_wp                !< s
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
@@ -54,6 +57,7 @@ module dda_simulation
       !> bound on the farthest move of a vertex in the last step / Δt, m/s
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
+      character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
    end type simulation_type
 
 contains
@@ -72,18 +76,29 @@ contains
       simulation%now = 3 - simulation%now
    end subroutine exchange_lists
 
-   !> The duration asked for has been reached.
+   !> All stages are done.
    pure logical function finished(simulation)
       type(simulation_type), intent(in) :: simulation
 
+      finished = simulation%stage >= size(simulation%model%stages) .and. stage_finished(simulation)
+   end function finished
+
+   !> The present stage is done: a static one as soon as it has been entered.
+   pure logical function stage_finished(simulation) result(done)
+      type(simulation_type), intent(in) :: simulation
+
+      done = simulation%stage == 0
+      if (.not. done) done = simulation%model%stages(simulation%stage)%static
+      if (done) return
       associate (control => simulation%model%control)
          if (control%adaptive) then
-            finished = simulation%time >= (real(control%steps, wp) - 1.0e-9_wp)*control%time_step
+            done = simulation%time - simulation%first_time >= (real(control%steps, wp) &
+               - 1.0e-9_wp)*control%time_step
          else
-            finished = simulation%step >= control%steps
+            done = simulation%step - simulation%first_step >= control%steps
          end if
       end associate
-   end function finished
+   end function stage_finished
 
    !> What step control did, in words.
    pure function summary(simulation) result(text)
@@ -97,8 +112,21 @@ contains
             ' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
             ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
       end associate
+      if (simulation%statics /= '') then
+         text = text//'; '//simulation%statics
+      else if (comes_suddenly(simulation%model)) then
+         text = text//'; gravity came on suddenly in the first step (settle = .true. begins at rest)'
+      end if
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
+
+   !> Gravity acts on a model that is not brought to rest.
+   pure logical function comes_suddenly(model)
+      type(model_type), intent(in) :: model
+
+      comes_suddenly = norm2(model%control%gravity) > 0.0_wp .and. &
+         model%control%dynamic_factor > 0.0_wp .and. .not. model%stages(1)%static
+   end function comes_suddenly
 
    pure function block_name(simulation, b) result(name)
       type(simulation_type), intent(in) :: simulation

@@ -35,9 +35,10 @@ contains
 
       simulation%model = model
       simulation%blocks = model%blocks
+      simulation%statics = ''
       simulation%time_step = model%control%time_step
       simulation%scheme = scheme_named(model%control%integration, model%control%theta)
-      call set_elements(simulation%elements, model)
+      call set_elements(simulation%elements, model, 0.0_wp)
       call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
       call choose_solver(simulation%solver, model%control%solver, error)
       if (allocated(error)) return

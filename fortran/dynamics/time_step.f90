@@ -175,11 +175,12 @@ contains
 
       associate (control => simulation%model%control)
          if (.not. control%adaptive) then
-            simulation%time = real(simulation%step, wp)*control%time_step
+            simulation%time = simulation%first_time + real(simulation%step &
+               - simulation%first_step, wp)*control%time_step
             return
          end if
          simulation%time = time
-         left = real(control%steps, wp)*control%time_step - time
+         left = simulation%first_time + real(control%steps, wp)*control%time_step - time
          simulation%time_step = min(control%time_step, recover*simulation%time_step)
          if (left > 0.0_wp) simulation%time_step = min(simulation%time_step, left)
       end associate

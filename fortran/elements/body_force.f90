@@ -20,6 +20,7 @@ module dda_body_force
    contains
       procedure :: add_force
       procedure :: account
+      procedure :: freeze
    end type body_force_type
 
 contains
@@ -78,6 +79,15 @@ contains
       call add_energy(energy, energy_gravity, -dot_product(self%gravity, moved))
       call add_energy(energy, energy_input, dot_product(base_force(self, motions, step), moved))
    end subroutine account
+
+   !> Gravity alone.
+   subroutine freeze(self, motions, time)
+      class(body_force_type), intent(inout) :: self
+      type(motion_type), intent(in) :: motions(:)
+      real(wp), intent(in) :: time
+
+      self%base_motion = 0
+   end subroutine freeze
 
    !> Σ m d of blocks first … last.
    pure function mass_times(blocks, d, first, last) result(moved)

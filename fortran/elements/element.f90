@@ -25,6 +25,7 @@ module dda_element
       procedure(budget_interface), deferred :: account
       procedure :: accept => accept_nothing
       procedure :: match_velocity => match_nothing
+      procedure :: freeze => freeze_nothing
       procedure :: serialise => serialise_nothing
    end type element_type
 
@@ -85,6 +86,13 @@ contains
       type(step_type), intent(in) :: step           !< the one to come
       real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
    end subroutine match_nothing
+
+   !> Hold for ever what depends on time; here: nothing does.
+   subroutine freeze_nothing(self, motions, time)
+      class(element_type), intent(inout) :: self
+      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
+      real(wp), intent(in) :: time                  !< whose loads and places stay, s
+   end subroutine freeze_nothing
 
    !> Write or read a state of its own; here: none.
    subroutine serialise_nothing(self, archive)

@@ -15,7 +15,7 @@ module dda_elements
    implicit none
    private
    public :: elements_type, set_elements, register, linear_terms_of, add_forces, update_stored, &
-      account_elements, accept_elements, match_velocities, serialise_elements
+      account_elements, accept_elements, match_velocities, freeze_elements, serialise_elements
 
    !> One kind of elements.
    type :: kind_type
@@ -31,9 +31,10 @@ module dda_elements
 contains
 
    !> The elements that a model asks for.  Here a new kind is registered.
-   subroutine set_elements(elements, model)
+   subroutine set_elements(elements, model, time)
       type(elements_type), intent(out) :: elements
       type(model_type), intent(in) :: model
+      real(wp), intent(in) :: time  !< from which they act, s
 
       elements%motions = model%motions
       allocate (elements%kind(0))
@@ -43,7 +44,7 @@ contains
          if (size(model%loads) > 0) call register(elements, point_loads_type(model%loads))
          if (size(model%fixed_points) > 0) call register(elements, &
             new_fixed_points(model%fixed_points, model%motions, &
-            contact%fixed_point_ratio*contact%normal_stiffness))
+            contact%fixed_point_ratio*contact%normal_stiffness, time))
       end associate
    end subroutine set_elements
 
@@ -143,6 +144,17 @@ contains
       end do
       blocks%velocity = velocity
    end subroutine match_velocities
+
+   !> For statics: loads and supported points as at a time stay so, motions of the base do not act.
+   subroutine freeze_elements(elements, time)
+      type(elements_type), intent(inout) :: elements
+      real(wp), intent(in) :: time  !< s
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%freeze(elements%motions, time)
+      end do
+   end subroutine freeze_elements
 
    !> Write or read their states.
    subroutine serialise_elements(elements, archive)

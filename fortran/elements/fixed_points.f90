@@ -41,16 +41,19 @@ module dda_fixed_points
       procedure :: account
       procedure :: accept
       procedure :: match_velocity
+      procedure :: freeze
       procedure :: serialise
    end type fixed_points_type
 
 contains
 
-   !> Fixed points at the start of a run.
-   pure type(fixed_points_type) function new_fixed_points(points, motions, stiffness) result(self)
+   !> Fixed points from a time on.
+   pure type(fixed_points_type) function new_fixed_points(points, motions, stiffness, &
+      time) result(self)
       type(fixed_point_type), intent(in) :: points(:)
       type(motion_type), intent(in) :: motions(:)
       real(wp), intent(in) :: stiffness  !< of each, N/m per metre of thickness
+      real(wp), intent(in) :: time       !< s
       integer :: i, axis
 
       allocate (self%point, source=points)
@@ -59,7 +62,7 @@ contains
       do i = 1, size(points)
          do axis = 1, 2
             if (points(i)%motion(axis) > 0) self%rate(axis, i) = &
-               velocity_at(motions(points(i)%motion(axis))%curve, 0.0_wp)
+               velocity_at(motions(points(i)%motion(axis))%curve, time)
          end do
       end do
    end function new_fixed_points
@@ -313,6 +316,20 @@ contains
       call invert(matrix, inverse)
       velocity(:, b) = matmul(inverse, impulse)
    end subroutine match_block
+
+   !> The places of a time for ever.
+   subroutine freeze(self, motions, time)
+      class(fixed_points_type), intent(inout) :: self
+      type(motion_type), intent(in) :: motions(:)
+      real(wp), intent(in) :: time
+      integer :: i
+
+      do i = 1, size(self%point)
+         self%point(i)%place = self%point(i)%place + target_displacement(self, i, motions, time)
+         self%point(i)%motion = 0
+      end do
+      self%rate = 0.0_wp
+   end subroutine freeze
 
    !> The velocities of the motions.
    subroutine serialise(self, archive)

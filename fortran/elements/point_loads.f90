@@ -17,6 +17,7 @@ module dda_point_loads
    contains
       procedure :: add_force
       procedure :: account
+      procedure :: freeze
    end type point_loads_type
 
 contains
@@ -55,5 +56,19 @@ contains
          end associate
       end do
    end subroutine account
+
+   !> The forces of a time for ever.
+   subroutine freeze(self, motions, time)
+      class(point_loads_type), intent(inout) :: self
+      type(motion_type), intent(in) :: motions(:)
+      real(wp), intent(in) :: time
+      real(wp), parameter :: ever = 0.5_wp*huge(1.0_wp)
+      integer :: i
+
+      do i = 1, size(self%load)
+         self%load(i)%force = spread(load_at(self%load(i), time), 2, 2)
+         self%load(i)%time = [-ever, ever]
+      end do
+   end subroutine freeze
 
 end module dda_point_loads

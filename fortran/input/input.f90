@@ -9,8 +9,10 @@ module dda_input
    use dda_input_materials, only: read_material, read_joint, read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
    use dda_input_settings, only: read_run, read_control, read_contact, read_output
+   use dda_input_stages, only: read_stages
    use dda_model, only: model_type, default_stiffness
    use dda_namelist_groups, only: group_type, split_groups
+   use dda_stage, only: stage_type
    use dda_text, only: quoted
    use dda_text_file, only: read_text_file
    implicit none
@@ -52,7 +54,10 @@ contains
       if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_bodies(model, file, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
-      if (.not. allocated(error)) call read_amplifications(model, file, groups, error)
+      if (.not. allocated(error)) call read_stages(model, file, groups, error)
+      if (allocated(error)) return
+      if (model%stages(1)%static) call refuse_velocities(file, model, error)
+      call read_amplifications(model, file, groups, error)
    end subroutine read_model
 
    !> Every group must be known, and appear once if it may not repeat.
@@ -117,7 +122,8 @@ contains
             case ('run')
                call read_run(text, place, model%title, error)
             case ('control')
-               call read_control(text, place, model%control, base_motion, error)
+               call read_control(text, place, count_groups(groups, 'stage') > 0, model%control, &
+                  base_motion, error)
             case ('contact')
                call read_contact(text, place, model%contact, error)
             case ('output')
@@ -129,6 +135,11 @@ contains
       if (model%contact%original_rules .and. model%control%integration /= 'dda') &
          call fail(error, error_input, file//": contact_rules = 'original' of &contact needs "// &
          "integration = 'dda' of &control, not "//quoted(trim(model%control%integration)))
+      if (model%contact%original_rules .and. model%control%settle) call fail(error, error_input, &
+         file//": contact_rules = 'original' of &contact has no static stage: settle of "// &
+         '&control must be .false.')
+      if (model%contact%original_rules .and. count_groups(groups, 'stage') > 0) call fail(error, &
+         error_input, file//": contact_rules = 'original' of &contact knows no &stage")
    end subroutine read_settings
 
    !> The input's name with .nc in place of .nml, in the working folder.
@@ -181,9 +192,36 @@ contains
             end select
          end associate
       end do
+      if (allocated(error)) return
       if (model%contact%normal_stiffness == 0.0_wp) model%contact%normal_stiffness = &
          default_stiffness(model%materials)
    end subroutine read_substances
+
+   !> A model that begins at rest has no first velocities.
+   subroutine refuse_velocities(file, model, error)
+      character(len=*), intent(in) :: file  !< path
+      type(model_type), intent(in) :: model  !< with its materials
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: m
+
+      do m = 1, size(model%materials)
+         if (norm2(model%materials(m)%initial_velocity) == 0.0_wp) cycle
+         call fail(error, error_input, file//': material '// &
+            quoted(trim(model%materials(m)%name))//' has an initial_velocity, and the '// &
+            'run begins at rest: leave out one of them')
+         return
+      end do
+   end subroutine refuse_velocities
+
+   !> Samples stand at equal times.
+   pure logical function is_uniform(stages)
+      type(stage_type), intent(in) :: stages(:)  !< in order
+      real(wp), allocatable :: steps(:)
+
+      steps = pack(stages%time_step, .not. stages%static)
+      is_uniform = .not. any(stages(2:)%static)
+      if (is_uniform .and. size(steps) > 0) is_uniform = all(steps == steps(1))
+   end function is_uniform
 
    !> The last name must not have been used before.
    subroutine check_new_name(place, names, error)
@@ -271,6 +309,9 @@ contains
          a = a + 1
          call read_amplification(groups(i)%text, place_of_group(file, groups(i)), model%points, &
             model%amplifications(a), error)
+         if (.not. is_uniform(model%stages)) call input_error(error, place_of_group(file, &
+            groups(i)), 'a spectrum needs samples at equal times: one time_step in all '// &
+            'dynamic stages, and no static stage but the first')
       end do
    end subroutine read_amplifications
 

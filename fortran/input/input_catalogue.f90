@@ -28,7 +28,7 @@ module dda_input_catalogue
    !> A variable of a group.
    type :: variable_type
       character(len=22) :: name
-      character(len=9) :: kind                !< 'real', 'integer', 'text', 'real list', 'text list'
+      character(len=9) :: kind                !< 'real', 'integer', 'text', 'logical', or a list
       character(len=12) :: unit               !< blank: a pure number or a text
       character(len=44) :: default            !< in words; 'required' if there is none
       character(len=256) :: meaning           !< one line
@@ -38,7 +38,7 @@ module dda_input_catalogue
       character(len=14) :: group = ''         !< set by `all_variables`
    end type variable_type
 
-   type(group_entry_type), parameter :: input_groups(15) = [ &
+   type(group_entry_type), parameter :: input_groups(16) = [ &
       group_entry_type('run', .false.), group_entry_type('control', .false.), &
       group_entry_type('contact', .false.), group_entry_type('output', .false.), &
       group_entry_type('material', .true.), group_entry_type('joint', .true.), &
@@ -46,7 +46,7 @@ module dda_input_catalogue
       group_entry_type('layers', .true.), group_entry_type('drums', .true.), &
       group_entry_type('wall', .true.), group_entry_type('fixed_point', .true.), &
       group_entry_type('load', .true.), group_entry_type('measured_point', .true.), &
-      group_entry_type('amplification', .true.)]
+      group_entry_type('stage', .true.), group_entry_type('amplification', .true.)]
 
    type(variable_type), parameter :: naming_variables(2) = [ &
       variable_type('material', 'text', '', 'the first', &
@@ -70,7 +70,7 @@ module dda_input_catalogue
    type(variable_type), parameter :: run_variables(1) = [ &
       variable_type('title', 'text', '', 'blank', 'title of the run', allowed='any')]
 
-   type(variable_type), parameter :: control_variables(16) = [ &
+   type(variable_type), parameter :: control_variables(17) = [ &
       variable_type('time_step', 'real', 's', 'required', &
          'Δt; the largest one when adaptive', 1.0e-15_wp, 1.0e9_wp), &
       variable_type('steps', 'integer', '', 'this or duration', &
@@ -98,6 +98,9 @@ module dda_input_catalogue
       variable_type('damping_frequency', 'real', 'Hz', 'none', &
          'frequency of damping_ratio, below 1/(2 time_step)', above_zero), &
       variable_type('gravity', 'real list', 'm/s²', '0, 0', 'acceleration of gravity, x and y'), &
+      variable_type('settle', 'logical', '', '.false.', &
+         'the model is brought to rest under gravity and the loads of time 0 before the first '// &
+         'step; displacements count from there'), &
       variable_type('analysis', 'text', '', "'plane_stress'", &
          'elastic law of the blocks', allowed="'plane_stress', 'plane_strain'"), &
       variable_type('base_motion_x', 'text', '', 'none', &
@@ -207,7 +210,8 @@ module dda_input_catalogue
          'bricks in a course, in running bond', 1.0_wp, 1.0e6_wp), &
       variable_type('courses', 'integer', '', '1', 'number of courses', 1.0_wp, most_blocks)]
 
-   type(variable_type), parameter :: fixed_point_variables(3) = [ &
+   type(variable_type), parameter :: fixed_point_variables(4) = [ &
+      variable_type('name', 'text', '', 'blank', 'name that stages release it by', allowed='any'), &
       variable_type('direction', 'text', '', "'xy'", &
          'directions in which the point is held', allowed="'x', 'y', 'xy'"), &
       variable_type('motion_x', 'text', '', 'none', &
@@ -225,6 +229,35 @@ module dda_input_catalogue
    type(variable_type), parameter :: measured_variables(1) = [ &
       variable_type('name', 'text', '', 'required', &
          'name of the point in the output', allowed='any, used once')]
+
+   type(variable_type), parameter :: stage_variables(13) = [ &
+      variable_type('name', 'text', '', 'required', &
+         'name of the stage in the output', allowed='any, used once'), &
+      variable_type('kind', 'text', '', "'dynamic'", &
+         'static: to rest, in no time; dynamic: steps of Δt', allowed="'static', 'dynamic'"), &
+      variable_type('duration', 'real', 's', 'this or steps', &
+         'of a dynamic stage, rounded to whole steps', above_zero), &
+      variable_type('steps', 'integer', '', 'this or duration', &
+         'of a dynamic stage', 1.0_wp, 1.0e12_wp), &
+      variable_type('time_step', 'real', 's', 'that of &control', &
+         'Δt of a dynamic stage', 1.0e-15_wp, 1.0e9_wp), &
+      variable_type('integration', 'text', '', 'that of &control', &
+         'of a dynamic stage', allowed="'dda', 'midpoint', 'theta', 'backward_euler'"), &
+      variable_type('theta', 'real', '', 'that of &control', &
+         "θ = χ of integration = 'theta'", 0.5_wp, 1.0_wp), &
+      variable_type('zero_displacements', 'logical', '', '.false.', &
+         'displacements of measured points count from the beginning of the stage'), &
+      variable_type('remove', 'text', '', 'none', &
+         'blocks that are taken out: excavation', allowed="names: 'one, two, all_*'"), &
+      variable_type('release', 'text', '', 'none', &
+         'fixed points that let go', allowed="names: 'one, two, all_*'"), &
+      variable_type('motions', 'text', '', 'none', &
+         'motions that begin with the stage; others begin with the first dynamic one', &
+         allowed="names: 'one, two, all_*'"), &
+      variable_type('change_joints', 'text', '', 'none', &
+         'joints in place of others from now on', allowed="'old -> new, old -> new'"), &
+      variable_type('change_materials', 'text', '', 'none', &
+         'materials in place of others; stresses stay', allowed="'old -> new, old -> new'")]
 
    type(variable_type), parameter :: amplification_variables(6) = [ &
       variable_type('surface', 'text', '', "'surface'", &
@@ -288,6 +321,8 @@ contains
          list = [point_variables, load_variables]
       case ('measured_point')
          list = [measured_variables, point_variables]
+      case ('stage')
+         list = stage_variables
       case ('amplification')
          list = amplification_variables
       case default
@@ -329,6 +364,8 @@ contains
 
       if (variable%kind(:4) == 'text') then
          text = trim(variable%allowed)
+      else if (variable%kind == 'logical') then
+         text = '.true., .false.'
       else if (variable%lowest == above_zero) then
          text = 'above 0'
       else if (variable%lowest == -usable) then

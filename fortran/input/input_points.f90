@@ -81,10 +81,10 @@ contains
       type(fixed_point_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: x, y
-      character(len=name_length) :: block, direction, motion_x, motion_y
+      character(len=name_length) :: block, direction, motion_x, motion_y, name
       character(len=256) :: message
       integer :: status
-      namelist /fixed_point/ x, y, block, direction, motion_x, motion_y
+      namelist /fixed_point/ x, y, block, direction, motion_x, motion_y, name
 
       x = unset
       y = unset
@@ -92,6 +92,7 @@ contains
       direction = 'xy'
       motion_x = ''
       motion_y = ''
+      name = ''
       read (group, nml=fixed_point, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
       call to_model_origin(x, y, origin)
@@ -99,6 +100,7 @@ contains
       call require_choice(error, place, 'direction', direction)
       if (allocated(error)) return
       new%held = [index(direction, 'x') > 0, index(direction, 'y') > 0]
+      new%name = name
       new%place = [x, y]
       new%reference = reference_of(blocks, new%block, new%place)
       if (motion_x /= '') call require_name(error, place, 'motion_x', motion_x, motions%name, &

@@ -10,7 +10,7 @@ module dda_input_settings
    use dda_text, only: to_text
    implicit none
    private
-   public :: read_run, read_control, read_contact, read_output
+   public :: read_run, read_control, read_contact, read_output, count_steps
 
 contains
 
@@ -31,9 +31,10 @@ contains
    end subroutine read_run
 
    !> &control: how the run is stepped.
-   subroutine read_control(group, place, settings, base_motion, error)
+   subroutine read_control(group, place, staged, settings, base_motion, error)
       character(len=*), intent(in) :: group  !< its text, on one line
       type(place_type), intent(in) :: place  !< of the group
+      logical, intent(in) :: staged  !< the input has stages of its own
       type(control_type), intent(out) :: settings  !< defaults where the input is silent
       character(len=name_length), intent(out) :: base_motion(2)  !< names of motions, x and y
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -43,9 +44,10 @@ contains
          base_motion_y, integration
       character(len=256) :: message
       integer :: status
+      logical :: settle
       namelist /control/ time_step, duration, steps, least_time_step, dynamic_factor, &
          max_displacement_ratio, gravity, time_step_control, analysis, solver, base_motion_x, &
-         base_motion_y, integration, theta, damping_ratio, damping_frequency
+         base_motion_y, integration, theta, damping_ratio, damping_frequency, settle
 
       time_step = unset
       duration = unset
@@ -54,6 +56,7 @@ contains
       dynamic_factor = settings%dynamic_factor
       max_displacement_ratio = settings%max_displacement_ratio
       gravity = 0.0_wp
+      settle = settings%settle
       time_step_control = 'fixed'
       analysis = 'plane_stress'
       solver = settings%solver
@@ -75,13 +78,20 @@ contains
       call require_choice(error, place, 'solver', solver)
       call require_choice(error, place, 'time_step_control', time_step_control)
       call require_choice(error, place, 'analysis', analysis)
-      call count_steps(error, place, time_step, duration, steps)
+      if (staged) then
+         if (is_set(duration) .or. is_set(steps) .or. settle) call input_error(error, place, &
+            'with &stage groups, duration, steps and settle have no place here: each &stage '// &
+            "has its own, and kind = 'static' settles")
+         steps = 0.0_wp
+      else
+         call count_steps(error, place, time_step, duration, steps)
+      end if
       if (allocated(error)) return
 
       settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
          least_time_step=least_time_step, dynamic_factor=dynamic_factor, gravity=gravity, &
          max_displacement_ratio=max_displacement_ratio, &
-         plane_strain=analysis == 'plane_strain', solver=solver(:16))
+         plane_strain=analysis == 'plane_strain', solver=solver(:16), settle=settle)
       call check_integration(error, place, integration, theta, damping_ratio, damping_frequency, &
          settings)
       base_motion = [base_motion_x, base_motion_y]

@@ -17,7 +17,8 @@ module dda_blocks
    implicit none
    private
    public :: blocks_type, set_blocks, update_geometry, is_convex
-   public :: place_of, offset_of, direction_row, shape_matrix, reference_of, stress_of
+   public :: change_material, remove_block, place_of, offset_of, direction_row, shape_matrix, &
+      reference_of, stress_of
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
    type :: blocks_type
@@ -39,6 +40,8 @@ module dda_blocks
       real(wp), allocatable :: initial_stress(:,:) !< [3,n] Pa, in the block's axes
       !> half of the larger side of the box round all at the start, m
       real(wp) :: half_size = 0.0_wp
+      ! Changed by stages
+      logical, allocatable :: removed(:)           !< [n] no longer part of the model
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
@@ -87,7 +90,9 @@ contains
       allocate (blocks%owner(vertices), blocks%next(vertices), blocks%previous(vertices))
       allocate (blocks%reference(2, vertices), blocks%vertex(2, vertices), &
          blocks%along(2, vertices), blocks%length(vertices))
-      allocate (blocks%mixed(n), blocks%radius(n), blocks%area(n), blocks%mass(n), blocks%inertia(6, 6, n), &
+      allocate (blocks%removed(n), source=.false.)
+      allocate (blocks%mixed(n), blocks%radius(n), blocks%area(n), blocks%mass(n), &
+         blocks%inertia(6, 6, n), &
          blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
       allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), &
@@ -121,6 +126,36 @@ contains
       blocks%position(1:2, b) = centre
       blocks%velocity(1:3, b) = material%initial_velocity
    end subroutine set_block
+
+   !> Give block b another material in its present state; its stress stays.
+   pure subroutine change_material(blocks, b, material, plane_strain)
+      type(blocks_type), intent(inout) :: blocks
+      integer, intent(in) :: b
+      type(material_type), intent(in) :: material  !< the new one
+      logical, intent(in) :: plane_strain          !< else plane stress
+      real(wp) :: stiffness(3, 3)
+
+      stiffness = blocks%area(b)*elasticity(material, plane_strain)
+      blocks%initial_stress(:, b) = blocks%initial_stress(:, b) + matmul(blocks%stiffness(:, :, b) &
+         - stiffness, blocks%position(4:6, b))/blocks%area(b)
+      blocks%stiffness(:, :, b) = stiffness
+      blocks%mass(b) = material%density*blocks%area(b)
+      blocks%inertia(:, :, b) = mass_matrix(blocks%mass(b), material%density &
+         *second_moments(blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1)))
+   end subroutine change_material
+
+   !> Take block b out of the model: it keeps its place and its inertia, and nothing acts on it.
+   pure subroutine remove_block(blocks, b)
+      type(blocks_type), intent(inout) :: blocks
+      integer, intent(in) :: b
+
+      blocks%removed(b) = .true.
+      blocks%mass(b) = 0.0_wp
+      blocks%initial_stress(:, b) = 0.0_wp
+      blocks%position(4:6, b) = 0.0_wp
+      blocks%velocity(:, b) = 0.0_wp
+      blocks%acceleration(:, b) = 0.0_wp
+   end subroutine remove_block
 
    !> M = ρ ∫ TᵀT from the mass and the second moments of mass (x², y², xy) about the centroid.
    pure function mass_matrix(mass, moments) result(m)

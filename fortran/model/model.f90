@@ -1,15 +1,16 @@
 !> Everything that stands in an input file, checked and ready: what a run does not change.
 module dda_model
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, long
    use dda_settings, only: control_type, contact_settings_type, output_settings_type, &
       amplification_type
    use dda_material, only: material_type, joint_type
    use dda_support, only: fixed_point_type, load_type, point_type
    use dda_motion, only: motion_type
+   use dda_stage, only: stage_type
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: model_type, half_size, contact_distance, default_stiffness
+   public :: model_type, half_size, contact_distance, default_stiffness, run_steps, run_duration
 
    !> A model; blocks stand in their first state.
    type :: model_type
@@ -27,6 +28,7 @@ module dda_model
       type(fixed_point_type), allocatable :: fixed_points(:)
       type(load_type), allocatable :: loads(:)
       type(point_type), allocatable :: points(:)
+      type(stage_type), allocatable :: stages(:)     !< in order, one at least
       type(amplification_type), allocatable :: amplifications(:)
       character(len=64), allocatable :: block_names(:)
       type(blocks_type) :: blocks
@@ -49,6 +51,20 @@ contains
       contact_distance = min(2.5_wp*max(model%control%max_displacement_ratio, &
          4.0e-4_wp)*half_size(model%blocks), 0.2_wp*minval(model%blocks%radius))
    end function contact_distance
+
+   !> Steps of all stages, without those that are repeated.
+   pure integer(long) function run_steps(model)
+      type(model_type), intent(in) :: model
+
+      run_steps = sum(model%stages%steps)
+   end function run_steps
+
+   !> Time of all stages, s; static ones take none.
+   pure real(wp) function run_duration(model)
+      type(model_type), intent(in) :: model
+
+      run_duration = sum(model%stages%steps*model%stages%time_step)
+   end function run_duration
 
    !> Penalty when the input gives none: 40 × the largest Young's modulus × 1 m (paper §2.2).
    pure real(wp) function default_stiffness(materials)

@@ -8,7 +8,7 @@ module dda_settings
    !> Time stepping and the frame of the analysis (group &control).
    type :: control_type
       real(wp) :: time_step = 0.0_wp               !< Δt, s; the largest one when adaptive
-      integer(long) :: steps = 0                   !< steps of `time_step`; duration = steps·Δt
+      integer(long) :: steps = 0                   !< of `time_step`, of the present stage
       logical :: adaptive = .false.                !< Δt may shrink and recover
       character(len=16) :: integration = 'dda'     !< member of the family of `dda_scheme`, by name
       real(wp) :: theta = 0.75_wp                  !< θ = χ of integration 'theta'
@@ -19,6 +19,7 @@ module dda_settings
       logical :: plane_strain = .false.            !< else plane stress
       !> motions of the base as body force, x and y; 0 none
       integer :: base_motion(2) = 0
+      logical :: settle = .false.                  !< begin at rest under gravity
       character(len=16) :: solver = 'auto'         !< linear solver by name
    end type control_type
 

@@ -7,6 +7,7 @@ module dda_support
 
    !> A material point held by a stiff spring to its first place plus a prescribed displacement.
    type :: fixed_point_type
+      character(len=64) :: name = ''
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
       real(wp) :: place(2) = 0.0_wp                 !< first place, m

@@ -18,7 +18,7 @@ module dda_output_file
    use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
    use dda_simulation, only: simulation_type, summary
    use dda_linear_solver, only: work_done
-   use dda_text, only: quoted
+   use dda_text, only: joined, quoted
    use dda_diagnostics, only: audit_warning
    use dda_version, only: version
    use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
@@ -35,7 +35,7 @@ module dda_output_file
       'acceleration']
 
    !> Samples of measured points, behind them the energies.
-   type(variable_type), parameter :: sample_variables(6) = [ &
+   type(variable_type), parameter :: sample_variables(7) = [ &
       variable_type('time', nf90_double, 'time', 's', 'time'), &
       variable_type('displacement', nf90_double, 'axis point time', 'm', &
          'displacement of a measured point'), &
@@ -45,7 +45,9 @@ module dda_output_file
          'acceleration of a measured point'), &
       variable_type('time_step', nf90_double, 'time', 's', 'time step that led here'), &
       variable_type('iterations', nf90_double, 'time', '1', &
-         'most open-close iterations of a step since the last sample')]
+         'most open-close iterations of a step since the last sample'), &
+      variable_type('stage', nf90_int, 'time', '1', &
+         'stage of the run, from 1; see the attribute stages')]
 
    !> States of all blocks, now and then.
    type(variable_type), parameter :: frame_variables(5) = [ &
@@ -234,6 +236,7 @@ contains
       call describe(dataset, 'input_text', simulation%model%text)
       call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
+      call describe(dataset, 'stages', joined(simulation%model%stages%name, ', '))
       audit = audit_warning(simulation)
       if (audit == '') audit = 'balances'
       call describe(dataset, 'energy_audit', audit)
@@ -335,8 +338,9 @@ contains
          call put(dataset, 'time', sample(:n, 1), [first], [n])
          call put(dataset, 'time_step', sample(:n, 2), [first], [n])
          call put(dataset, 'iterations', sample(:n, 3), [first], [n])
+         call put(dataset, 'stage', sample(:n, 4), [first], [n])
          do i = 1, size(energy_terms)
-            call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 3 + i), [first], [n])
+            call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 4 + i), [first], [n])
          end do
          if (width == 0) return
          do kind = 1, 3

@@ -11,7 +11,8 @@ module dda_sample
    private
    public :: sample_head, contact_columns, sample_size, frame_size, take_sample, take_frame
 
-   integer, parameter :: sample_head = 3 + size(energy_terms)  !< time, Δt, iterations, energies
+   !> time, Δt, iterations, stage, energies
+   integer, parameter :: sample_head = 4 + size(energy_terms)
    integer, parameter :: contact_columns = 9
 
 contains
@@ -32,7 +33,7 @@ contains
          + contact_columns*contacts
    end function frame_size
 
-   !> Time, Δt, iterations, energies; then [2, points, 3] displacement, velocity, acceleration.
+   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity, acceleration.
    pure subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample
@@ -40,8 +41,9 @@ contains
       real(wp) :: motion(2, 3)
       integer :: i, kind, at
 
-      sample(:3) = [simulation%time, simulation%last_time_step, real(iterations, wp)]
-      sample(4:sample_head) = energy_values(simulation%energy)
+      sample(:4) = [simulation%time, simulation%last_time_step, real(iterations, wp), &
+         real(simulation%stage, wp)]
+      sample(5:sample_head) = energy_values(simulation%energy)
       associate (points => simulation%model%points)
          do i = 1, size(points)
             call measure_point(simulation%blocks, points(i), motion(:, 1), motion(:, 2), &

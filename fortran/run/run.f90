@@ -10,12 +10,13 @@ module dda_run
    use dda_errors, only: error_type
    use dda_file_system, only: remove_file
    use dda_journal, only: journal_type, open_journal, append_row, row_sample, row_frame, journal_name
-   use dda_model, only: model_type
+   use dda_model, only: model_type, run_steps, run_duration
    use dda_output_file, only: check_target, write_output, is_complete, partial_name
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_sample, only: sample_size, take_sample, take_frame
-   use dda_simulation, only: simulation_type, finished
+   use dda_simulation, only: simulation_type, finished, stage_finished
    use dda_start, only: start
+   use dda_stages, only: begin_simulation, begin_first_stage, begin_next_stage
    use dda_time_step, only: advance
    use dda_text, only: to_text
    implicit none
@@ -45,7 +46,7 @@ contains
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
-      call start(run%simulation, model, error)
+      call begin_simulation(run%simulation, model, error)
       if (allocated(error) .or. .not. writes) return
       call open_files(run, error)
       if (.not. allocated(error)) call begin_files(run, error)
@@ -72,7 +73,8 @@ contains
       else if (is_complete(model%output%file, model)) then
          call skip_to_end(run)
       else
-         call begin_files(run, error)
+         call begin_first_stage(run%simulation, error)
+         if (.not. allocated(error)) call begin_files(run, error)
          run%notice = 'there is no checkpoint of '//model%output%file//': begun at the start'
       end if
       if (allocated(error)) call close_files(run)
@@ -86,10 +88,11 @@ contains
       run%notice = run%simulation%model%output%file//' is complete'
       call remove_leftovers(run)
       call close_files(run)
-      associate (control => run%simulation%model%control)
-         run%simulation%step = control%steps
-         run%simulation%time = control%steps*control%time_step
-      end associate
+      run%simulation%stage = size(run%simulation%model%stages)
+      run%simulation%step = run_steps(run%simulation%model)
+      run%simulation%first_step = run%simulation%step &
+         - run%simulation%model%stages(run%simulation%stage)%steps
+      run%simulation%time = run_duration(run%simulation%model)
    end subroutine skip_to_end
 
    !> Open the journal, which keeps other runs from writing the same output.
@@ -133,17 +136,38 @@ contains
       type(run_type), intent(inout) :: run  !< with the files it writes
       integer(long), intent(in) :: steps  !< to take
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer(long) :: i
+      integer(long) :: last
+      logical :: between
 
-      do i = 1, steps
-         if (is_done(run)) return
-         call advance(run%simulation, error)
+      last = run%simulation%step + steps
+      do while (run%simulation%step < last .and. .not. is_done(run))
+         between = stage_finished(run%simulation)
+         if (between) then
+            call begin_next_stage(run%simulation, error)
+         else
+            call advance(run%simulation, error)
+         end if
          run%sound = run%sound .and. .not. allocated(error)
          if (allocated(error)) return
-         if (run%writes) call record_step(run, error)
+         if (.not. run%writes) cycle
+         if (between) then
+            call record_stage(run, error)
+         else
+            call record_step(run, error)
+         end if
          if (allocated(error)) return
       end do
    end subroutine continue_run
+
+   !> The state at the end of a static stage; that at the beginning of a dynamic one is there.
+   subroutine record_stage(run, error)
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (.not. run%simulation%model%stages(run%simulation%stage)%static) return
+      call record_sample(run, error)
+      call record_frame(run, error)
+   end subroutine record_stage
 
    !> Samples and frames are due at multiples of their intervals, and at the end.
    subroutine record_step(run, error)

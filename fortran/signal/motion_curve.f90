@@ -16,7 +16,8 @@ module dda_motion_curve
    !> Samples of a motion and what joins them.
    type :: motion_curve_type
       real(wp) :: time_step = 0.0_wp           !< time between samples (s)
-      real(wp) :: duration = 0.0_wp            !< time of the last sample (s)
+      real(wp) :: duration = 0.0_wp            !< time of the last sample (s) after the first
+      real(wp) :: start = 0.0_wp               !< time of the first sample (s)
       real(wp), allocatable :: displacement(:) !< at the samples (m) [samples]
       real(wp), allocatable :: velocity(:)     !< at the samples (m/s) [samples]
       real(wp), allocatable :: acceleration(:) !< at the samples (m/s²) [samples]
@@ -35,7 +36,7 @@ contains
       real(wp) :: s
 
       displacement = 0.0_wp
-      if (time > curve%duration) displacement = curve%displacement(size(curve%displacement))
+      if (time - curve%start > curve%duration) displacement = curve%displacement(size(curve%displacement))
       call locate(curve, time, i, s)
       if (i == 0) return
       displacement = curve%displacement(i) + s*(curve%velocity(i) &
@@ -79,12 +80,14 @@ contains
       real(wp), intent(in) :: time                  !< s
       integer, intent(out) :: i                     !< 0 before and after the record
       real(wp), intent(out) :: s                    !< s
+      real(wp) :: since
 
       i = 0
       s = 0.0_wp
-      if (.not. (time >= 0.0_wp .and. time <= curve%duration)) return
-      i = min(int(time/curve%time_step) + 1, size(curve%higher, 2))
-      s = time - real(i - 1, wp)*curve%time_step
+      since = time - curve%start
+      if (.not. (since >= 0.0_wp .and. since <= curve%duration)) return
+      i = min(int(since/curve%time_step) + 1, size(curve%higher, 2))
+      s = since - real(i - 1, wp)*curve%time_step
    end subroutine locate
 
    !> Join accelerations by straight lines and integrate twice, exactly: the displacement is cubic.

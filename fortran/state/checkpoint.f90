@@ -29,6 +29,8 @@ module dda_checkpoint
    public :: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, &
       has_checkpoint, remove_spare, remove_checkpoints
 
+   character(len=*), parameter :: layout = ', checkpoints with stages'  !< of all that is written
+
    !> The checkpoints of an output.
    type :: checkpoints_type
       character(len=:), allocatable :: newest, previous, coming  !< file names
@@ -207,7 +209,7 @@ contains
       character(len=:), allocatable :: maker, build
       integer(long) :: input, motions
 
-      maker = version
+      maker = version//layout
       build = checkpoints%build
       input = checkpoints%input
       motions = checkpoints%motions
@@ -215,9 +217,9 @@ contains
       call serialise(checkpoints%archive, build)
       call serialise(checkpoints%archive, input)
       call serialise(checkpoints%archive, motions)
-      if (maker /= version) then
+      if (maker /= version//layout) then
          call fail(error, error_file, 'was made by version '//quoted(maker)//', this is '// &
-            quoted(version))
+            quoted(version//layout))
       else if (build /= checkpoints%build) then
          call fail(error, error_file, 'was made by another build: '//quoted(build))
       else if (input /= checkpoints%input) then

@@ -11,6 +11,7 @@ module dda_simulation_state
    use dda_open_close, only: open_close_type
    use dda_simulation, only: simulation_type, next_step
    use dda_linear_solver, only: analyse
+   use dda_stages, only: restore_stages
    use dda_solver_state, only: serialise_solver
    implicit none
    private
@@ -25,6 +26,7 @@ contains
       type(simulation_type), intent(inout) :: simulation
 
       call serialise_clock(archive, simulation)
+      call serialise_stage(archive, simulation)
       call serialise_counters(archive, simulation)
       call serialise_energy(archive, simulation%energy)
       call serialise_blocks(archive, simulation%blocks)
@@ -57,6 +59,28 @@ contains
       call serialise(archive, simulation%path)
       call serialise_number(archive, simulation%now, 1, size(simulation%contacts))
    end subroutine serialise_clock
+
+   !> What stages have changed of the model.
+   subroutine serialise_stage(archive, simulation)
+      type(archive_type), intent(inout) :: archive
+      type(simulation_type), intent(inout) :: simulation
+      integer :: i
+
+      call serialise_label(archive, 'stage')
+      call serialise_number(archive, simulation%stage, 1, size(simulation%model%stages))
+      call serialise(archive, simulation%first_step)
+      call serialise(archive, simulation%first_time)
+      call serialise(archive, simulation%statics)
+      associate (points => simulation%model%points)
+         do i = 1, size(points)
+            call serialise(archive, points(i)%place)
+         end do
+      end associate
+      do i = 1, size(simulation%model%motions)
+         call serialise(archive, simulation%model%motions(i)%curve%start)
+      end do
+      if (archive%reading .and. .not. allocated(archive%failure)) call restore_stages(simulation)
+   end subroutine serialise_stage
 
    subroutine serialise_counters(archive, simulation)
       type(archive_type), intent(inout) :: archive
@@ -108,6 +132,7 @@ contains
       type(blocks_type), intent(inout) :: blocks
 
       call serialise_label(archive, 'blocks')
+      call serialise(archive, blocks%initial_stress)
       call serialise(archive, blocks%position)
       call serialise(archive, blocks%velocity)
       call serialise(archive, blocks%acceleration)

@@ -17,7 +17,7 @@ module api
    use dda_measure, only: measure_point
    use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
-   use dda_model, only: model_type
+   use dda_model, only: model_type, run_duration
    use dda_modes, only: modes_type, find_modes
    use dda_process, only: process_id
    use dda_peak_check, only: peak_warning
@@ -216,7 +216,7 @@ contains
       if (.not. allocated(error)) then
          associate (simulation => run%simulation)
             clock = [simulation%time, &
-               simulation%model%control%steps*simulation%model%control%time_step, &
+               run_duration(simulation%model), &
                simulation%last_time_step, real(simulation%step, c_double), &
                real(simulation%iteration%iterations, c_double)]
          end associate
@@ -390,7 +390,7 @@ contains
    !> Energies in the order of the output file.
    subroutine energies(handle, values, status, message)
       integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: values(14)
+      real(c_double), intent(out) :: values(18)  !< of `energy_terms`
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error

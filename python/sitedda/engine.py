@@ -43,7 +43,7 @@ class InputVariable(NamedTuple):
     group: str
     name: str
     kind: str
-    """``'real'``, ``'integer'``, ``'text'`` or ``'real list'``."""
+    """``'real'``, ``'integer'``, ``'text'``, ``'real list'`` or ``'logical'``."""
     unit: str
     """Blank for pure numbers and texts."""
     default: str

@@ -16,8 +16,10 @@ from .engine import engine_names, input_catalogue
 from .errors import InputError
 from .namelist import value_text
 
-# Kinds of variables: text, texts, number, numbers, points (x, y, x, y …), whole (a whole number).
+# Kinds of variables: text, texts, number, numbers, points (x, y, x, y …), whole (a whole number),
+# logical.
 _ENGINE_KINDS = {"real": "number", "integer": "whole", "text": "text", "real list": "numbers"}
+_ENGINE_KINDS |= {"logical": "logical"}
 _OWN_KINDS = {("block", "vertices"): "points", ("block", "edge_joints"): "texts"}
 # Variables that arguments of `Model` methods may give by their place: these first.
 _FIRST = {
@@ -166,10 +168,16 @@ def _points(value) -> np.ndarray:
     return array.reshape(-1, 2)
 
 
+def _logical(value) -> bool:
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError
+    return bool(value)
+
+
 _CONVERT = {"text": _text, "texts": _texts, "number": _number, "numbers": _numbers}
-_CONVERT |= {"points": _points, "whole": _whole}
+_CONVERT |= {"points": _points, "whole": _whole, "logical": _logical}
 _WORDS = {"text": "text", "texts": "list of texts", "number": "number", "whole": "whole number"}
-_WORDS |= {"numbers": "list of numbers", "points": "list of points x, y"}
+_WORDS |= {"logical": "logical value", "numbers": "list of numbers", "points": "list of points x, y"}
 
 
 # --- Text ----------------------------------------------------------------------------------------
@@ -286,7 +294,7 @@ def _read(group: str, name: str, text: str):
         at = item.end()
     if not items:
         raise InputError(f"{name} has no value")
-    if kind in ("text", "number", "whole"):
+    if kind in ("text", "number", "whole", "logical"):
         if len(items) > 1:
             raise InputError(f"{name} holds one value, {len(items)} are given")
         return checked(group, name, items[0])
@@ -298,6 +306,10 @@ def _item(name: str, text: str, kind: str):
         if not kind.startswith("text"):
             raise InputError(f"{name}: {text[:40]} is no number")
         return text[1:-1].replace(text[0] * 2, text[0]).rstrip(" ")
+    if kind == "logical":
+        if not re.match(r"\.?[tf]", text, re.I):
+            raise InputError(f"{name}: {text[:40]} is neither .true. nor .false.")
+        return text.lstrip(".")[0] in "tT"
     if kind.startswith("text"):
         raise InputError(f"{name}: {text[:40]} must stand in quotes")
     try:

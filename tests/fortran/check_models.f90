@@ -6,7 +6,7 @@ module check_models
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
    use dda_simulation, only: simulation_type
-   use dda_start, only: start
+   use dda_stages, only: begin_simulation
    use dda_text, only: to_text
    use testing, only: check_no_error
    implicit none
@@ -176,7 +176,7 @@ contains
       call read_model(model, 'text.nml', text, error)
       call check_no_error(error, 'input')
       if (allocated(error)) return
-      call start(simulation, model, error)
+      call begin_simulation(simulation, model, error)
       call check_no_error(error, 'start')
    end subroutine started
 

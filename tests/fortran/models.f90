@@ -13,7 +13,7 @@ module models
    use dda_model, only: model_type
    use dda_outlines, only: outlines_type
    use dda_simulation, only: simulation_type
-   use dda_start, only: start
+   use dda_stages, only: begin_simulation
    use dda_time_step, only: advance
    use testing, only: check_no_error
    implicit none
@@ -48,7 +48,7 @@ contains
       type(model_type) :: model
 
       call read_model(model, 'test.nml', text, error)
-      if (.not. allocated(error)) call start(simulation, model, error)
+      if (.not. allocated(error)) call begin_simulation(simulation, model, error)
    end subroutine begin_or_fail
 
    !> Take steps; a step that fails is a failed check and the end of it.

@@ -10,7 +10,7 @@ module test_transfer
    use dda_model, only: model_type
    use dda_reduced_model, only: solve_reduced, weights_at
    use dda_simulation, only: simulation_type
-   use dda_start, only: start
+   use dda_stages, only: begin_simulation
    use dda_time_step, only: advance
    use dda_transfer, only: transfer_type, transfer_peak_type, prepare_transfer, transfer_at, &
       undamped_transfer_at, transfer_peak
@@ -116,7 +116,7 @@ contains
       end if
       call check_no_error(error, 'motion')
       model%control%dynamic_factor = dynamic_factor
-      call start(simulation, model, error)
+      call begin_simulation(simulation, model, error)
       call check_no_error(error, 'start')
    end subroutine shaken
 

@@ -1,0 +1,243 @@
+!> Statics: a simulation is brought to rest under its weight and the loads of the present time.
+!>
+!> Velocities are dropped after each step, so a step of backward Euler (θ = χ = 1) solves
+!>
+!>     (M/Δt² + K) d = f − K q₀ − ∇U(q₀ + d) ,
+!>
+!> statics with a proximal term: the unbalanced force that it leaves is M d/Δt², and the larger Δt,
+!> the smaller.  Contacts that touch start stuck.  The first Δt is long, so that friction is asked
+!> for what the weight of all blocks needs together; a Δt from the dynamics would let stiff joints
+!> slip while the weight comes on.  A step that does not close is repeated with a shorter Δt, a good
+!> one is followed by a longer.
+!>
+!> Rest: with all velocities zero and the contact laws evaluated in the present geometry, the
+!> largest unbalanced force on a block is at most 10⁻⁶ of the mean weight of a block, or what
+!> rounding of places is worth in the stiffest spring.
+module dda_equilibrium
+   use dda_kinds, only: wp, long
+   use dda_contact_evaluation, only: evaluate_contacts
+   use dda_contact_search, only: find_contacts
+   use dda_elements, only: set_elements, freeze_elements
+   use dda_energy, only: add_energy, energy_kinetic, energy_kinetic_damping
+   use dda_errors, only: error_type, error_convergence, fail
+   use dda_kinematics, only: damp_velocity, farthest_move
+   use dda_model, only: half_size
+   use dda_scheme, only: scheme_type
+   use dda_settings, only: control_type
+   use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
+   use dda_system, only: assemble_linear
+   use dda_text, only: to_text
+   use dda_time_step, only: advance
+   implicit none
+   private
+   public :: equilibrium_type, equilibrate, evaluate_present
+
+   !> How rest was found.
+   type :: equilibrium_type
+      integer :: steps = 0                      !< static steps
+      logical :: at_rest = .false.
+      real(wp) :: unbalanced = huge(1.0_wp)     !< largest unbalanced force on a block, N/m
+      real(wp) :: allowed = 0.0_wp              !< of it, N/m
+      real(wp) :: weight = 0.0_wp               !< mean weight of a block, N/m
+      integer :: block = 0                      !< with the largest unbalanced force
+      character(len=:), allocatable :: words
+   end type equilibrium_type
+
+   integer, parameter :: most_steps = 200
+   integer(long), parameter :: most_iterations = 20000  !< open–close iterations in all
+   real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the mean weight
+   real(wp), parameter :: rounding = 4.0_wp        !< of the last bit of places
+   real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
+   real(wp), parameter :: growth = 10.0_wp         !< of Δt after a step that closed easily
+   real(wp), parameter :: slow_growth = 2.0_wp     !< of Δt after one that did not
+   integer, parameter :: few_iterations = 20       !< of a step that closes easily
+   real(wp), parameter :: shrink = 0.1_wp          !< of Δt after a step that failed
+   real(wp), parameter :: longest = 1.0e2_wp       !< of the first Δt
+   real(wp), parameter :: shortest = 1.0e-5_wp     !< of the first Δt
+   !> of half the model size, a way of all steps that no equilibrium needs
+   real(wp), parameter :: fall = 1.0_wp
+
+contains
+
+   !> Bring a simulation to rest; time, step count and settings stay as they were.  The error says
+   !> what keeps moving.
+   subroutine equilibrate(simulation, equilibrium, error)
+      type(simulation_type), intent(inout) :: simulation
+      type(equilibrium_type), intent(out) :: equilibrium
+      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable :: failure
+      type(control_type) :: control
+      type(scheme_type) :: scheme
+      real(wp) :: time
+      integer(long) :: step
+
+      control = simulation%model%control
+      scheme = simulation%scheme
+      time = simulation%time
+      step = simulation%step
+      call begin_statics(simulation, equilibrium)
+      call step_to_rest(simulation, equilibrium, failure)
+      call put_in_words(simulation, equilibrium, failure)
+      if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
+      simulation%model%control = control
+      simulation%scheme = scheme
+      simulation%laws%theta = scheme%theta
+      simulation%time = time
+      simulation%step = step
+      simulation%time_step = control%time_step
+      call set_elements(simulation%elements, simulation%model, time)
+   end subroutine equilibrate
+
+   !> Backward Euler without velocities; what depends on time stays as it is now.
+   subroutine begin_statics(simulation, equilibrium)
+      type(simulation_type), intent(inout) :: simulation
+      type(equilibrium_type), intent(inout) :: equilibrium
+
+      associate (control => simulation%model%control, blocks => simulation%blocks, &
+         contact => simulation%model%contact)
+         control%dynamic_factor = 0.0_wp
+         control%adaptive = .false.
+         equilibrium%weight = norm2(control%gravity)*sum(blocks%mass)/blocks%n
+         equilibrium%allowed = max(tolerance*equilibrium%weight, simulation%iteration%noise, &
+            rounding*epsilon(1.0_wp)*half_size(blocks)*simulation%laws%normal_stiffness &
+            *merge(contact%fixed_point_ratio, 1.0_wp, size(simulation%model%fixed_points) > 0))
+         simulation%time_step = sqrt(maxval(blocks%mass) &
+            /(first_ratio*simulation%laws%normal_stiffness))
+      end associate
+      simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
+      simulation%laws%theta = 1.0_wp
+      call freeze_elements(simulation%elements, simulation%time)
+      call stop_blocks(simulation)
+   end subroutine begin_statics
+
+   !> Static steps until nothing is out of balance.
+   subroutine step_to_rest(simulation, equilibrium, error)
+      type(simulation_type), intent(inout) :: simulation
+      type(equilibrium_type), intent(inout) :: equilibrium
+      type(error_type), allocatable, intent(out) :: error  !< of a step at the shortest Δt
+      real(wp) :: first, way
+      integer(long) :: iterations
+
+      first = simulation%time_step
+      iterations = simulation%counters%iterations
+      way = 0.0_wp
+      do
+         call unbalanced_force(simulation, equilibrium%unbalanced, equilibrium%block, error)
+         if (allocated(error)) return
+         equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed
+         if (equilibrium%at_rest .or. equilibrium%steps == most_steps) return
+         if (way > fall*half_size(simulation%blocks)) return
+         if (simulation%counters%iterations - iterations > most_iterations) return
+         call static_step(simulation, first, error)
+         if (allocated(error)) return
+         equilibrium%steps = equilibrium%steps + 1
+         way = way + farthest_move(simulation%blocks, simulation%system%d)
+      end do
+   end subroutine step_to_rest
+
+   !> One static step: with a shorter Δt if it fails, which leaves the blocks in place.
+   subroutine static_step(simulation, first, error)
+      type(simulation_type), intent(inout) :: simulation
+      real(wp), intent(in) :: first  !< Δt of the first step, s
+      type(error_type), allocatable, intent(out) :: error
+      integer(long) :: step
+
+      do
+         simulation%speed = 0.0_wp
+         step = simulation%step
+         call advance(simulation, error)
+         if (.not. allocated(error)) exit
+         if (simulation%step > step .or. simulation%time_step <= shortest*first) return
+         simulation%time_step = shrink*simulation%time_step
+         call exchange_lists(simulation)  ! from the contacts of the last good step
+      end do
+      simulation%time_step = min(longest*first, simulation%time_step*merge(growth, slow_growth, &
+         simulation%iteration%iterations <= few_iterations))
+      call stop_blocks(simulation)
+   end subroutine static_step
+
+   !> Drop all velocities; the budget has their energy.
+   subroutine stop_blocks(simulation)
+      type(simulation_type), intent(inout) :: simulation
+      real(wp) :: loss
+
+      call damp_velocity(simulation%blocks, 0.0_wp, loss)
+      call add_energy(simulation%energy, energy_kinetic_damping, loss)
+      simulation%energy%value(energy_kinetic) = 0.0_wp
+      simulation%blocks%acceleration = 0.0_wp
+   end subroutine stop_blocks
+
+   !> List the contacts of the present geometry and evaluate their laws there, at d = 0.
+   subroutine evaluate_present(simulation, error)
+      type(simulation_type), intent(inout) :: simulation
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: unused(2)
+
+      simulation%speed = 0.0_wp
+      call find_contacts(simulation, error)
+      if (allocated(error)) return
+      simulation%system%d = 0.0_wp
+      unused = 0.0_wp
+      call evaluate_contacts(simulation%contacts(simulation%now), simulation%laws, &
+         simulation%system%d, 0.0_wp, unused(1), unused(2))
+   end subroutine evaluate_present
+
+   !> The largest unbalanced force on a block: contact laws, stresses and forces of the elements at
+   !> the present places, velocities left out.  Moments and forces on strains count over the radius.
+   subroutine unbalanced_force(simulation, largest, block, error)
+      type(simulation_type), intent(inout) :: simulation  !< its contacts are listed anew
+      real(wp), intent(out) :: largest  !< N/m
+      integer, intent(out) :: block     !< that it acts on
+      type(error_type), allocatable, intent(out) :: error
+      real(wp) :: force(6), size_of
+      integer :: b, c
+
+      largest = huge(1.0_wp)
+      block = 0
+      call evaluate_present(simulation, error)
+      if (allocated(error)) return
+      associate (contacts => simulation%contacts(simulation%now), system => simulation%system, &
+         blocks => simulation%blocks)
+         call assemble_linear(system, simulation%elements, blocks, next_step(simulation))
+         system%rhs = system%load
+         do c = 1, contacts%n
+            associate (v => contacts%block_v(c), e => contacts%block_e(c), &
+               n => contacts%normal_force(c), s => contacts%shear_force(c))
+               system%rhs(:, v) = system%rhs(:, v) + n*contacts%normal_v(:, c) &
+                  - s*contacts%shear_v(:, c)
+               system%rhs(:, e) = system%rhs(:, e) - n*contacts%normal_e(:, c) &
+                  + s*contacts%shear_e(:, c)
+            end associate
+         end do
+         largest = -1.0_wp
+         do b = 1, blocks%n
+            force = system%rhs(:, b)
+            size_of = norm2(force(1:2)) + (abs(force(3)) + norm2(force(4:6)))/blocks%radius(b)
+            if (.not. size_of > largest) cycle
+            largest = size_of
+            block = b
+         end do
+      end associate
+   end subroutine unbalanced_force
+
+   !> The outcome.
+   subroutine put_in_words(simulation, equilibrium, error)
+      type(simulation_type), intent(in) :: simulation
+      type(equilibrium_type), intent(inout) :: equilibrium
+      type(error_type), allocatable, intent(in) :: error  !< of the last step, if it failed
+
+      if (equilibrium%at_rest) then
+         equilibrium%words = 'at rest after '//to_text(equilibrium%steps)// &
+            ' static steps, largest unbalanced force '//to_text(equilibrium%unbalanced)// &
+            ' N/m, '//to_text(equilibrium%unbalanced/max(equilibrium%weight &
+            *simulation%blocks%n, tiny(1.0_wp)))//' of the weight'
+         return
+      end if
+      equilibrium%words = 'not at rest after '//to_text(equilibrium%steps)//' static steps'
+      if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
+         block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
+         to_text(equilibrium%unbalanced)//' N/m, allowed '//to_text(equilibrium%allowed)
+      if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
+   end subroutine put_in_words
+
+end module dda_equilibrium

@@ -1,0 +1,294 @@
+!> Stages of a run: statics to rest, excavation, changes, dynamics, in the order of the input.
+!>
+!> A static stage is done when it has been entered: it takes no time and no steps.  If the first
+!> stage is static, the energy budget begins after it, with what is stored then; what later ones
+!> lose on the way to rest has a line of its own.
+module dda_stages
+   use dda_kinds, only: wp
+   use dda_blocks, only: change_material, place_of, remove_block
+   use dda_contact, only: filter_contacts
+   use dda_elements, only: set_elements
+   use dda_energy, only: energy_type, energy_terms, energy_values, add_energy, total_energy, &
+      energy_kinetic, energy_strain, energy_contact, energy_support, energy_gravity, &
+      energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
+      energy_removed, energy_changed, energy_zeroed
+   use dda_energy_budget, only: start_energy_budget
+   use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present
+   use dda_errors, only: error_type
+   use dda_friction, only: accept_contacts
+   use dda_model, only: model_type
+   use dda_scheme, only: scheme_named
+   use dda_simulation, only: simulation_type, counters_type, next_step
+   use dda_stage, only: stage_type
+   use dda_start, only: start
+   use dda_text, only: quoted, to_text
+   implicit none
+   private
+   public :: begin_simulation, begin_first_stage, begin_next_stage, restore_stages
+
+   real(wp), parameter :: never = 0.5_wp*huge(1.0_wp)  !< start of a motion to come, s
+
+contains
+
+   !> Set up a run of a model, with its first stages up to the first dynamic one.
+   subroutine begin_simulation(simulation, model, error)
+      type(simulation_type), intent(out) :: simulation
+      type(model_type), intent(in) :: model
+      type(error_type), allocatable, intent(out) :: error
+
+      call start(simulation, model, error)
+      if (.not. allocated(error)) call begin_first_stage(simulation, error)
+   end subroutine begin_simulation
+
+   !> Begin the first stage of a simulation that has just been started; if it is static, also the
+   !> dynamic one that follows.
+   subroutine begin_first_stage(simulation, error)
+      type(simulation_type), intent(inout) :: simulation
+      type(error_type), allocatable, intent(out) :: error
+
+      call begin_next_stage(simulation, error)
+      if (allocated(error) .or. size(simulation%model%stages) == 1) return
+      if (simulation%model%stages(1)%static .and. .not. simulation%model%stages(2)%static) &
+         call begin_next_stage(simulation, error)
+   end subroutine begin_first_stage
+
+   !> Begin the stage after the present one.
+   subroutine begin_next_stage(simulation, error)
+      type(simulation_type), intent(inout) :: simulation
+      type(error_type), allocatable, intent(out) :: error
+      integer :: s
+
+      s = simulation%stage + 1
+      simulation%stage = s
+      simulation%first_step = simulation%step
+      simulation%first_time = simulation%time
+      call set_stepping(simulation, s)
+      associate (stage => simulation%model%stages(s))
+         if (changes_model(stage) .or. s > 1) call change_model(simulation, s, error)
+         if (allocated(error)) return
+         if (stage%zero_displacements) call zero_displacements(simulation)
+         if (stage%static) call settle(simulation, error)
+      end associate
+      if (allocated(error)) error%message = simulation%model%file//': stage '// &
+         quoted(trim(simulation%model%stages(s)%name))//' does not settle: '//error%message// &
+         '; look at supports, joints and gaps'
+   end subroutine begin_next_stage
+
+   !> The stage begins a motion or changes blocks, supports, materials or joints.
+   pure logical function changes_model(stage)
+      type(stage_type), intent(in) :: stage
+
+      changes_model = any(stage%removed) .or. any(stage%released) .or. .not. all(stage%begins) &
+         .or. replaces(stage%joint) .or. replaces(stage%material)
+   end function changes_model
+
+   !> A number stands in place of another.
+   pure logical function replaces(list)
+      integer, intent(in) :: list(:)  !< [joints] or [materials]
+      integer :: i
+
+      replaces = any(list /= [(i, i=1, size(list))])
+   end function replaces
+
+   !> Δt, number of steps and integration of a dynamic stage.
+   subroutine set_stepping(simulation, s)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: s  !< stage
+
+      associate (stage => simulation%model%stages(s), control => simulation%model%control)
+         if (stage%static) return
+         control%time_step = stage%time_step
+         control%steps = stage%steps
+         control%integration = stage%integration
+         control%theta = stage%theta
+         simulation%scheme = scheme_named(stage%integration, stage%theta)
+         simulation%laws%theta = simulation%scheme%theta
+         simulation%time_step = stage%time_step
+      end associate
+   end subroutine set_stepping
+
+   !> Blocks, supports, motions, materials and joints of a stage, with the energies that this takes
+   !> and gives.
+   subroutine change_model(simulation, s, error)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: s  !< stage
+      type(error_type), allocatable, intent(out) :: error
+      integer :: i
+
+      call evaluate_present(simulation, error)
+      if (allocated(error)) return
+      associate (stage => simulation%model%stages(s))
+         call begin_motions(simulation, s)
+         call replace_properties(simulation, s)
+         call set_elements(simulation%elements, simulation%model, simulation%time)
+         call book(simulation, energy_changed, 1.0_wp)
+         call take_away(simulation, s)
+         call set_elements(simulation%elements, simulation%model, simulation%time)
+         if (any(stage%removed)) then
+            associate (contacts => simulation%contacts(simulation%now))
+               call filter_contacts(contacts, [(.not. (stage%removed(contacts%block_v(i)) .or. &
+                  stage%removed(contacts%block_e(i))), i=1, contacts%n)])
+            end associate
+            simulation%neighbours%reach = 0.0_wp  ! search anew
+         end if
+         call book(simulation, energy_removed, -1.0_wp)
+      end associate
+   end subroutine change_model
+
+   !> Stored energies of the present state; the difference goes to a term.
+   subroutine book(simulation, term, sign_of)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: term
+      real(wp), intent(in) :: sign_of  !< 1: a gain; −1: a loss
+      type(energy_type) :: present
+      real(wp) :: before
+      integer, parameter :: state(*) = [energy_kinetic, energy_strain, energy_contact, &
+         energy_support]
+
+      call start_energy_budget(present, simulation%blocks, simulation%contacts(simulation%now), &
+         simulation%laws, simulation%elements, next_step(simulation))
+      before = total_energy(simulation%energy)
+      simulation%energy%value(state) = present%value(state)
+      call add_energy(simulation%energy, term, sign_of*(total_energy(simulation%energy) - before))
+   end subroutine book
+
+   !> Motions that the stage names begin now; others that have not begun wait.
+   subroutine begin_motions(simulation, s)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: s  !< stage
+      integer :: m, k
+
+      do m = 1, size(simulation%model%motions)
+         do k = 1, size(simulation%model%stages)
+            if (simulation%model%stages(k)%begins(m)) exit
+         end do
+         if (k > s) simulation%model%motions(m)%curve%start = never
+         if (k == s) simulation%model%motions(m)%curve%start = simulation%time
+      end do
+   end subroutine begin_motions
+
+   !> Other materials and joints for blocks that have some.
+   subroutine replace_properties(simulation, s)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: s  !< stage
+      integer :: b, new
+
+      associate (stage => simulation%model%stages(s), blocks => simulation%blocks)
+         do b = 1, blocks%n
+            if (blocks%removed(b)) cycle
+            blocks%joint(b) = stage%joint(blocks%joint(b))
+            new = stage%material(blocks%material(b))
+            if (new == blocks%material(b)) cycle
+            blocks%material(b) = new
+            call change_material(blocks, b, simulation%model%materials(new), &
+               simulation%model%control%plane_strain)
+         end do
+         simulation%system%constant_step%time_step = 0.0_wp  ! M and K have changed
+      end associate
+   end subroutine replace_properties
+
+   !> Blocks and supports that go, with the supports and loads of such blocks.
+   subroutine take_away(simulation, s)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: s  !< stage
+      integer :: b
+
+      associate (stage => simulation%model%stages(s), model => simulation%model)
+         do b = 1, simulation%blocks%n
+            if (stage%removed(b)) call remove_block(simulation%blocks, b)
+         end do
+         do b = 1, size(model%fixed_points)
+            if (stage%released(b) .or. simulation%blocks%removed(model%fixed_points(b)%block)) &
+               model%fixed_points(b)%held = .false.
+         end do
+         model%loads = pack(model%loads, .not. simulation%blocks%removed(model%loads%block))
+      end associate
+   end subroutine take_away
+
+   !> Displacements of measured points, and the potential of gravity, count from here.
+   subroutine zero_displacements(simulation)
+      type(simulation_type), intent(inout) :: simulation
+      integer :: i
+
+      associate (points => simulation%model%points, energy => simulation%energy)
+         do i = 1, size(points)
+            points(i)%place = place_of(simulation%blocks, points(i)%block, points(i)%reference)
+         end do
+         call add_energy(energy, energy_zeroed, -energy%value(energy_gravity))
+         energy%value(energy_gravity) = 0.0_wp
+      end associate
+   end subroutine zero_displacements
+
+   !> Rest under gravity and the loads of the present time.
+   subroutine settle(simulation, error)
+      type(simulation_type), intent(inout) :: simulation
+      type(error_type), allocatable, intent(out) :: error
+      type(equilibrium_type) :: equilibrium
+      type(energy_type) :: before
+
+      before = simulation%energy
+      call equilibrate(simulation, equilibrium, error)
+      if (allocated(error)) return
+      call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
+      associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
+         if (simulation%statics /= '') simulation%statics = simulation%statics//'; '
+         simulation%statics = simulation%statics//'stage '//quoted(trim(stage%name))//' '// &
+            equilibrium%words
+         if (simulation%stage > 1) then
+            call book_statics(energy, before)
+            return
+         end if
+         simulation%statics = simulation%statics//'; '//budget_in_words(energy)
+         simulation%counters = counters_type(searches=simulation%counters%searches)
+         simulation%path = 0.0_wp
+         simulation%last_time_step = 0.0_wp
+         simulation%iteration%iterations = 0
+         call start_energy_budget(energy, simulation%blocks, &
+            simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
+            next_step(simulation))
+      end associate
+   end subroutine settle
+
+   !> What static steps have lost by their scheme goes to the static stages.
+   pure subroutine book_statics(energy, before)
+      type(energy_type), intent(inout) :: energy
+      type(energy_type), intent(in) :: before  !< at the beginning of the stage
+      integer, parameter :: terms(*) = [energy_algorithmic, energy_kinetic_damping, &
+         energy_geometric]
+      real(wp), parameter :: signs(*) = [1.0_wp, 1.0_wp, -1.0_wp]
+
+      call add_energy(energy, energy_static, dot_product(signs, energy%value(terms) &
+         - before%value(terms)))
+      energy%value(terms) = before%value(terms)
+   end subroutine book_statics
+
+   !> The terms of a budget that are not zero.
+   pure function budget_in_words(energy) result(words)
+      type(energy_type), intent(in) :: energy
+      character(len=:), allocatable :: words
+      real(wp) :: values(size(energy_terms))
+      integer :: i
+
+      values = energy_values(energy)
+      words = 'its energies, J/m:'
+      do i = 1, size(values)
+         if (abs(values(i)) > 0.0_wp) words = words//' '//trim(energy_terms(i)%name)//' '// &
+            to_text(values(i))
+      end do
+   end function budget_in_words
+
+   !> After a checkpoint has told the stage: what the stages up to it have changed of a model just
+   !> started.
+   subroutine restore_stages(simulation)
+      type(simulation_type), intent(inout) :: simulation
+      integer :: s
+
+      do s = 1, simulation%stage
+         call set_stepping(simulation, s)
+         call replace_properties(simulation, s)
+         call take_away(simulation, s)
+      end do
+      call set_elements(simulation%elements, simulation%model, simulation%time)
+   end subroutine restore_stages
+
+end module dda_stages

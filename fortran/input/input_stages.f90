@@ -1,0 +1,293 @@
+!> The groups &stage: what happens in which order.
+module dda_input_stages
+   use dda_kinds, only: wp, long
+   use dda_errors, only: error_type
+   use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
+      require_choice, require_name, unset, is_set, name_length
+   use dda_input_integration, only: check_integration
+   use dda_input_settings, only: count_steps
+   use dda_model, only: model_type
+   use dda_namelist_groups, only: group_type
+   use dda_settings, only: control_type
+   use dda_stage, only: stage_type
+   use dda_text, only: quoted
+   implicit none
+   private
+   public :: read_stages
+
+   integer, parameter :: list_length = 4096  !< characters of a list of names
+
+contains
+
+   !> The stages of an input; without &stage, statics if the model settles, and what &control says.
+   subroutine read_stages(model, file, groups, error)
+      type(model_type), intent(inout) :: model  !< with blocks, supports, motions, materials
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i, s
+
+      if (allocated(error)) return
+      s = count([(groups(i)%name == 'stage', i=1, size(groups))])
+      if (s == 0) then
+         call stages_of_control(model)
+         return
+      end if
+      allocate (model%stages(s))
+      s = 0
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'stage') cycle
+         s = s + 1
+         call read_stage(groups(i)%text, place_of_group(file, groups(i)), model, s, error)
+         if (allocated(error)) return
+      end do
+      call begin_other_motions(model%stages)
+      call begin_control(model)
+   end subroutine read_stages
+
+   !> A run without &stage groups.
+   pure subroutine stages_of_control(model)
+      type(model_type), intent(inout) :: model
+      integer :: s
+
+      associate (control => model%control)
+         allocate (model%stages(merge(2, 1, control%settle)))
+         do s = 1, size(model%stages)
+            call change_nothing(model, model%stages(s))
+         end do
+         model%stages(1)%name = 'rest'
+         model%stages(1)%static = .true.
+         associate (stage => model%stages(size(model%stages)))
+            stage%name = 'run'
+            stage%static = .false.
+            stage%time_step = control%time_step
+            stage%steps = control%steps
+            stage%integration = control%integration
+            stage%theta = control%theta
+            stage%zero_displacements = control%settle
+            stage%begins = .true.
+         end associate
+      end associate
+   end subroutine stages_of_control
+
+   !> A stage that leaves the model as it is.
+   pure subroutine change_nothing(model, stage)
+      type(model_type), intent(in) :: model
+      type(stage_type), intent(inout) :: stage
+      integer :: i
+
+      allocate (stage%removed(model%blocks%n), source=.false.)
+      allocate (stage%released(size(model%fixed_points)), source=.false.)
+      allocate (stage%begins(size(model%motions)), source=.false.)
+      stage%joint = [(i, i=1, size(model%joints))]
+      stage%material = [(i, i=1, size(model%materials))]
+   end subroutine change_nothing
+
+   !> Motions that no stage names begin with the first dynamic stage.
+   pure subroutine begin_other_motions(stages)
+      type(stage_type), intent(inout) :: stages(:)
+      integer :: m, s, dynamic
+
+      dynamic = findloc(stages%static, .false., 1)
+      if (dynamic == 0) return
+      do m = 1, size(stages(1)%begins)
+         if (.not. any([(stages(s)%begins(m), s=1, size(stages))])) &
+            stages(dynamic)%begins(m) = .true.
+      end do
+   end subroutine begin_other_motions
+
+   !> The settings of the first dynamic stage are those that checks see.
+   pure subroutine begin_control(model)
+      type(model_type), intent(inout) :: model
+      integer :: dynamic
+
+      dynamic = findloc(model%stages%static, .false., 1)
+      if (dynamic == 0) return
+      associate (stage => model%stages(dynamic), control => model%control)
+         control%time_step = stage%time_step
+         control%steps = stage%steps
+         control%integration = stage%integration
+         control%theta = stage%theta
+      end associate
+   end subroutine begin_control
+
+   !> One &stage.
+   subroutine read_stage(group, place, model, s, error)
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(model_type), intent(inout) :: model
+      integer, intent(in) :: s  !< number of the stage
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=name_length) :: name, kind, integration
+      character(len=list_length) :: remove, release, motions, change_joints, change_materials
+      character(len=256) :: message
+      real(wp) :: duration, steps, time_step, theta
+      logical :: zero_displacements
+      integer :: status
+      namelist /stage/ name, kind, duration, steps, time_step, integration, theta, &
+         zero_displacements, remove, release, motions, change_joints, change_materials
+
+      name = ''
+      kind = 'dynamic'
+      duration = unset
+      steps = unset
+      time_step = unset
+      integration = ''
+      theta = unset
+      zero_displacements = .false.
+      remove = ''
+      release = ''
+      motions = ''
+      change_joints = ''
+      change_materials = ''
+      read (group, nml=stage, iostat=status, iomsg=message)
+      call check_read(error, place, status, message)
+      call require_choice(error, place, 'kind', kind)
+      if (allocated(error)) return
+      if (name == '') call input_error(error, place, 'name is missing')
+      if (any(model%stages(:s - 1)%name == name)) call input_error(error, place, 'name = '// &
+         quoted(trim(name))//' is used twice')
+      associate (stage => model%stages(s))
+         stage%name = name
+         stage%static = kind == 'static'
+         stage%zero_displacements = zero_displacements
+         call change_nothing(model, stage)
+         call set_stepping(stage, model%control, place, duration, steps, time_step, integration, &
+            theta, error)
+         call mark_names(remove, 'remove', model%block_names, place, stage%removed, error)
+         call mark_names(release, 'release', model%fixed_points%name, place, stage%released, error)
+         call mark_names(motions, 'motions', model%motions%name, place, stage%begins, error)
+         call replace_names(change_joints, 'change_joints', 'joint', model%joints%name, place, &
+            stage%joint, error)
+         call replace_names(change_materials, 'change_materials', 'material', &
+            model%materials%name, place, stage%material, error)
+         if (stage%static .and. any(stage%begins)) call input_error(error, place, &
+            'motions cannot begin with a static stage, which takes no time')
+      end associate
+      call check_history(model, s, place, error)
+   end subroutine read_stage
+
+   !> Number and length of steps, and their integration.
+   subroutine set_stepping(stage, control, place, duration, steps, time_step, integration, theta, &
+      error)
+      type(stage_type), intent(inout) :: stage
+      type(control_type), intent(in) :: control      !< defaults
+      type(place_type), intent(in) :: place
+      real(wp), intent(in) :: duration, time_step    !< s, as read
+      real(wp), intent(inout) :: steps               !< as read
+      character(len=*), intent(in) :: integration    !< as read
+      real(wp), intent(in) :: theta                  !< as read
+      type(error_type), allocatable, intent(inout) :: error
+      type(control_type) :: own
+
+      if (allocated(error)) return
+      if (stage%static) then
+         if (is_set(duration) .or. is_set(steps) .or. is_set(time_step) .or. integration /= '' &
+            .or. is_set(theta)) call input_error(error, place, 'a static stage takes no time: '// &
+            'leave out duration, steps, time_step, integration and theta')
+         return
+      end if
+      own = control
+      if (is_set(time_step)) then
+         call require(error, place, 'time_step', [time_step])
+         own%time_step = time_step
+      end if
+      call count_steps(error, place, own%time_step, duration, steps)
+      if (integration /= '' .or. is_set(theta)) call check_integration(error, place, &
+         merge(own%integration(:16)//repeat(' ', name_length - 16), integration(:name_length), &
+         integration == ''), theta, unset, unset, own)
+      if (allocated(error)) return
+      stage%time_step = own%time_step
+      stage%steps = int(steps, long)
+      stage%integration = own%integration
+      stage%theta = own%theta
+   end subroutine set_stepping
+
+   !> Mark all that a list 'one, two, all_*' names; each entry must name something.
+   subroutine mark_names(list, variable, names, place, marked, error)
+      character(len=*), intent(in) :: list, variable  !< as read; its variable
+      character(len=*), intent(in) :: names(:)        !< known ones
+      type(place_type), intent(in) :: place
+      logical, intent(inout) :: marked(:)             !< [names]
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: rest, entry
+      integer :: comma, star, i
+      logical :: found
+
+      rest = trim(list)
+      do while (len(rest) > 0 .and. .not. allocated(error))
+         comma = index(rest//',', ',')
+         entry = trim(adjustl(rest(:comma - 1)))
+         rest = trim(rest(min(comma + 1, len(rest) + 1):))
+         star = index(entry, '*')
+         found = .false.
+         do i = 1, size(names)
+            if (star > 0) then
+               if (star /= len(entry) .or. index(names(i), entry(:star - 1)) /= 1) cycle
+            else if (names(i) /= entry) then
+               cycle
+            end if
+            found = entry /= ''
+            marked(i) = marked(i) .or. found
+         end do
+         if (.not. found) call input_error(error, place, variable//': nothing is named '// &
+            quoted(entry))
+      end do
+   end subroutine mark_names
+
+   !> Replacements 'old -> new, old -> new'.
+   subroutine replace_names(list, variable, group, names, place, new, error)
+      character(len=*), intent(in) :: list, variable, group  !< as read; its variable; of names
+      character(len=*), intent(in) :: names(:)               !< known ones
+      type(place_type), intent(in) :: place
+      integer, intent(inout) :: new(:)                       !< [names] that stands in place of each
+      type(error_type), allocatable, intent(inout) :: error
+      character(len=:), allocatable :: rest, entry
+      integer :: comma, arrow, from, to
+
+      rest = trim(list)
+      do while (len(rest) > 0 .and. .not. allocated(error))
+         comma = index(rest//',', ',')
+         entry = trim(adjustl(rest(:comma - 1)))
+         rest = trim(rest(min(comma + 1, len(rest) + 1):))
+         arrow = index(entry, '->')
+         if (arrow == 0) then
+            call input_error(error, place, variable//' = '//quoted(entry)// &
+               " must read 'old -> new'")
+            return
+         end if
+         call require_name(error, place, variable, trim(entry(:arrow - 1)), names, group, from)
+         call require_name(error, place, variable, trim(adjustl(entry(arrow + 2:))), names, group, &
+            to)
+         if (allocated(error)) return
+         new(from) = to
+      end do
+   end subroutine replace_names
+
+   !> What is gone cannot go again, and a motion begins once.
+   subroutine check_history(model, s, place, error)
+      type(model_type), intent(in) :: model
+      integer, intent(in) :: s  !< stage just read
+      type(place_type), intent(in) :: place
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: k, i
+      logical :: gone(model%blocks%n)
+
+      if (allocated(error)) return
+      gone = .false.
+      do k = 1, s - 1
+         i = findloc(model%stages(k)%removed .and. model%stages(s)%removed, .true., 1)
+         if (i > 0) call input_error(error, place, 'remove: block '// &
+            quoted(trim(model%block_names(i)))//' has been removed in stage '// &
+            quoted(trim(model%stages(k)%name)))
+         i = findloc(model%stages(k)%begins .and. model%stages(s)%begins, .true., 1)
+         if (i > 0) call input_error(error, place, 'motions: '// &
+            quoted(trim(model%motions(i)%name))//' has begun in stage '// &
+            quoted(trim(model%stages(k)%name)))
+         gone = gone .or. model%stages(k)%removed
+      end do
+      if (all(gone .or. model%stages(s)%removed)) call input_error(error, place, &
+         'remove: no block would be left')
+   end subroutine check_history
+
+end module dda_input_stages

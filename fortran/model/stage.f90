@@ -1,0 +1,24 @@
+!> A stage of a run: what changes when it begins, and how it is stepped.
+module dda_stage
+   use dda_kinds, only: wp, long
+   implicit none
+   private
+   public :: stage_type
+
+   !> One stage (group &stage).
+   type :: stage_type
+      character(len=64) :: name = ''
+      logical :: static = .false.            !< to rest at once; else steps of Δt
+      real(wp) :: time_step = 0.0_wp         !< Δt, s, of a dynamic stage
+      integer(long) :: steps = 0             !< of a dynamic stage, of its Δt
+      character(len=16) :: integration = ''  !< of a dynamic stage
+      real(wp) :: theta = 0.75_wp            !< of integration 'theta'
+      logical :: zero_displacements = .false. !< measured displacements count from its beginning
+      logical, allocatable :: removed(:)     !< [blocks] taken out
+      logical, allocatable :: released(:)    !< [fixed points] let go
+      logical, allocatable :: begins(:)      !< [motions] that begin with it
+      integer, allocatable :: joint(:)       !< [joints] that stands in place of each
+      integer, allocatable :: material(:)    !< [materials] that stands in place of each
+   end type stage_type
+
+end module dda_stage

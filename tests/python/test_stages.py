@@ -1,0 +1,377 @@
+"""Models come to rest before they are shaken, and what comes after follows in stages."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from model_text import changed, flying_block, rectangle, tower
+
+import sitedda
+
+GRAVITY = 9.81
+STONE = {"name": "stone", "density": 2500.0, "young_modulus": 10.0e9, "poisson_ratio": 0.25}
+
+
+def model(blocks, friction=35.0, supports=(), points=(), **control) -> list:
+    """Blocks by name with one material and one joint, at rest under gravity."""
+    control = {"time_step": 1e-3, "steps": 20, "gravity": [0.0, -GRAVITY], "settle": True} | control
+    return [
+        ("control", control),
+        ("material", dict(STONE)),
+        ("joint", {"name": "dry", "friction_angle": friction}),
+        *(("block", {"name": name, "vertices": vertices}) for name, vertices in blocks.items()),
+        *(("fixed_point", {"x": x, "y": y, "block": block}) for block, x, y in supports),
+        *(
+            ("measured_point", {"name": name, "x": x, "y": y, "block": block})
+            for name, block, x, y in points
+        ),
+        ("output", {"file": "stages.nc"}),
+    ]
+
+
+def column(drums: int = 10, **control) -> list:
+    blocks = {"foot": rectangle(-1.0, -0.5, 2.0, 0.5)}
+    blocks |= {f"drum_{i}": rectangle(-0.3, 0.5 * i, 0.6, 0.5) for i in range(drums)}
+    supports = [("foot", -0.9, -0.4), ("foot", 0.9, -0.4), ("foot", 0.0, -0.1)]
+    top = [("crest", f"drum_{drums - 1}", 0.0, 0.5 * drums)]
+    return model(blocks, supports=supports, points=top, **control)
+
+
+def wall(bricks: int, courses: int, **control) -> list:
+    groups = model({}, points=[("crest", "brick_1", 0.4, 0.25)], **control)
+    groups[-1:-1] = [
+        ("fixed_point", {"x": x, "y": y, "block": "base_1"})
+        for x, y in ((0.0, -0.25), (float(bricks), -0.25), (bricks / 2, -0.4))
+    ]
+    place = [name for name, _ in groups].index("measured_point")
+    groups[place:place] = [
+        ("layers", {"name": "base", "left": -0.5, "bottom": -0.5, "width": bricks + 1.0,
+                    "thickness": 0.5}),
+        ("wall", {"name": "brick", "brick_length": 1.0, "brick_height": 0.5, "bricks": bricks,
+                  "courses": courses}),
+    ]
+    return groups
+
+
+def arch(voussoirs: int = 27, radius: float = 10.0, thickness: float = 1.3, **control) -> list:
+    """A half circle on two fixed abutments."""
+    blocks = {"left": rectangle(-14.0, -2.0, 8.0, 2.0), "right": rectangle(6.0, -2.0, 8.0, 2.0)}
+    angles = [math.pi * i / voussoirs for i in range(voussoirs + 1)]
+    inner, outer = radius - thickness / 2, radius + thickness / 2
+    for i, (a, b) in enumerate(zip(angles, angles[1:], strict=False)):
+        ring = [(inner, a), (outer, a), (outer, b), (inner, b)]
+        blocks[f"v{i}"] = [
+            c for r, t in ring for c in (r * math.cos(t), r * math.sin(t) if 0 < t < 3.14 else 0.0)
+        ]
+    supports = [
+        (block, s * x, y)
+        for block, s in (("left", -1), ("right", 1))
+        for x, y in ((7.0, -1.9), (13.0, -1.9), (10.0, -0.5))
+    ]
+    return model(blocks, supports=supports, points=[("crest", "v13", 0.0, radius)], **control)
+
+
+def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 4, **control) -> list:
+    """Slabs of 4 m x 2 m in `rows` layers on a plane that dips, in running bond."""
+    t = math.radians(dip)
+    along, up = np.array([math.cos(t), math.sin(t)]), np.array([-math.sin(t), math.cos(t)])
+
+    def slab(a, b, h0, h1):
+        return [float(c) for p, h in ((a, h0), (b, h0), (b, h1), (a, h1)) for c in p * along + h * up]
+
+    blocks = {"ground": slab(-10.0, 40.0, -5.0, 0.0)}
+    for row in range(rows):
+        for i in range(5):
+            a = 4.0 * i + 2.0 * (row % 2)
+            blocks[f"b{row}_{i}"] = slab(a, a + 4.0, 2.0 * row, 2.0 * row + 2.0)
+    supports = [("ground", *(a * along + h * up)) for a, h in ((-9.0, -4.0), (39.0, -4.0), (0, -1))]
+    supports = [(block, float(x), float(y)) for block, x, y in supports]
+    x, y = blocks[f"b{rows - 1}_4"][4:6]
+    return model(blocks, friction, supports, [("crest", f"b{rows - 1}_4", x, y)], **control)
+
+
+def unbalanced(run) -> float:
+    """The share of the weight that the summary of a run gives."""
+    words = run.summary.split("largest unbalanced force ")[1]
+    return float(words.split(" N/m, ")[1].split(" ")[0])
+
+
+@pytest.mark.parametrize(
+    "groups",
+    [column(), wall(5, 10), wall(25, 40, steps=2), arch(), slope()],
+    ids=["column", "wall of 50", "wall of 1000", "arch", "slope"],
+)
+def test_a_model_at_rest_stays_there(groups, write_input):
+    with sitedda.Simulation(write_input(groups)) as run:
+        assert unbalanced(run) <= 1e-6
+        assert run.energies["kinetic"] == 0.0
+        assert not run.rates.any()
+        assert run.time == 0.0 and run.counts["steps"] == 0
+        assert run.energies["initial"] > 0.0  # what is stored at rest
+        before = run.coordinates.copy()
+        while not run.advance(10):
+            pass
+        assert np.abs(run.coordinates - before)[:, :2].max() <= 1e-9
+        assert abs(run.energies["friction"]) <= 1e-6 * run.energies["initial"]
+
+
+@pytest.mark.parametrize("step", [0.25e-3, 0.5e-3, 1e-3, 2e-3])
+def test_no_step_moves_the_slope_at_rest(step, write_input):
+    run = sitedda.run(write_input(slope()), time_step=step, steps=round(0.2 / step))
+    moved = np.abs(run.history.displacement)
+    assert float(moved.max()) <= 2e-3
+    assert float(moved.max()) <= 1e-8  # what rounding leaves
+    assert float(moved[0].max()) == 0.0
+
+
+def test_rest_is_statics(write_input):
+    """A column shortens by the weights above each level, over E A, k_n and the supports."""
+    with sitedda.Simulation(write_input(column(4))) as run:
+        stress = run.stresses[:, 1]
+        weight = STONE["density"] * GRAVITY * 0.5
+        expected = [-(4 - i - 0.5) * weight for i in range(4)]
+        assert stress[1:] == pytest.approx(expected, rel=1e-3)
+
+
+def test_loads_of_time_zero_act_and_motions_do_not(write_input):
+    groups = tower(2, 10, {"name": "bedding", "friction_angle": 35.0}, gravity=[0.0, -GRAVITY])
+    groups = changed(groups, "control", settle=True)
+    load = {"x": 7.5, "y": 1.5, "time": [0.0, 1.0], "force_y": [-1.0e6, -1.0e6]}
+    with sitedda.Simulation(write_input(groups)) as bare:
+        first = bare.stresses.copy()
+    with sitedda.Simulation(write_input([*groups, ("load", load)])) as loaded:
+        assert loaded.energies["kinetic"] == 0.0
+        change = loaded.stresses - first
+        assert change.min() == pytest.approx(-1.0e6 / 15.0, rel=0.6)
+
+
+def test_what_does_not_come_to_rest_is_named(write_input, native):
+    file = write_input(slope(friction=20.0))
+    with pytest.raises(sitedda.ConvergenceError, match=r"does not settle.*block .*unbalanced force"):
+        sitedda.Simulation(file)
+    done = native("run", file)
+    assert done.returncode == 3
+    assert "not at rest after" in done.stderr
+
+
+def test_sudden_gravity_is_said(write_input, native, tmp_path):
+    file = write_input(changed(column(2), "control", settle=False))
+    done = native("run", file, folder=tmp_path)
+    assert "gravity came on suddenly" in done.stdout
+    with sitedda.Simulation(file) as run:
+        assert "gravity came on suddenly" in run.summary
+    with sitedda.Simulation(file, settle=True) as run:
+        assert "gravity came on suddenly" not in run.summary
+
+
+def test_senseless_settling_is_refused(write_input):
+    with pytest.raises(sitedda.InputError, match="'original' of &contact has no static stage"):
+        sitedda.Simulation(write_input(column(2)), contact_rules="original")
+    moving = changed(column(2), "material", initial_velocity=[1.0, 0.0, 0.0])
+    with pytest.raises(sitedda.InputError, match="material 'stone' has an initial_velocity"):
+        sitedda.Simulation(write_input(moving))
+
+
+def test_check_starts_from_the_same_rest(write_input):
+    report = str(sitedda.check(write_input(column(3))))
+    assert "at rest after 0 static steps" in report
+    report = str(sitedda.check(write_input(changed(column(3), "control", settle=False))))
+    assert "at rest after" in report and "after 0 static" not in report
+
+
+def test_native_and_python_settle_to_the_same_bits(write_input, native, tmp_path):
+    file = write_input(slope(steps=30))
+    assert native("run", file, folder=tmp_path).returncode == 0
+    mine = sitedda.run(file, output=tmp_path / "python.nc")
+    assert mine.complete
+    with (
+        xr.open_dataset(tmp_path / "stages.nc") as one,
+        xr.open_dataset(tmp_path / "python.nc") as two,
+    ):
+        xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+
+
+def test_a_settled_run_resumes_to_the_same_bits(write_input, tmp_path):
+    file = write_input(slope(steps=30))
+    whole = sitedda.run(file, output=tmp_path / "whole.nc")
+    assert whole.complete
+    with sitedda.Simulation(file, tmp_path / "cut.nc") as run:
+        run.advance(11)
+    assert sitedda.resume(file, tmp_path / "cut.nc").complete
+    with (
+        xr.open_dataset(tmp_path / "whole.nc") as one,
+        xr.open_dataset(tmp_path / "cut.nc") as two,
+    ):
+        xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+
+
+def test_a_flying_block_cannot_settle(write_input):
+    groups = changed(flying_block(), "control", settle=True, gravity=[0.0, -GRAVITY])
+    groups = changed(groups, "material", initial_velocity=None)
+    with pytest.raises(sitedda.ConvergenceError, match="not at rest after"):
+        sitedda.Simulation(write_input(groups))
+
+
+# Three blocks of a beam on two piers, all of one width, glued to each other and loose on the piers.
+BEAM = {"beam_l": (0.0, 1.5), "beam_m": (1.5, 4.8), "beam_r": (4.8, 6.0)}
+PIERS = {"pier_l": 0.0, "pier_r": 5.0}
+
+
+def beam(stages, **control) -> list:
+    blocks = {name: rectangle(x, 0.0, 1.0, 2.0) for name, x in PIERS.items()}
+    blocks |= {name: rectangle(a, 2.0, b - a, 1.0) for name, (a, b) in BEAM.items()}
+    supports = [(name, x + dx, 0.1) for name, x in PIERS.items() for dx in (0.1, 0.9)]
+    groups = model(blocks, supports=supports, points=[("tip", "beam_l", 1.5, 3.0)], **control)
+    groups = changed(groups, "control", settle=None, steps=None)
+    groups = changed(groups, "joint", friction_angle=35.0)
+    groups.insert(3, ("joint", dict(GLUE)))
+    groups.insert(4, ("material", STONE | {"name": "soft", "young_modulus": 5.0e9}))
+    for name, values in groups:
+        if name == "block":
+            values["joint"] = "glue" if values["name"] in BEAM else "dry"
+    return [*groups[:-1], *(("stage", dict(stage)) for stage in stages), groups[-1]]
+
+
+GLUE = {"name": "glue", "friction_angle": 35.0, "cohesion": 1.0e8, "tensile_strength": 1.0e8}
+STAGES = [
+    {"name": "rest", "kind": "static"},
+    {"name": "dig", "kind": "static", "remove": "beam_m"},
+    {"name": "wait", "steps": 20, "zero_displacements": True},
+    {
+        "name": "soften",
+        "steps": 20,
+        "time_step": 2e-3,
+        "integration": "theta",
+        "change_materials": "stone -> soft",
+    },
+    {"name": "last", "kind": "static"},
+]
+
+
+def reactions(data: xr.Dataset, frame: int) -> list[float]:
+    """Sum of the contact forces between each pier and the block on it."""
+    block = data.vertex_block.values
+    sides = np.stack([block[data.contact_vertex.values], block[data.contact_edge.values]])
+    force = data.contact_normal_force.values * (data.contact_frame.values == frame)
+    pairs = [(0, 2), (1, 4)]
+    return [float(force[np.all(np.sort(sides, 0).T == pair, 1)].sum()) for pair in pairs]
+
+
+def test_excavation_hands_the_reactions_on(write_input, tmp_path):
+    sitedda.run(write_input(beam(STAGES)), output=tmp_path / "beam.nc")
+    weight = STONE["density"] * GRAVITY
+    with xr.open_dataset(tmp_path / "beam.nc") as data:
+        assert sum(reactions(data, 0)) == pytest.approx(6.0 * weight, rel=1e-3)
+        for frame in (1, data.sizes["frame"] - 1):
+            assert reactions(data, frame) == pytest.approx([1.5 * weight, 1.2 * weight], rel=1e-3)
+        assert data.stage.values.tolist() == [1, 2, *[3] * 20, *[4] * 20, 5]
+        assert data.attrs["stages"] == "rest, dig, wait, soften, last"
+        assert float(data.time[-1]) == pytest.approx(20e-3 + 40e-3)
+        assert np.abs(data.displacement.values[2:]).max() < 1e-9
+        assert np.abs(data.displacement.values[:2]).max() > 1e-6
+
+
+def test_every_stage_has_its_line_in_the_budget(write_input):
+    with sitedda.Simulation(write_input(beam(STAGES))) as run:
+        while not run.advance(100):
+            pass
+        energies = run.energies
+        assert run.warning == ""
+    # Stress stays where the modulus is halved: the strain energy A σᵀε doubles in part.
+    for term in ("static", "removed", "changed"):
+        assert energies[term] > 1e-3 * energies["initial"], term
+    assert energies["zeroed"] != 0.0
+    assert abs(energies["balance"]) < 1e-9 * energies["initial"]
+
+
+@pytest.mark.parametrize("after", [0, 7, 20, 33, 40])
+def test_a_run_resumes_in_every_stage_to_the_same_bits(after, write_input, tmp_path):
+    groups = changed(beam(STAGES), "output", block_interval=7)
+    file = write_input(groups)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    with sitedda.Simulation(file, tmp_path / "cut.nc") as run:
+        run.advance(after)
+    assert sitedda.resume(file, tmp_path / "cut.nc").complete
+    with (
+        xr.open_dataset(tmp_path / "whole.nc") as one,
+        xr.open_dataset(tmp_path / "cut.nc") as two,
+    ):
+        xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+
+
+def test_native_and_python_run_stages_to_the_same_bits(write_input, native, tmp_path):
+    file = write_input(beam(STAGES))
+    assert native("run", file, folder=tmp_path).returncode == 0
+    sitedda.run(file, output=tmp_path / "python.nc")
+    with (
+        xr.open_dataset(tmp_path / "stages.nc") as one,
+        xr.open_dataset(tmp_path / "python.nc") as two,
+    ):
+        xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+
+
+def test_motions_begin_with_their_stage(write_input):
+    """The same shaking, begun at once or after a second stage has begun, moves the same."""
+    tower_ = tower(2, 60, {"name": "bedding", "friction_angle": 60.0})
+    at_once = sitedda.run(write_input(tower_, "once.nml")).history.displacement.values
+    late = changed(tower_, "control", steps=None)
+    stages = [{"name": "wait", "steps": 30}, {"name": "shake", "steps": 60, "motions": "pulse"}]
+    late[-1:-1] = [("stage", stage) for stage in stages]
+    later = sitedda.run(write_input(late, "late.nml")).history.displacement.values
+    assert np.abs(later[:31]).max() == 0.0
+    assert later[30:] == pytest.approx(at_once, abs=1e-9 * np.abs(at_once).max())
+
+
+@pytest.mark.parametrize(
+    ("stages", "control", "words"),
+    [
+        ([{"name": "a", "kind": "static", "steps": 3}], {}, "a static stage takes no time"),
+        ([{"name": "a"}], {}, "give either duration or steps"),
+        ([{"name": "a", "steps": 3}], {"steps": 3}, "with &stage groups, duration, steps"),
+        ([{"name": "a", "steps": 3, "remove": "arch_*"}], {}, "nothing is named 'arch_*'"),
+        ([{"name": "a", "steps": 3, "remove": "pier_*, beam_*"}], {}, "no block would be left"),
+        (
+            [{"name": n, "steps": 3, "remove": "beam_m"} for n in "ab"],
+            {},
+            "block 'beam_m' has been removed in stage 'a'",
+        ),
+        ([{"name": "a", "steps": 3}] * 2, {}, "name = 'a' is used twice"),
+        ([{"name": "a", "steps": 3, "change_joints": "dry"}], {}, "'old -> new'"),
+        ([{"name": "a", "steps": 3, "change_joints": "dry -> wet"}], {}, "'wet' is not the name"),
+        ([{"name": "a", "steps": 3, "theta": 0.6}], {}, "need integration = 'theta'"),
+    ],
+)
+def test_senseless_stages_are_refused(stages, control, words, write_input):
+    groups = beam(stages)
+    if control:
+        groups = changed(groups, "control", **control)
+    with pytest.raises(sitedda.InputError) as refusal:
+        sitedda.Simulation(write_input(groups))
+    assert words in str(refusal.value)
+
+
+def test_the_original_rules_know_no_stages(write_input):
+    with pytest.raises(sitedda.InputError, match="'original' of &contact knows no &stage"):
+        sitedda.Simulation(write_input(beam(STAGES)), contact_rules="original")
+
+
+def test_a_released_support_lets_go(write_input):
+    """A block on two supports turns about the one that stays."""
+    groups = model({"bar": rectangle(0.0, 0.0, 4.0, 0.5)}, points=[("end", "bar", 4.0, 0.25)])
+    groups = changed(groups, "control", settle=None, steps=None)
+    groups[3:3] = [
+        ("fixed_point", {"name": "stay", "x": 0.2, "y": 0.25}),
+        ("fixed_point", {"name": "prop", "x": 3.8, "y": 0.25}),
+    ]
+    groups[-1:-1] = [
+        ("stage", {"name": "rest", "kind": "static"}),
+        ("stage", {"name": "go", "steps": 100, "release": "prop", "zero_displacements": True}),
+    ]
+    fall = sitedda.run(write_input(groups)).history.displacement.values[-1, 0, 1]
+    # Uniform bar about a point 1.8 m from its middle: angle = ½ (m g a/I) t², end 3.8 m away.
+    inertia = (4.0**2 + 0.5**2) / 12 + 1.8**2
+    expected = -3.8 * 0.5 * GRAVITY * 1.8 / inertia * 0.1**2
+    assert fall == pytest.approx(expected, rel=0.02)
