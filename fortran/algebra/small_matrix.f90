@@ -9,7 +9,8 @@ contains
 
    !> Inverse by Gauss–Jordan elimination in place, without pivoting.
    pure subroutine invert(matrix, inverse)
-      real(wp), intent(in) :: matrix(6, 6)  !< positive definite, or triangular with a positive diagonal
+      !> positive definite, or triangular with a positive diagonal
+      real(wp), intent(in) :: matrix(6, 6)
       real(wp), intent(out) :: inverse(6, 6)  !< of the matrix
       real(wp) :: pivot, factor(6)
       integer :: k, j

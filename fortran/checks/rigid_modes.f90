@@ -106,8 +106,6 @@ contains
       type(null_space_type), intent(inout) :: free
       real(wp), intent(in) :: motion(:,:,:)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: unit(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
-         0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
       real(wp) :: resistance(3, 3, free%groups), row(3)
       real(wp), allocatable :: values(:)
       integer :: i, g, b, held
@@ -122,14 +120,9 @@ contains
          end associate
       end do
       do g = 1, free%groups
-         held = 0
-         if (any(abs(resistance(:, :, g)) > 0.0_wp)) then
-            call symmetric_eigen(resistance(:, :, g), values, error)
-            if (allocated(error)) return
-            held = count(values > nothing*values(3))
-         else
-            resistance(:, :, g) = unit
-         end if
+         call symmetric_eigen(resistance(:, :, g), values, error)
+         if (allocated(error)) return
+         held = count(values > nothing*values(3))
          resistance(:, 4 - held:, g) = 0.0_wp
          free%dimension = free%dimension + 3 - held
       end do

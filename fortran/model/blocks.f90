@@ -92,8 +92,7 @@ contains
          blocks%along(2, vertices), blocks%length(vertices))
       allocate (blocks%removed(n), source=.false.)
       allocate (blocks%mixed(n), blocks%radius(n), blocks%area(n), blocks%mass(n), &
-         blocks%inertia(6, 6, n), &
-         blocks%stiffness(3, 3, n))
+         blocks%inertia(6, 6, n), blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
       allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), &
          source=0.0_wp)

@@ -53,9 +53,9 @@ contains
       call number_fronts(graph%n, order, clusters, tree)
    end subroutine tree_of_fronts
 
-   !> The elimination tree, and the blocks in each column of the factor, the diagonal included: row i
-   !> of the factor is the part of the tree between i and its neighbours, and the top of each path so
-   !> walked is a child of i.
+   !> The elimination tree, and the blocks in each column of the factor, the diagonal included: row
+   !> i of the factor is the part of the tree between i and its neighbours, and the top of each path
+   !> so walked is a child of i.
    pure subroutine count_rows(graph, order, permuted, parent, rows)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: order(graph%n), permuted(graph%n)  !< permutation and its inverse

@@ -279,8 +279,9 @@ contains
       end do
    end subroutine plan_updates
 
-   !> Stack the updates of a task's fronts, or of the root fronts.  An update is made while those of the children still
-   !> live; odd and even levels of the tree therefore use two stacks, each last in, first out.
+   !> Stack the updates of a task's fronts, or of the root fronts.  An update is made while those of
+   !> the children still live; odd and even levels of the tree therefore use two stacks, each last
+   !> in, first out.
    pure subroutine stack_updates(fronts, level, plan)
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root

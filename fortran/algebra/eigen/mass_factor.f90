@@ -57,8 +57,8 @@ contains
       end do
    end subroutine scale_matrix
 
-   !> Tᵀ x block by block: y = Gᵀ x takes coordinates of the blocks to those of the standard problem,
-   !> x = G⁻ᵀ y takes them back.
+   !> Tᵀ x block by block: y = Gᵀ x takes coordinates of the blocks to those of the standard
+   !> problem, x = G⁻ᵀ y takes them back.
    pure subroutine multiply_transposed(t, x, y)
       real(wp), intent(in) :: t(:,:,:)   !< [6,6,n] G or G⁻¹
       real(wp), intent(in) :: x(6, *)    !< [6,n]

@@ -1,5 +1,6 @@
 !> `direct` and `banded`: an exact factor of every matrix, sparse or (for comparison, and for long
-!> narrow models) a band; one solve, and one step of iterative refinement where rounding asks for it.
+!> narrow models) a band; one solve, and one step of iterative refinement where rounding asks for
+!> it.
 module dda_factor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
