@@ -105,6 +105,8 @@ def draw(
     scene = source if isinstance(source, Scene) else Scene.of(source)
     picture = BlockPicture(scene, color, contacts, deformation, axes, legend)
     picture.show(scene.frame_at(time))
+    if axes is None:  # labels of ticks, which the layout needs, are known after a first pass
+        picture.axes.figure.draw_without_rendering()
     return picture.axes
 
 
