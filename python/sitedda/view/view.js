@@ -343,8 +343,8 @@
         const dx = bx - ax, dy = by - ay;
         out[0] = Math.max(out[0], Math.abs(nx * dy - ny * dx));
         out[1] = Math.max(out[1], nx * dx + ny * dy);
-        out[2 + 2 * end] = 0.5 * (ax + bx);
-        out[3 + 2 * end] = 0.5 * (ay + by);
+        out[2 + 2 * end] = ax;
+        out[3 + 2 * end] = ay;
       }
       return out;
     }
