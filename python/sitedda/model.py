@@ -417,6 +417,12 @@ class Model:
 
         return check(self, **changes)
 
+    def draw(self, **options):
+        """Draw the model before a run, see `sitedda.draw`; matplotlib axes."""
+        from .pictures import draw
+
+        return draw(self, **options)
+
     def run(self, output=None, progress=None, **changes):
         """Run the model to its end, see `sitedda.run`."""
         from .simulation import run
