@@ -11,7 +11,8 @@ module dda_sample
    private
    public :: sample_head, contact_columns, sample_size, frame_size, take_sample, take_frame
 
-   integer, parameter :: sample_head = 4 + size(energy_terms)  !< time, Δt, iterations, stage, energies
+   !> numbers of a sample: time, Δt, iterations, stage, energies
+   integer, parameter :: sample_head = 4 + size(energy_terms)
    integer, parameter :: contact_columns = 8
 
 contains
@@ -32,7 +33,8 @@ contains
          + contact_columns*contacts
    end function frame_size
 
-   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity, acceleration.
+   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity,
+   !> acceleration.
    pure subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample

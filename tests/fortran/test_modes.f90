@@ -182,7 +182,7 @@ contains
          'contacts in touch are taken to stick at first')
       call linearise(linear, simulation, 'auto', error)
       call check_no_error(error, 'settled')
-      call check(linear%equilibrium%steady, 'at rest')
+      call check(linear%equilibrium%at_rest, 'at rest')
       call find_modes(linear, 3, modes, error)
       call check(linear%closed == 20 .and. modes%rigid == 0, 'all closed')
       call check_close(modes%frequency(1), closed, 'first frequency', relative=2.0e-3_wp)

@@ -48,10 +48,20 @@ def wall(bricks: int, courses: int, **control) -> list:
     ]
     place = [name for name, _ in groups].index("measured_point")
     groups[place:place] = [
-        ("layers", {"name": "base", "left": -0.5, "bottom": -0.5, "width": bricks + 1.0,
-                    "thickness": 0.5}),
-        ("wall", {"name": "brick", "brick_length": 1.0, "brick_height": 0.5, "bricks": bricks,
-                  "courses": courses}),
+        (
+            "layers",
+            {"name": "base", "left": -0.5, "bottom": -0.5, "width": bricks + 1.0, "thickness": 0.5},
+        ),
+        (
+            "wall",
+            {
+                "name": "brick",
+                "brick_length": 1.0,
+                "brick_height": 0.5,
+                "bricks": bricks,
+                "courses": courses,
+            },
+        ),
     ]
     return groups
 
@@ -80,7 +90,9 @@ def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -
     along, up = np.array([math.cos(t), math.sin(t)]), np.array([-math.sin(t), math.cos(t)])
 
     def slab(a, b, h0, h1):
-        return [float(c) for p, h in ((a, h0), (b, h0), (b, h1), (a, h1)) for c in p * along + h * up]
+        return [
+            float(c) for p, h in ((a, h0), (b, h0), (b, h1), (a, h1)) for c in p * along + h * up
+        ]
 
     blocks = {"ground": slab(-10.0, 40.0, -5.0, 0.0)}
     for row in range(rows):
@@ -150,7 +162,9 @@ def test_loads_of_time_zero_act_and_motions_do_not(write_input):
 
 def test_what_does_not_come_to_rest_is_named(write_input, native):
     file = write_input(slope(friction=20.0))
-    with pytest.raises(sitedda.ConvergenceError, match=r"does not settle.*block .*unbalanced force"):
+    with pytest.raises(
+        sitedda.ConvergenceError, match=r"does not settle.*block .*unbalanced force"
+    ):
         sitedda.Simulation(file)
     done = native("run", file)
     assert done.returncode == 3
