@@ -62,9 +62,9 @@ contains
    !> Bring a simulation to rest; time, step count and settings stay as they were.  The error says
    !> what keeps moving.
    subroutine equilibrate(simulation, equilibrium, error)
-      type(simulation_type), intent(inout) :: simulation
-      type(equilibrium_type), intent(out) :: equilibrium
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(equilibrium_type), intent(out) :: equilibrium  !< how it was found
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(error_type), allocatable :: failure
       type(control_type) :: control
       type(scheme_type) :: scheme
@@ -90,7 +90,7 @@ contains
 
    !> Backward Euler without velocities; what depends on time stays as it is now.
    subroutine begin_statics(simulation, equilibrium)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium
 
       associate (control => simulation%model%control, blocks => simulation%blocks, &
@@ -112,7 +112,7 @@ contains
 
    !> Static steps until nothing is out of balance.
    subroutine step_to_rest(simulation, equilibrium, error)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium
       type(error_type), allocatable, intent(out) :: error  !< of a step at the shortest Δt
       real(wp) :: first, way
@@ -137,9 +137,9 @@ contains
 
    !> One static step: with a shorter Δt if it fails, which leaves the blocks in place.
    subroutine static_step(simulation, first, error)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), intent(in) :: first  !< Δt of the first step, s
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: step
 
       do
@@ -158,7 +158,7 @@ contains
 
    !> Drop all velocities; the budget has their energy.
    subroutine stop_blocks(simulation)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: loss
 
       call damp_velocity(simulation%blocks, 0.0_wp, loss)
@@ -169,8 +169,8 @@ contains
 
    !> List the contacts of the present geometry and evaluate their laws there, at d = 0.
    subroutine evaluate_present(simulation, error)
-      type(simulation_type), intent(inout) :: simulation
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: unused(2)
 
       simulation%speed = 0.0_wp
@@ -188,7 +188,7 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< its contacts are listed anew
       real(wp), intent(out) :: largest  !< N/m
       integer, intent(out) :: block     !< that it acts on
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: force(6), size_of
       integer :: b, c
 

@@ -17,7 +17,8 @@ module dda_simulation
    use dda_text, only: to_text
    implicit none
    private
-   public :: simulation_type, counters_type, next_step, exchange_lists, finished, stage_finished, summary, block_name
+   public :: simulation_type, counters_type, next_step, exchange_lists, finished, &
+      stage_finished, summary, block_name
 
    !> What has been counted since the start.
    type :: counters_type
@@ -115,7 +116,8 @@ contains
       if (simulation%statics /= '') then
          text = text//'; '//simulation%statics
       else if (comes_suddenly(simulation%model)) then
-         text = text//'; gravity came on suddenly in the first step (settle = .true. begins at rest)'
+         text = text//'; gravity came on suddenly in the first step '// &
+            '(settle = .true. begins at rest)'
       end if
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary

@@ -32,9 +32,9 @@ contains
 
    !> Set up a run of a model, with its first stages up to the first dynamic one.
    subroutine begin_simulation(simulation, model, error)
-      type(simulation_type), intent(out) :: simulation
-      type(model_type), intent(in) :: model
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(out) :: simulation  !< ready for its first step
+      type(model_type), intent(in) :: model             !< as read from the input
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call start(simulation, model, error)
       if (.not. allocated(error)) call begin_first_stage(simulation, error)
@@ -43,8 +43,8 @@ contains
    !> Begin the first stage of a simulation that has just been started; if it is static, also the
    !> dynamic one that follows.
    subroutine begin_first_stage(simulation, error)
-      type(simulation_type), intent(inout) :: simulation
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call begin_next_stage(simulation, error)
       if (allocated(error) .or. size(simulation%model%stages) == 1) return
@@ -54,8 +54,8 @@ contains
 
    !> Begin the stage after the present one.
    subroutine begin_next_stage(simulation, error)
-      type(simulation_type), intent(inout) :: simulation
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: s
 
       s = simulation%stage + 1
@@ -92,7 +92,7 @@ contains
 
    !> Δt, number of steps and integration of a dynamic stage.
    subroutine set_stepping(simulation, s)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
 
       associate (stage => simulation%model%stages(s), control => simulation%model%control)
@@ -110,9 +110,9 @@ contains
    !> Blocks, supports, motions, materials and joints of a stage, with the energies that this takes
    !> and gives.
    subroutine change_model(simulation, s, error)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i
 
       call evaluate_present(simulation, error)
@@ -137,7 +137,7 @@ contains
 
    !> Stored energies of the present state; the difference goes to a term.
    subroutine book(simulation, term, sign_of)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: term
       real(wp), intent(in) :: sign_of  !< 1: a gain; −1: a loss
       type(energy_type) :: present
@@ -154,7 +154,7 @@ contains
 
    !> Motions that the stage names begin now; others that have not begun wait.
    subroutine begin_motions(simulation, s)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
       integer :: m, k
 
@@ -169,7 +169,7 @@ contains
 
    !> Other materials and joints for blocks that have some.
    subroutine replace_properties(simulation, s)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
       integer :: b, new
 
@@ -189,7 +189,7 @@ contains
 
    !> Blocks and supports that go, with the supports and loads of such blocks.
    subroutine take_away(simulation, s)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
       integer :: b
 
@@ -207,7 +207,7 @@ contains
 
    !> Displacements of measured points, and the potential of gravity, count from here.
    subroutine zero_displacements(simulation)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer :: i
 
       associate (points => simulation%model%points, energy => simulation%energy)
@@ -221,8 +221,8 @@ contains
 
    !> Rest under gravity and the loads of the present time.
    subroutine settle(simulation, error)
-      type(simulation_type), intent(inout) :: simulation
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(equilibrium_type) :: equilibrium
       type(energy_type) :: before
 
@@ -280,7 +280,7 @@ contains
    !> After a checkpoint has told the stage: what the stages up to it have changed of a model just
    !> started.
    subroutine restore_stages(simulation)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer :: s
 
       do s = 1, simulation%stage

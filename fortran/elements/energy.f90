@@ -14,8 +14,8 @@ module dda_energy
       add_energy
    public :: energy_values, energy_initial, energy_kinetic, energy_strain, energy_contact, &
       energy_support, energy_gravity, energy_input, energy_friction, energy_fracture, &
-      energy_algorithmic, energy_kinetic_damping, energy_damping, energy_geometric, energy_balance, &
-      energy_static, energy_removed, energy_changed, energy_zeroed
+      energy_algorithmic, energy_kinetic_damping, energy_damping, energy_geometric, &
+      energy_balance, energy_static, energy_removed, energy_changed, energy_zeroed
 
    integer, parameter :: energy_kinetic = 1, energy_strain = 2, energy_contact = 3, &
       energy_support = 4, energy_gravity = 5, energy_initial = 6, energy_input = 7, &

@@ -144,9 +144,7 @@ contains
       call check_read(error, place, status, message)
       call require_choice(error, place, 'kind', kind)
       if (allocated(error)) return
-      if (name == '') call input_error(error, place, 'name is missing')
-      if (any(model%stages(:s - 1)%name == name)) call input_error(error, place, 'name = '// &
-         quoted(trim(name))//' is used twice')
+      call check_name(name, model%stages(:s - 1)%name, place, error)
       associate (stage => model%stages(s))
          stage%name = name
          stage%static = kind == 'static'
@@ -161,11 +159,20 @@ contains
             stage%joint, error)
          call replace_names(change_materials, 'change_materials', 'material', &
             model%materials%name, place, stage%material, error)
-         if (stage%static .and. any(stage%begins)) call input_error(error, place, &
-            'motions cannot begin with a static stage, which takes no time')
       end associate
       call check_history(model, s, place, error)
    end subroutine read_stage
+
+   !> A stage has a name of its own.
+   subroutine check_name(name, names, place, error)
+      character(len=*), intent(in) :: name, names(:)  !< of the stage, and of those before it
+      type(place_type), intent(in) :: place  !< of the group
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (name == '') call input_error(error, place, 'name is missing')
+      if (any(names == name)) call input_error(error, place, 'name = '// &
+         quoted(trim(name))//' is used twice')
+   end subroutine check_name
 
    !> Number and length of steps, and their integration.
    subroutine set_stepping(stage, control, place, duration, steps, time_step, integration, theta, &
@@ -274,6 +281,8 @@ contains
       logical :: gone(model%blocks%n)
 
       if (allocated(error)) return
+      if (model%stages(s)%static .and. any(model%stages(s)%begins)) call input_error(error, place, &
+         'motions cannot begin with a static stage, which takes no time')
       gone = .false.
       do k = 1, s - 1
          i = findloc(model%stages(k)%removed .and. model%stages(s)%removed, .true., 1)

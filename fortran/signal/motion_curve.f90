@@ -36,7 +36,8 @@ contains
       real(wp) :: s
 
       displacement = 0.0_wp
-      if (time - curve%start > curve%duration) displacement = curve%displacement(size(curve%displacement))
+      if (time - curve%start > curve%duration) &
+         displacement = curve%displacement(size(curve%displacement))
       call locate(curve, time, i, s)
       if (i == 0) return
       displacement = curve%displacement(i) + s*(curve%velocity(i) &

@@ -182,7 +182,11 @@ def _logical(value) -> bool:
 _CONVERT = {"text": _text, "texts": _texts, "number": _number, "numbers": _numbers}
 _CONVERT |= {"points": _points, "whole": _whole, "logical": _logical}
 _WORDS = {"text": "text", "texts": "list of texts", "number": "number", "whole": "whole number"}
-_WORDS |= {"logical": "logical value", "numbers": "list of numbers", "points": "list of points x, y"}
+_WORDS |= {
+    "logical": "logical value",
+    "numbers": "list of numbers",
+    "points": "list of points x, y",
+}
 
 
 # --- Text ----------------------------------------------------------------------------------------

@@ -59,7 +59,10 @@ def test_every_variable_is_changed_where_it_lives(variable):
     path = f"{variable.group}[*].{variable.name}"
     groups = [*tower(), *[(group, {}) for group in engine_names("groups")]]
     after = changed_input(namelist(groups), {path: VALUES[variable.kind]})
-    expected = ", ".join(map(str, np.atleast_1d(VALUES[variable.kind]).tolist()))
+    value = VALUES[variable.kind]
+    expected = ", ".join(map(str, np.atleast_1d(value).tolist()))
+    if value is True:
+        expected = ".true."
     assert {g.get(variable.name) for g in Namelist.of(after).named(variable.group)} == {expected}
 
 

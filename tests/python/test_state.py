@@ -16,7 +16,8 @@ REMADE = {
         name: "the input"
         for name in (
             *("n", "first", "owner", "next", "previous", "material", "joint", "reference"),
-            *("radius", "area", "mass", "inertia", "stiffness", "initial_stress", "half_size"),
+            *("radius", "area", "mass", "inertia", "stiffness", "half_size"),
+            *("removed",),
         )
     },
     ("contact", "neighbours_type"): {
