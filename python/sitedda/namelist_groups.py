@@ -12,6 +12,7 @@ _QUOTED = r"'(?:''|[^'])*'|\"(?:\"\"|[^\"])*\""
 _COMMENT = re.compile(rf"({_QUOTED})|![^\n]*")
 _GROUP = re.compile(rf"&\s*(\w+)((?:{_QUOTED}|[^'\"/&])*)/")
 _TEXT = re.compile(rf"(?<![\w%])(name|material|joint)\s*=\s*({_QUOTED})", re.IGNORECASE)
+_EDGES = re.compile(rf"(?<![\w%])edge_joints\s*=\s*((?:(?:{_QUOTED})[\s,]*)+)", re.IGNORECASE)
 _COUNT = re.compile(r"(?<![\w%])(count|bricks|courses)\s*=\s*(\d+)", re.IGNORECASE)
 _STEMS = {"layers": "layer", "drums": "drum", "wall": "brick"}
 
@@ -38,10 +39,12 @@ def listed(parsed: f90nml.Namelist, name: str) -> list[dict]:
     return list(found) if isinstance(found, list) else [found]
 
 
-def block_labels(text: str) -> tuple[list[str], list[str], list[str]]:
+def block_labels(text: str) -> tuple[list[str], list[str], list[list[str]]]:
     """Names, materials and joints of the blocks that an input makes, in the engine's order.
 
-    A blank material or joint is the first of the input, as the engine takes it.
+    The first joint of a block is that of its edges, those after it are of single edges; a blank
+    one stands for the first.  A blank material or joint is the first of the input, as the engine
+    takes it.
     """
     names, materials, joints = [], [], []
     for group, body in groups(text):
@@ -51,7 +54,9 @@ def block_labels(text: str) -> tuple[list[str], list[str], list[str]]:
         made = _names_of(group, body, texts)
         names += made
         materials += [texts.get("material", "")] * len(made)
-        joints += [texts.get("joint", "")] * len(made)
+        edges = _EDGES.search(body) if group == "block" else None
+        own = list(map(_unquoted, re.findall(_QUOTED, edges[1]))) if edges else []
+        joints += [[texts.get("joint", ""), *own]] * len(made)
     return names, materials, joints
 
 

@@ -27,6 +27,8 @@ class Interfaces:
     ----------
     first, second : ndarray of int
         The blocks.
+    first_edge, second_edge : ndarray of int
+        Their edges, by the vertices where they begin.
     start, end : ndarray, shape (k, 2)
         Ends of the shared piece in the frame that they were found in, m.
     normal : ndarray, shape (k, 2)
@@ -35,6 +37,8 @@ class Interfaces:
 
     first: np.ndarray
     second: np.ndarray
+    first_edge: np.ndarray
+    second_edge: np.ndarray
     start: np.ndarray
     end: np.ndarray
     normal: np.ndarray
@@ -110,9 +114,9 @@ class Scene:
         ] or ["joint"]
         if materials is not None:
             self.material = _numbered(materials, self.material_names)
-            self.joint = _numbered(joints, self.joint_names)
+            self.joint = self._edge_joints(joints)
             return
-        self.joint = np.zeros(self.blocks, dtype=int)
+        self.joint = np.zeros(len(self.owner), dtype=int)
         if "block_density" not in self.data:
             self.material = np.zeros(self.blocks, dtype=int)
             return
@@ -121,6 +125,14 @@ class Scene:
         self.material = self.material.ravel()
         if len(kinds) != len(self.material_names):
             self.material_names = [f"{density:.4g} kg/m³" for density, _ in kinds]
+
+    def _edge_joints(self, joints) -> np.ndarray:
+        """The joint of each edge, by the vertex where it begins."""
+        texts = []
+        for (usual, *own), edges in zip(joints, np.diff(self.first), strict=True):
+            own = [text or usual for text in own[:edges]]
+            texts += own + [usual] * (edges - len(own))
+        return _numbered(texts, self.joint_names)
 
     # --- frames ------------------------------------------------------------------------------
 
@@ -253,6 +265,8 @@ class Scene:
         return Interfaces(
             self.owner[a],
             self.owner[b],
+            a,
+            b,
             begin + low[:, None] * unit,
             begin + high[:, None] * unit,
             np.column_stack([unit[:, 1], -unit[:, 0]]),
@@ -260,12 +274,15 @@ class Scene:
 
     @cached_property
     def interface_joints(self) -> np.ndarray:
-        """The joint of each interface: of its two blocks' the one with the lower friction angle."""
-        angle = np.array(
-            [float(g.get("friction_angle", 0.0)) for g in listed(self.groups, "joint")] or [0.0]
-        )
-        one, other = self.joint[self.interfaces.first], self.joint[self.interfaces.second]
-        return np.where(angle[other] < angle[one], other, one)
+        """The joint of each interface: the weaker of its two edges', as contacts take it."""
+        weakness = [
+            (float(g.get("friction_angle", 0.0)), float(g.get("cohesion", 0.0) or 0.0))
+            for g in listed(self.groups, "joint")
+        ] or [(0.0, 0.0)]
+        rank = np.empty(len(weakness), dtype=int)
+        rank[sorted(range(len(weakness)), key=weakness.__getitem__)] = np.arange(len(weakness))
+        one, other = self.joint[self.interfaces.first_edge], self.joint[self.interfaces.second_edge]
+        return np.where(rank[other] < rank[one], other, one)
 
     @cached_property
     def _previous(self) -> np.ndarray:

@@ -85,6 +85,24 @@ def test_carried_points_follow_the_vertices(run):
         assert abs(carried - scene.vertices(frame)).max() < 1e-12
 
 
+def test_the_weaker_joint_of_two_edges_is_drawn(write_input):
+    groups = [
+        ("control", {"time_step": 1e-3, "steps": 1}),
+        ("material", {"density": 2000.0, "young_modulus": 1e9, "poisson_ratio": 0.2}),
+        *(("joint", {"name": n, "friction_angle": a}) for n, a in (("rough", 40), ("flat", 10))),
+        ("block", {"name": "low", "joint": "rough", "vertices": rectangle(0, 0, 2, 1)}),
+        ("block", {"name": "high", "joint": "rough", "vertices": rectangle(0, 1, 2, 1),
+                   "edge_joints": ["flat", "", "rough"]}),
+        ("block", {"name": "side", "joint": "rough", "vertices": rectangle(2, 0, 2, 2)}),
+    ]  # fmt: skip
+    scene = Scene.of(write_input(groups))
+    faces = scene.interfaces
+    pairs = zip(faces.first, faces.second, scene.interface_joints, strict=True)
+    assert {frozenset((a, b)): scene.joint_names[k] for a, b, k in pairs} == {
+        frozenset((0, 1)): "flat", frozenset((0, 2)): "rough", frozenset((1, 2)): "rough"
+    }  # fmt: skip
+
+
 def test_slivers_are_found(write_input):
     groups = [*tower(), ("block", {"name": "thin", "vertices": [50, 0, 51, 0, 51, 1e-3]})]
     scene = Scene.of(write_input(groups))
