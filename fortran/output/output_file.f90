@@ -336,7 +336,8 @@ contains
          call put(dataset, 'time_step', sample(:n, 2), [first], [n])
          call put(dataset, 'iterations', sample(:n, 3), [first], [n])
          do i = 1, size(energy_terms)
-            call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 3 + i), [first], [n])
+            call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 3 + i), [first], &
+               [n])
          end do
          if (width == 0) return
          do kind = 1, 3
