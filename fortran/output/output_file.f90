@@ -340,7 +340,8 @@ contains
          call put(dataset, 'iterations', sample(:n, 3), [first], [n])
          call put(dataset, 'stage', sample(:n, 4), [first], [n])
          do i = 1, size(energy_terms)
-            call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 4 + i), [first], [n])
+            call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 4 + i), [first], &
+               [n])
          end do
          if (width == 0) return
          do kind = 1, 3

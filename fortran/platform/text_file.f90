@@ -2,10 +2,10 @@
 module dda_text_file
    use dda_errors, only: error_type, error_input, error_file, fail
    use dda_kinds, only: long
-   use dda_text, only: quoted, to_text
+   use dda_text, only: to_text
    implicit none
    private
-   public :: read_text_file, quoted_path
+   public :: read_text_file, short_path
 
 contains
 
@@ -22,7 +22,7 @@ contains
 
       inquire (file=file, exist=exists)
       if (.not. exists) then
-         call fail(error, error_input, quoted_path(file)//': there is no such file')
+         call fail(error, error_input, short_path(file)//': there is no such file')
          return
       end if
       open (newunit=unit, file=file, access='stream', form='unformatted', status='old', &
@@ -30,8 +30,8 @@ contains
       if (status == 0) then
          inquire (unit=unit, size=bytes)
          if (bytes < 0 .or. bytes > largest) then
-            call fail(error, error_input, quoted_path(file)//' is not a text file, or is larger '// &
-               'than '//to_text(largest)//' bytes: it is '//to_text(bytes)//' bytes long')
+            call fail(error, error_input, short_path(file)//' is not a text file, or is '// &
+               'larger than '//to_text(largest)//' bytes: it is '//to_text(bytes)//' bytes long')
          else
             allocate (character(len=bytes) :: text)
             ! A folder opens like a file with some compilers and fails only here.
@@ -39,19 +39,18 @@ contains
          end if
          close (unit)
       end if
-      if (status /= 0) call fail(error, error_file, quoted_path(file)//' cannot be read: '// &
+      if (status /= 0) call fail(error, error_file, short_path(file)//' cannot be read: '// &
          trim(message))
    end subroutine read_text_file
 
-   !> A path in quotes; of a very long one the end, which tells files apart.
-   pure function quoted_path(file) result(inside)
+   !> A path for messages; of a very long one the end, which tells files apart.
+   pure function short_path(file) result(short)
       character(len=*), intent(in) :: file  !< path
-      character(len=:), allocatable :: inside
+      character(len=:), allocatable :: short
       integer, parameter :: longest_path = 300
 
-      inside = "'"//trim(file)//"'"
-      if (len(inside) > longest_path) inside = &
-         quoted('…'//inside(len(inside) - 70:len(inside) - 1))
-   end function quoted_path
+      short = trim(file)
+      if (len(short) > longest_path) short = '…'//short(len(short) - 70:)
+   end function short_path
 
 end module dda_text_file

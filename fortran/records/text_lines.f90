@@ -8,7 +8,7 @@ module dda_text_lines
    use dda_kinds, only: long
    use dda_errors, only: error_type, fail, error_file, error_input
    use dda_text, only: to_text
-   use dda_text_file, only: read_text_file, quoted_path
+   use dda_text_file, only: read_text_file, short_path
    implicit none
    private
    public :: line_reader_type, open_lines, next_line, put_back, rewind_lines, fail_at
@@ -47,7 +47,8 @@ contains
       end if
       call read_text_file(reader%file, reader%text, largest_file, reader%error)
       if (allocated(reader%error)) return
-      if (len(reader%text) == 0) call fail(reader%error, error_file, quoted_path(file)//' is empty')
+      if (len(reader%text) == 0) call fail(reader%error, error_file, "'"//short_path(file)// &
+         "' is empty")
       ! Files from DOS may end with a Ctrl-Z; it means the end only if nothing but filling follows.
       length = verify(reader%text, ' '//achar(0)//line_feed//carriage_return//dos_end, back=.true.)
       dos = index(reader%text(length + 1:), dos_end)
@@ -116,7 +117,7 @@ contains
       character(len=*), intent(in) :: what                   !< a sentence without its full stop
 
       if (.not. allocated(reader%error)) call fail(reader%error, error_input, &
-         quoted_path(reader%file)//', line '//to_text(reader%line)//': '//what)
+         "'"//short_path(reader%file)//"', line "//to_text(reader%line)//': '//what)
    end subroutine fail_at
 
 end module dda_text_lines

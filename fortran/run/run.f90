@@ -9,7 +9,8 @@ module dda_run
       load_checkpoint, has_checkpoint, remove_spare, remove_checkpoints
    use dda_errors, only: error_type
    use dda_file_system, only: remove_file
-   use dda_journal, only: journal_type, open_journal, append_row, row_sample, row_frame, journal_name
+   use dda_journal, only: journal_type, open_journal, append_row, row_sample, row_frame, &
+      journal_name
    use dda_model, only: model_type, run_steps, run_duration
    use dda_output_file, only: check_target, write_output, is_complete, partial_name
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
@@ -225,8 +226,8 @@ contains
       real(wp), allocatable :: frame(:)
 
       call take_frame(run%simulation, frame)
-      call append_row(run%journal, row_frame, run%simulation%contacts(run%simulation%now)%n, frame, &
-         error)
+      call append_row(run%journal, row_frame, run%simulation%contacts(run%simulation%now)%n, &
+         frame, error)
    end subroutine record_frame
 
    !> Write the partial output, which can be read during the run.
