@@ -312,7 +312,13 @@ class _Cut:
         if self.settings.slivers != "merge" or least <= self.tolerance:
             return network, faces
         before = network.moved
-        network, _, _ = without_dead_ends(split_network(network, least, rigid=True))
+        for reach in (least, least / 2, least / 4):
+            try:
+                network, _, _ = without_dead_ends(split_network(network, reach, rigid=True))
+            except InputError:  # what was made one came close to others again and again
+                continue
+            least = reach
+            break
         if network.moved > before:
             count = network.moved - before
             self.messages.append(f"{count} corners closer than {least:.3g} m were made one")
