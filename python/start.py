@@ -54,7 +54,8 @@ def install_sitedda(extras: str) -> None:
     """Make the virtual environment, then build and install into it."""
     if not (VENV / "bin" / "pip").exists():
         call(sys.executable, "-m", "venv", VENV)
-    call(VENV / "bin" / "pip", "install", "--quiet", f".{extras}")
+    own_processor = "-Csetup-args=-Dnative_arch=true"
+    call(VENV / "bin" / "pip", "install", "--quiet", own_processor, f".{extras}")
 
 
 def site() -> None:

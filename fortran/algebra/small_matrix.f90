@@ -1,4 +1,4 @@
-!> Symmetric positive definite 6×6 matrices.
+!> 6×6 matrices.
 module dda_small_matrix
    use dda_kinds, only: wp
    implicit none
@@ -7,9 +7,10 @@ module dda_small_matrix
 
 contains
 
-   !> Inverse by Gauss–Jordan elimination in place; definite, so no pivoting is needed.
+   !> Inverse by Gauss–Jordan elimination in place, without pivoting.
    pure subroutine invert(matrix, inverse)
-      real(wp), intent(in) :: matrix(6, 6)  !< positive definite
+      !> positive definite, or triangular with a positive diagonal
+      real(wp), intent(in) :: matrix(6, 6)
       real(wp), intent(out) :: inverse(6, 6)  !< of the matrix
       real(wp) :: pivot, factor(6)
       integer :: k, j

@@ -22,66 +22,47 @@ contains
    pure subroutine grow_integers(list, least)
       integer, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
-      integer, allocatable :: larger(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) >= least) return
-      allocate (larger(max(least, 2*size(list))), source=0)
-      larger(:size(list)) = list
-      call move_alloc(larger, list)
+      if (size(list) < least) list = reshape(list, [max(least, 2*size(list))], pad=[0])
    end subroutine grow_integers
 
    !> Double precision.
    pure subroutine grow_reals(list, least)
       real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
-      real(wp), allocatable :: larger(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) >= least) return
-      allocate (larger(max(least, 2*size(list))), source=0.0_wp)
-      larger(:size(list)) = list
-      call move_alloc(larger, list)
+      if (size(list) < least) list = reshape(list, [max(least, 2*size(list))], pad=[0.0_wp])
    end subroutine grow_reals
 
    !> Logicals.
    pure subroutine grow_logicals(list, least)
       logical, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then .false.
       integer, intent(in) :: least  !< elements needed
-      logical, allocatable :: larger(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) >= least) return
-      allocate (larger(max(least, 2*size(list))), source=.false.)
-      larger(:size(list)) = list
-      call move_alloc(larger, list)
+      if (size(list) < least) list = reshape(list, [max(least, 2*size(list))], pad=[.false.])
    end subroutine grow_logicals
 
    !> Texts of one length.
    pure subroutine grow_texts(list, least)
       character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then blank
       integer, intent(in) :: least  !< elements needed
-      character(len=len(list)), allocatable :: larger(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) >= least) return
-      allocate (larger(max(least, 2*size(list))))
-      larger = ''
-      larger(:size(list)) = list
-      call move_alloc(larger, list)
+      if (size(list) < least) &
+         list = reshape(list, [max(least, 2*size(list))], pad=[repeat(' ', len(list))])
    end subroutine grow_texts
 
    !> Bytes, of which there may be more than 2³¹.
    pure subroutine grow_bytes(list, least)
       integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer(long), intent(in) :: least  !< elements needed
-      integer(int8), allocatable :: larger(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list, kind=long) >= least) return
-      allocate (larger(max(least, 2*size(list, kind=long))), source=0_int8)
-      larger(:size(list, kind=long)) = list
-      call move_alloc(larger, list)
+      if (size(list, kind=long) < least) &
+         list = reshape(list, [max(least, 2*size(list, kind=long))], pad=[0_int8])
    end subroutine grow_bytes
 
    !> Columns of default integers.
@@ -89,13 +70,10 @@ contains
       integer, allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
-      integer, allocatable :: larger(:,:)
 
       if (.not. allocated(list)) allocate (list(rows, 0))
-      if (size(list, 2) >= least) return
-      allocate (larger(rows, max(least, 2*size(list, 2))), source=0)
-      larger(:, :size(list, 2)) = list
-      call move_alloc(larger, list)
+      if (size(list, 2) < least) &
+         list = reshape(list, [rows, max(least, 2*size(list, 2))], pad=[0])
    end subroutine grow_integer_columns
 
    !> Columns of double precision.
@@ -103,13 +81,10 @@ contains
       real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
-      real(wp), allocatable :: larger(:,:)
 
       if (.not. allocated(list)) allocate (list(rows, 0))
-      if (size(list, 2) >= least) return
-      allocate (larger(rows, max(least, 2*size(list, 2))), source=0.0_wp)
-      larger(:, :size(list, 2)) = list
-      call move_alloc(larger, list)
+      if (size(list, 2) < least) &
+         list = reshape(list, [rows, max(least, 2*size(list, 2))], pad=[0.0_wp])
    end subroutine grow_real_columns
 
 end module dda_growth

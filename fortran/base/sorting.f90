@@ -1,28 +1,27 @@
-!> Insertion sort, stable and in place: for short lists, such as the crossings of an edge.
+!> Insertion sort, stable: for short lists, such as the crossings of an edge.
 module dda_sorting
    use dda_kinds, only: wp
    implicit none
    private
-   public :: insertion_sort
+   public :: ascending_order
 
 contains
 
-   !> Sort a list in ascending order.
-   pure subroutine insertion_sort(list)
-      real(wp), intent(inout) :: list(:)  !< [any] sorted
-      real(wp) :: moving
+   !> The order in which keys ascend; equal keys keep theirs.
+   pure function ascending_order(key) result(order)
+      real(wp), intent(in) :: key(:)  !< [any] what to sort by
+      integer :: order(size(key))
       integer :: i, j
 
-      do i = 2, size(list)
-         moving = list(i)
+      do i = 1, size(key)
          j = i - 1
          do while (j >= 1)
-            if (list(j) <= moving) exit
-            list(j + 1) = list(j)
+            if (key(order(j)) <= key(i)) exit
+            order(j + 1) = order(j)
             j = j - 1
          end do
-         list(j + 1) = moving
+         order(j + 1) = i
       end do
-   end subroutine insertion_sort
+   end function ascending_order
 
 end module dda_sorting

@@ -41,41 +41,14 @@ contains
       if (value == 0.0_wp) then
          text = '0'
       else if (abs(value) >= 1.0e-3_wp .and. abs(value) < 1.0e6_wp) then
-         write (buffer, '(f0.6)') value
-         text = without_trailing_zeros(with_leading_zero(trim(buffer)))
+         write (buffer, '(f32.6)') value
+         text = trim(adjustl(buffer(:verify(buffer, '0', back=.true.))))
+         if (text(len(text):) == '.') text = text(:len(text) - 1)
       else
          write (buffer, '(es13.5e3)') value
          text = trim(adjustl(buffer))
       end if
    end function real_to_text
-
-   !> 0.5 for .5.
-   pure function with_leading_zero(digits) result(text)
-      character(len=*), intent(in) :: digits  !< of a number
-      character(len=:), allocatable :: text
-
-      text = digits
-      if (digits(1:1) == '.') text = '0'//digits
-      if (len(digits) > 1) then
-         if (digits(1:2) == '-.') text = '-0'//digits(2:)
-      end if
-   end function with_leading_zero
-
-   !> 0.5 for 0.500000.
-   pure function without_trailing_zeros(digits) result(text)
-      character(len=*), intent(in) :: digits  !< of a number
-      character(len=:), allocatable :: text
-      integer :: last
-
-      last = len(digits)
-      if (index(digits, '.') > 0) then
-         do while (digits(last:last) == '0')
-            last = last - 1
-         end do
-         if (digits(last:last) == '.') last = last - 1
-      end if
-      text = digits(:last)
-   end function without_trailing_zeros
 
    !> ASCII letters in lower case.
    pure function lower_case(text) result(lowered)

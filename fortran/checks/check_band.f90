@@ -3,7 +3,7 @@ module dda_check_band
    use dda_kinds, only: wp
    use dda_errors, only: error_type
    use dda_motion, only: motion_type
-   use dda_spectrum, only: fourier_amplitude
+   use dda_spectrum, only: fourier_spectrum
    implicit none
    private
    public :: band_type, significant_band
@@ -38,21 +38,22 @@ contains
    subroutine band_of(motion, band)
       type(motion_type), intent(in) :: motion
       type(band_type), intent(out) :: band
-      real(wp), allocatable :: frequency(:), amplitude(:)
+      real(wp), allocatable :: frequency(:)
+      complex(wp), allocatable :: spectrum(:)
       type(error_type), allocatable :: error
-      real(wp) :: total, sum
+      real(wp) :: total, below
       integer :: i
 
-      call fourier_amplitude(motion%curve%acceleration, motion%curve%time_step, frequency, &
-         amplitude, error)
+      call fourier_spectrum(motion%curve%acceleration, motion%curve%time_step, frequency, &
+         spectrum, error)
       if (allocated(error)) return
-      total = dot_product(amplitude, amplitude)
+      total = sum(abs(spectrum)**2)
       if (.not. total > 0.0_wp) return
-      sum = 0.0_wp
+      below = 0.0_wp
       do i = 1, size(frequency)
-         sum = sum + amplitude(i)**2
-         if (sum < outside*total) band%lowest = frequency(i)
-         if (sum <= (1.0_wp - outside)*total) band%highest = frequency(i)
+         below = below + abs(spectrum(i))**2
+         if (below < outside*total) band%lowest = frequency(i)
+         if (below <= (1.0_wp - outside)*total) band%highest = frequency(i)
       end do
       band%known = band%highest > 0.0_wp
    end subroutine band_of

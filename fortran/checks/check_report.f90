@@ -72,19 +72,15 @@ contains
       real(wp), intent(in) :: value
       character(len=:), allocatable :: text
       character(len=24) :: buffer
+      integer :: decimals
 
       if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
          text = to_text(value)
-         return
-      else if (abs(value) < 1.0_wp) then
-         write (buffer, '(f0.4)') value
-      else if (abs(value) < 100.0_wp) then
-         write (buffer, '(f0.3)') value
       else
-         write (buffer, '(f0.1)') value
+         decimals = merge(4, merge(3, 1, abs(value) < 100.0_wp), abs(value) < 1.0_wp)
+         write (buffer, '(f24.'//to_text(decimals)//')') value
+         text = trim(adjustl(buffer))
       end if
-      text = trim(buffer)
-      if (text(1:1) == '.') text = '0'//text
    end function short
 
    !> The report for a screen.

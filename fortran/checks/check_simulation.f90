@@ -93,6 +93,8 @@ contains
       type(report_type), intent(inout) :: report
       type(error_type), allocatable :: error
       real(wp) :: limit
+      logical :: resolved
+      character(len=:), allocatable :: found
 
       call find_omega_max(linear, report%highest, error)
       if (allocated(error)) then
@@ -107,18 +109,13 @@ contains
       if (.not. report%has_highest) return
       limit = 4.0_wp/report%highest%omega
       call count_unresolved(linear, linear%time_step, report%unresolved, error)
-      if (linear%time_step < limit) then
-         call add_line(report, verdict_ok, 'time step', to_text(linear%time_step)// &
-            ' s < 4/omega_max = '//to_text(limit)//' s', 'paper eq. 13', '')
-      else if (allocated(error)) then
-         call add_line(report, verdict_warn, 'time step', to_text(linear%time_step)// &
-            ' s > 4/omega_max = '//to_text(limit)//' s', 'paper eq. 13', &
-            'stable, but those modes are not resolved: see ringing')
-      else
-         call add_line(report, verdict_warn, 'time step', to_text(linear%time_step)// &
-            ' s > 4/omega_max = '//to_text(limit)//' s; '//report%unresolved%words, &
-            'paper eq. 13', 'stable, but those modes are not resolved: see ringing')
-      end if
+      resolved = linear%time_step < limit
+      found = to_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/omega_max = '// &
+         to_text(limit)//' s'
+      if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
+      call add_line(report, merge(verdict_ok, verdict_warn, resolved), 'time step', found, &
+         'paper eq. 13', advice_if(.not. resolved, &
+         'stable, but those modes are not resolved: see ringing'))
    end subroutine check_highest
 
    !> How long velocities that change their sign every step last: warned of where it is longer than
@@ -270,7 +267,7 @@ contains
       type(report_type), intent(inout) :: report
       real(wp) :: first
       logical :: followed
-      character(len=:), allocatable :: found
+      character(len=:), allocatable :: found, advice
 
       first = 0.0_wp
       found = ''
@@ -280,14 +277,18 @@ contains
       end if
       followed = .true.
       if (report%band%known) then
-         followed = report%band%highest < nyquist(linear%time_step)
+         followed = report%band%highest < 0.5_wp/linear%time_step
          if (found /= '') found = found//'; '
          found = found//damping_over(report%band, linear)
       end if
       if (found == '') return
+      advice = advice_if(first >= 0.1_wp, "time_step for a wanted ratio "// &
+         "(sitedda.time_step_for_damping), or "// &
+         "integration = 'theta' with damping_ratio and damping_frequency")
+      if (.not. followed) advice = 'time_step below '//to_text(0.5_wp/report%band%highest)//' s'
       call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), &
          'damping', 'by the scheme '//found, '2 zeta = (a + b) tau/(1 - a b tau^2), tau = '// &
-         'tan(omega dt/2)', damping_advice(first, followed, report%band))
+         'tan(omega dt/2)', advice)
    end subroutine check_damping
 
    !> Damping ratio over a band, %; the part at or beyond the Nyquist frequency has none.
@@ -296,13 +297,15 @@ contains
       type(linear_model_type), intent(in) :: linear
       character(len=:), allocatable :: text
       character(len=:), allocatable :: beyond
+      real(wp) :: nyquist  ! Hz
 
-      beyond = 'beyond 1/(2 dt) = '//short(nyquist(linear%time_step))// &
+      nyquist = 0.5_wp/linear%time_step
+      beyond = 'beyond 1/(2 dt) = '//short(nyquist)// &
          ' Hz, where steps follow no motion'
-      if (band%lowest >= nyquist(linear%time_step)) then
+      if (band%lowest >= nyquist) then
          text = 'the band of the record, '//short(band%lowest)//' … '//short(band%highest)// &
             ' Hz, lies '//beyond
-      else if (band%highest >= nyquist(linear%time_step)) then
+      else if (band%highest >= nyquist) then
          text = to_text(100*damping_at(linear, band%lowest))//' % at '//short(band%lowest)// &
             ' Hz; the band of the record reaches '//short(band%highest)//' Hz, '//beyond
       else
@@ -319,26 +322,6 @@ contains
 
       damping_at = forced_damping(linear%scheme, 2.0_wp*pi*frequency, linear%time_step)
    end function damping_at
-
-   !> What to change where the scheme damps much, or follows no motion.
-   pure function damping_advice(first, followed, band) result(advice)
-      real(wp), intent(in) :: first       !< ζ of the first mode
-      logical, intent(in) :: followed     !< the whole band
-      type(band_type), intent(in) :: band
-      character(len=:), allocatable :: advice
-
-      advice = advice_if(first >= 0.1_wp, "time_step for a wanted ratio "// &
-         "(sitedda.time_step_for_damping), or "// &
-         "integration = 'theta' with damping_ratio and damping_frequency")
-      if (.not. followed) advice = 'time_step below '//to_text(0.5_wp/band%highest)//' s'
-   end function damping_advice
-
-   !> Half the rate of the steps, Hz.
-   pure real(wp) function nyquist(time_step)
-      real(wp), intent(in) :: time_step  !< s
-
-      nyquist = 0.5_wp/time_step
-   end function nyquist
 
    subroutine check_cost(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation

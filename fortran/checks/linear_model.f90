@@ -23,7 +23,7 @@ module dda_linear_model
    private
    public :: linear_model_type, energy_share_type, linearise, set_penalty, block_label, &
       term_label, energy_of, stiffness_weights
-   public :: strain_energy, energy_kinds, kind_names, point_row
+   public :: strain_energy, energy_kinds, kind_names
 
    integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy that is not in a term
    integer, parameter :: energy_kinds = term_kinds + 1
@@ -286,15 +286,5 @@ contains
             to_text(term%place(2) + linear%origin(2))//') m'
       end associate
    end function term_label
-
-   !> Row that gives the displacement of a measured point along an axis.
-   pure function point_row(linear, point, axis) result(row)
-      type(linear_model_type), intent(in) :: linear
-      integer, intent(in) :: point  !< number of the measured point
-      integer, intent(in) :: axis   !< 1: x, 2: y
-      real(wp) :: row(6)
-
-      row = linear%point_rows(axis, :, point)
-   end function point_row
 
 end module dda_linear_model

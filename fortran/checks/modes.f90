@@ -3,11 +3,12 @@
 module dda_modes
    use dda_kinds, only: wp, pi
    use dda_deflation, only: null_space_type
-   use dda_eigen, only: eigenpairs_type, lowest_eigenvalues
+   use dda_eigen, only: eigenpairs_type, lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of
    use dda_rigid_modes, only: find_rigid_modes
    use dda_scheme_response, only: free_damping, period_elongation
+   use dda_sorting, only: ascending_order
    use dda_text, only: to_text
    implicit none
    private
@@ -89,7 +90,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
       type(null_space_type) :: free
       integer, parameter :: most_mechanisms = 100
-      integer :: wanted, found
+      integer :: wanted, found, i
 
       mechanisms = 0
       rigid = 0
@@ -105,7 +106,7 @@ contains
          if (found >= count .or. pairs%n < wanted .or. mechanisms > most_mechanisms) exit
          if (wanted >= 6*linear%n - rigid) exit
       end do
-      call drop_first(pairs, mechanisms)
+      call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
    end subroutine find_elastic
 
    !> ω² = Σ k (stretch)² + strain energies of each mass-normalised vector, sorted.
@@ -121,7 +122,7 @@ contains
          energy = energy_of(linear, pairs%vector(:, :, i))
          pairs%value(i) = energy%total
       end do
-      call sort_pairs(pairs)
+      call select_pairs(pairs, ascending_order(pairs%value))
       limit = nothing*scale_of(linear)
       mechanisms = count(pairs%value < limit)
    end subroutine take_energies
@@ -138,39 +139,6 @@ contains
          end do
       end do
    end function scale_of
-
-   !> Insertion sort: they are nearly in order.
-   pure subroutine sort_pairs(pairs)
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer :: order(pairs%n), i, j, moving
-
-      order = [(i, i=1, pairs%n)]
-      do i = 2, pairs%n
-         moving = order(i)
-         j = i - 1
-         do while (j >= 1)
-            if (pairs%value(order(j)) <= pairs%value(moving)) exit
-            order(j + 1) = order(j)
-            j = j - 1
-         end do
-         order(j + 1) = moving
-      end do
-      if (all(order(2:) > order(:pairs%n - 1))) return
-      pairs%value = pairs%value(order)
-      pairs%residual = pairs%residual(order)
-      pairs%vector = pairs%vector(:, :, order)
-   end subroutine sort_pairs
-
-   subroutine drop_first(pairs, dropped)
-      type(eigenpairs_type), intent(inout) :: pairs
-      integer, intent(in) :: dropped
-
-      if (dropped == 0) return
-      pairs%n = pairs%n - dropped
-      pairs%value = pairs%value(dropped + 1:)
-      pairs%residual = pairs%residual(dropped + 1:)
-      pairs%vector = pairs%vector(:, :, dropped + 1:)
-   end subroutine drop_first
 
    subroutine put_in_words(linear, wanted, modes)
       type(linear_model_type), intent(in) :: linear

@@ -32,49 +32,34 @@ contains
    subroutine find_parts(linear, free)
       type(linear_model_type), intent(in) :: linear
       type(null_space_type), intent(inout) :: free
-      integer :: parent(linear%n), i, b
+      integer :: parent(linear%n), roots(2), i, b
 
       parent = [(b, b=1, linear%n)]
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            if (term%block_b > 0) call join(parent, term%block_a, term%block_b)
+            if (term%block_b == 0) cycle
+            roots = [root_of(parent, term%block_a), root_of(parent, term%block_b)]
+            ! The smaller root becomes the root of both, so that a root comes before its members.
+            parent(maxval(roots)) = minval(roots)
          end associate
       end do
       allocate (free%group(linear%n))
       free%groups = 0
       do b = 1, linear%n
-         i = root_of(parent, b)
-         if (i == b) then
-            free%groups = free%groups + 1
-            free%group(b) = free%groups
-         else
-            free%group(b) = free%group(i)
-         end if
+         if (parent(b) == b) free%groups = free%groups + 1
+         free%group(b) = free%groups
+         if (parent(b) < b) free%group(b) = free%group(parent(b))
       end do
    end subroutine find_parts
 
-   !> The smaller root becomes the root of both, so that a root comes before its members.
-   pure subroutine join(parent, a, b)
-      integer, intent(inout) :: parent(:)
-      integer, intent(in) :: a, b
-      integer :: i, j, next
-
-      i = root_of(parent, a)
-      j = root_of(parent, b)
-      parent(max(i, j)) = min(i, j)
-      j = a
-      do while (parent(j) /= j)
-         next = parent(j)
-         parent(j) = parent(next)
-         j = next
-      end do
-   end subroutine join
-
-   pure integer function root_of(parent, b) result(root)
-      integer, intent(in) :: parent(:), b
+   !> The root of the part of a block; what is passed on the way comes nearer to it.
+   integer function root_of(parent, b) result(root)
+      integer, intent(inout) :: parent(:)  !< [n] a block of the same part, or itself
+      integer, intent(in) :: b  !< block
 
       root = b
       do while (parent(root) /= root)
+         parent(root) = parent(parent(root))
          root = parent(root)
       end do
    end function root_of
@@ -121,8 +106,6 @@ contains
       type(null_space_type), intent(inout) :: free
       real(wp), intent(in) :: motion(:,:,:)
       type(error_type), allocatable, intent(out) :: error
-      real(wp), parameter :: unit(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
-         0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
       real(wp) :: resistance(3, 3, free%groups), row(3)
       real(wp), allocatable :: values(:)
       integer :: i, g, b, held
@@ -137,14 +120,9 @@ contains
          end associate
       end do
       do g = 1, free%groups
-         held = 0
-         if (any(abs(resistance(:, :, g)) > 0.0_wp)) then
-            call symmetric_eigen(resistance(:, :, g), values, error)
-            if (allocated(error)) return
-            held = count(values > nothing*values(3))
-         else
-            resistance(:, :, g) = unit
-         end if
+         call symmetric_eigen(resistance(:, :, g), values, error)
+         if (allocated(error)) return
+         held = count(values > nothing*values(3))
          resistance(:, 4 - held:, g) = 0.0_wp
          free%dimension = free%dimension + 3 - held
       end do

@@ -9,7 +9,7 @@ module dda_transfer
    use dda_dense_eigen, only: symmetric_eigen
    use dda_eigen, only: shifted_inverse_type, prepare_inverse
    use dda_errors, only: error_type, error_input, fail
-   use dda_linear_model, only: linear_model_type, point_row
+   use dda_linear_model, only: linear_model_type
    use dda_linear_terms, only: at_end, end_dashpot, term_support
    use dda_reduced_model, only: reduced_model_type, reduce_model, solve_reduced, weights_at
    use dda_scheme_response, only: steady_type, steady_weights
@@ -64,8 +64,8 @@ contains
       if (allocated(error)) return
       allocate (transfer%weight(2, transfer%reduced%m))
       do i = 1, 2
-         associate (b => linear%points(points(i))%block, row => point_row(linear, points(i), &
-            axes(i)))
+         associate (b => linear%points(points(i))%block, row => linear%point_rows(axes(i), :, &
+            points(i)))
             if (transfer%body_force) transfer%base(i) = dot_product(row, static(:, b))
             do j = 1, transfer%reduced%m
                transfer%weight(i, j) = dot_product(row, transfer%reduced%basis(:, b, j))
@@ -151,8 +151,9 @@ contains
          integer, intent(in) :: i
 
          associate (term => linear%terms%term(i))
-            is_held = term%kind == term_support .and. term%row_a(axis) == 1.0_wp .and. &
-               (term%instant == at_end .or. term%instant == end_dashpot)
+            is_held = term%kind == term_support .and. term%block_b == 0 .and. &
+               term%row_a(axis) == 1.0_wp .and. (term%instant == at_end .or. &
+               term%instant == end_dashpot)
          end associate
       end function is_held
    end subroutine push_supports

@@ -27,7 +27,6 @@ module dda_contact
       integer, allocatable :: block_v(:)       !< block of the vertex
       integer, allocatable :: block_e(:)       !< block of the edge
       integer, allocatable :: pair(:)          !< near pair that the two blocks are
-      integer, allocatable :: joint(:)         !< joint material
       ! Geometry at the start of the step
       !> signed distance to the edge less `offset`, m; negative in compression
       real(wp), allocatable :: gap(:)
@@ -37,6 +36,7 @@ module dda_contact
       real(wp), allocatable :: shear_v(:,:)    !< [6,n] ∂slip/∂q of the vertex block
       real(wp), allocatable :: shear_e(:,:)    !< [6,n] −∂slip/∂q of the edge block
       ! History
+      integer, allocatable :: joint(:)         !< joint material, see dda_contact_joints
       integer, allocatable :: state(:)         !< open, slide or stick
       logical, allocatable :: bonded(:)        !< cohesion and tension not yet lost
       logical, allocatable :: was_bonded(:)    !< at the start of the step
@@ -152,6 +152,7 @@ contains
       integer :: to
 
       to = from + last - first
+      new%joint(first:last) = old%joint(from:to)
       new%state(first:last) = old%state(from:to)
       new%bonded(first:last) = old%bonded(from:to)
       new%bond_length(first:last) = old%bond_length(from:to)

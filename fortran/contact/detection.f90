@@ -14,7 +14,7 @@ module dda_detection
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
-   public :: detection_type, prepare_detection, measure_depths, detect_contacts
+   public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
 

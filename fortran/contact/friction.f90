@@ -9,7 +9,7 @@ module dda_friction
    use dda_material, only: joint_type
    implicit none
    private
-   public :: laws_type, law_type, response_type, set_laws, law_of, respond
+   public :: laws_type, law_type, response_type, set_laws, weaker_joint, law_of, respond
    public :: contact_response, acting_gap, acting_stretch, end_stretch, accept_contacts
 
    !> Stiffness of all contacts and strength of each joint material.
@@ -18,6 +18,7 @@ module dda_friction
       real(wp) :: shear_stiffness = 0.0_wp      !< k_s, N/m per metre of thickness
       logical :: augmented = .false.            !< augmented Lagrangian: with multipliers
       real(wp) :: theta = 1.0_wp                !< share of the step at which bonded joints act
+      real(wp), allocatable :: friction_angle(:) !< [joints] φ, degrees
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
@@ -54,10 +55,30 @@ contains
 
       laws%normal_stiffness = normal_stiffness
       laws%shear_stiffness = normal_stiffness/shear_ratio
+      laws%friction_angle = joints%friction_angle
       laws%friction = tan(joints%friction_angle*pi/180.0_wp)
       laws%cohesion = joints%cohesion
       laws%tension = joints%tensile_strength
    end subroutine set_laws
+
+   !> The weaker of two joint materials, which governs where they meet: that of less friction; of
+   !> equal ones that of less cohesion, then of less tensile strength, then the first.
+   pure integer function weaker_joint(laws, a, b) result(weaker)
+      type(laws_type), intent(in) :: laws  !< strengths of the joint materials
+      integer, intent(in) :: a, b          !< joint materials
+
+      weaker = a
+      if (a == b) return
+      if (laws%friction_angle(a) /= laws%friction_angle(b)) then
+         if (laws%friction_angle(b) < laws%friction_angle(a)) weaker = b
+      else if (laws%cohesion(a) /= laws%cohesion(b)) then
+         if (laws%cohesion(b) < laws%cohesion(a)) weaker = b
+      else if (laws%tension(a) /= laws%tension(b)) then
+         if (laws%tension(b) < laws%tension(a)) weaker = b
+      else
+         weaker = min(a, b)
+      end if
+   end function weaker_joint
 
    !> The law of a contact of a joint material.
    pure function law_of(laws, joint, bonded, length, multiplier) result(law)

@@ -185,6 +185,7 @@ contains
       real(wp), intent(in) :: touching           !< m, gap up to which it is assumed closed
       logical, intent(in) :: begun               !< not the first list of the run
 
+      new%joint(c) = 0
       new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= touching)
       new%bonded(c) = .false.
       new%bond_length(c) = 0.0_wp

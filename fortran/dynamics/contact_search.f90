@@ -4,12 +4,11 @@ module dda_contact_search
    use dda_errors, only: error_type, error_input, fail
    use dda_system, only: set_matrix_pattern
    use dda_energy_budget, only: update_geometric
-   use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type, reserve, swap_gradients, contact_open
+   use dda_contact, only: reserve, swap_gradients, contact_open
+   use dda_contact_joints, only: set_joints
    use dda_detection, only: detection_type, measure_depths, detect_contacts
    use dda_history, only: history_type, inherit
    use dda_neighbours, only: find_neighbours
-   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_simulation, only: simulation_type, next_step, exchange_lists
    use dda_linear_solver, only: analyse
    use dda_stopwatch, only: lap, phase_assemble, phase_detect, phase_search
@@ -74,9 +73,9 @@ contains
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
             simulation%detection)
          call reserve(simulation%contacts(old), contacts%n)
-         call set_joints(contacts, simulation%blocks, simulation%laws%friction)
          call bound_history(simulation%history, simulation%detection)
          call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
+         call set_joints(contacts, simulation%blocks, simulation%laws, simulation%detection)
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
          if (simulation%model%contact%original_rules) &
             contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
@@ -95,38 +94,5 @@ contains
       history%deepest = detection%travel + detection%pressed
       history%largest_jump = detection%travel + 2*detection%deepest + detection%largest_corner
    end subroutine bound_history
-
-   !> Joint materials of all contacts.
-   subroutine set_joints(contacts, blocks, friction)
-      type(contacts_type), intent(inout) :: contacts
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: friction(:)  !< [joints]
-      integer :: p
-
-      if (contacts%n < parallel_from) then
-         call set_some_joints(contacts, blocks, friction, 1, contacts%n)
-         return
-      end if
-      !$omp parallel do schedule(static)
-      do p = 1, pieces(contacts%n)
-         call set_some_joints(contacts, blocks, friction, first_of(p, contacts%n), &
-            last_of(p, contacts%n))
-      end do
-   end subroutine set_joints
-
-   !> Of two joint materials that meet, the one with less friction governs.
-   pure subroutine set_some_joints(contacts, blocks, friction, first, last)
-      type(contacts_type), intent(inout) :: contacts
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: friction(:)  !< [joints]
-      integer, intent(in) :: first, last
-      integer :: c, own, other
-
-      do c = first, last
-         own = blocks%joint(contacts%block_v(c))
-         other = blocks%joint(contacts%block_e(c))
-         contacts%joint(c) = merge(other, own, friction(other) < friction(own))
-      end do
-   end subroutine set_some_joints
 
 end module dda_contact_search

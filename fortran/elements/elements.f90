@@ -14,7 +14,7 @@ module dda_elements
    use dda_scheme, only: step_type
    implicit none
    private
-   public :: elements_type, set_elements, linear_terms_of, add_forces, update_stored, &
+   public :: elements_type, set_elements, register, linear_terms_of, add_forces, update_stored, &
       account_elements, accept_elements, match_velocities, freeze_elements, serialise_elements
 
    !> One kind of elements.

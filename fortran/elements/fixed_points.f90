@@ -124,8 +124,9 @@ contains
       real(wp) :: away(2)
 
       associate (point => self%point(i))
-         away = place_of(blocks, point%block, point%reference) - (point%place &
-            + target_displacement(self, i, motions, time))
+         ! In this order nothing is rounded: force and energy then see the same place.
+         away = (place_of(blocks, point%block, point%reference) - point%place) &
+            - target_displacement(self, i, motions, time)
          away = merge(away, 0.0_wp, point%held)
       end associate
    end function away_from_target

@@ -1,6 +1,6 @@
 !> A namelist file becomes a model: everything it says checked, every name resolved.
 module dda_input
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
    use dda_input_group, only: place_type, place_of_group, input_error, require_name, &
       name_length
@@ -19,6 +19,8 @@ module dda_input
    private
    public :: read_model_file, read_model
 
+   integer(long), parameter :: largest_input = 1024_long**3  !< bytes
+
 contains
 
    !> Read a model from a file.
@@ -28,7 +30,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
 
-      call read_text_file(file, text, error)
+      call read_text_file(file, text, largest_input, error)
       if (.not. allocated(error)) call read_model(model, file, text, error)
    end subroutine read_model_file
 

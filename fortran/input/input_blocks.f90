@@ -13,6 +13,7 @@ module dda_input_blocks
    public :: read_blocks, is_block_group
 
    integer, parameter :: most_vertices = 512
+   character, parameter :: unnamed = achar(0)    !< edge that the input does not mention
    integer, parameter :: most_blocks = 2000000   !< of a group
    !> of the name of generated blocks, which get a number
    integer, parameter :: longest_stem = name_length - 8
@@ -82,24 +83,49 @@ contains
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, material, joint
+      character(len=name_length) :: name, material, joint, edge_joints(most_vertices)
       real(wp) :: vertices(2, most_vertices)
+      integer, allocatable :: joints(:)
       character(len=256) :: message
       integer :: status, m, j, count
-      namelist /block/ name, material, joint, vertices
+      namelist /block/ name, material, joint, edge_joints, vertices
 
       name = ''
       material = ''
       joint = ''
+      edge_joints = unnamed
       vertices = unset
       read (text, nml=block, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
       call resolve(place, material, joint, model, m, j, error)
       count = last_set(vertices)
       call check_outline(place, vertices(:, :count), error)
+      call resolve_edges(place, edge_joints, model, count, j, joints, error)
       if (.not. allocated(error)) call add_outline(outlines, vertices(:, :count), m, j, source, &
-         name)
+         name, joints)
    end subroutine read_block
+
+   !> Positions of the joints of a block's edges; an edge without a name takes that of the block.
+   subroutine resolve_edges(place, names, model, edges, joint, joints, error)
+      type(place_type), intent(in) :: place          !< of the group
+      character(len=*), intent(in) :: names(:)       !< of the edges; blank or `unnamed`: none
+      type(model_type), intent(in) :: model          !< with its joints
+      integer, intent(in) :: edges                   !< of the block
+      integer, intent(in) :: joint                   !< of the block, position in the model's list
+      integer, allocatable, intent(out) :: joints(:) !< [edges] positions in the model's list
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i, given
+
+      given = findloc(names /= unnamed, .true., 1, back=.true.)
+      if (given > edges) call input_error(error, place, 'edge_joints: '//to_text(given)// &
+         ' names, but the block has '//to_text(edges)//' edges')
+      allocate (joints(edges), source=joint)
+      do i = 1, min(given, edges)
+         if (names(i) == unnamed .or. names(i) == '') cycle
+         call require_name(error, place, 'edge_joints('//to_text(i)//')', names(i), &
+            model%joints%name, 'joint', joints(i))
+      end do
+   end subroutine resolve_edges
 
    !> Number of vertices given.
    pure integer function last_set(vertices) result(last)

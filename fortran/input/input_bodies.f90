@@ -53,7 +53,7 @@ contains
       end associate
       model%block_names = outlines%name(:outlines%n)
       call set_blocks(model%blocks, outlines%first(:outlines%n + 1), outlines%vertices, &
-         outlines%material(:outlines%n), outlines%joint(:outlines%n), model%materials, &
+         outlines%material(:outlines%n), outlines%joint(:outlines%n_vertices), model%materials, &
          model%control%plane_strain)
       call check_overlap(model, file, groups, outlines%source, error)
    end subroutine read_bodies

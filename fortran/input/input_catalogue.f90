@@ -28,7 +28,7 @@ module dda_input_catalogue
    !> A variable of a group.
    type :: variable_type
       character(len=22) :: name
-      character(len=9) :: kind                !< 'real', 'integer', 'text', 'real list', 'logical'
+      character(len=9) :: kind                !< 'real', 'integer', 'text', 'logical', or a list
       character(len=12) :: unit               !< blank: a pure number or a text
       character(len=44) :: default            !< in words; 'required' if there is none
       character(len=256) :: meaning           !< one line
@@ -178,9 +178,12 @@ module dda_input_catalogue
       variable_type('channel', 'integer', '', '1', &
          'section of a COSMOS file, of those of the quantity', 1.0_wp)]
 
-   type(variable_type), parameter :: block_variables(1) = [ &
+   type(variable_type), parameter :: block_variables(2) = [ &
       variable_type('vertices', 'real list', 'm', 'required', &
-         'x, y, x, y … counter-clockwise, of any simple polygon; at most 512 vertices')]
+         'x, y, x, y … counter-clockwise, of any simple polygon; at most 512 vertices'), &
+      variable_type('edge_joints', 'text list', '', 'joint', &
+         'joint of each edge, from the one between the first two vertices on; a blank or missing '// &
+         'one is that of the block', allowed='names of &joint groups, at most one an edge')]
 
    type(variable_type), parameter :: layers_variables(5) = [ &
       variable_type('left', 'real', 'm', '0', 'left side of the stack'), &
@@ -359,7 +362,7 @@ contains
       type(variable_type), intent(in) :: variable     !< of the catalogue
       character(len=:), allocatable :: text
 
-      if (variable%kind == 'text') then
+      if (variable%kind(:4) == 'text') then
          text = trim(variable%allowed)
       else if (variable%kind == 'logical') then
          text = '.true., .false.'

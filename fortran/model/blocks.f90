@@ -29,7 +29,8 @@ module dda_blocks
       integer, allocatable :: next(:)              !< [vertices] the one after it, counter-clockwise
       integer, allocatable :: previous(:)          !< [vertices] the one before it
       integer, allocatable :: material(:)          !< [n]
-      integer, allocatable :: joint(:)             !< [n] joint material of its faces
+      integer, allocatable :: joint(:)             !< [vertices] joint material of the edge there
+      logical, allocatable :: mixed(:)             !< [n] its edges name different joints
       real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
@@ -61,7 +62,8 @@ contains
       type(blocks_type), intent(out) :: blocks !< in their first state
       integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
       real(wp), intent(in) :: vertices(:,:)   !< [2, any] counter-clockwise, m
-      integer, intent(in) :: material(:), joint(:)     !< [n] of each block
+      integer, intent(in) :: material(:)               !< [n] of each block
+      integer, intent(in) :: joint(:)                  !< [vertices] of the edge that begins there
       type(material_type), intent(in) :: materials(:)  !< [materials]
       logical, intent(in) :: plane_strain              !< else plane stress
       integer :: b
@@ -71,6 +73,7 @@ contains
       blocks%material = material
       blocks%joint = joint
       do b = 1, blocks%n
+         blocks%mixed(b) = any(joint(first(b):first(b + 1) - 1) /= joint(first(b)))
          call set_block(blocks, b, vertices(:, first(b):first(b + 1) - 1), materials(material(b)), &
             plane_strain)
       end do
@@ -88,8 +91,8 @@ contains
       allocate (blocks%reference(2, vertices), blocks%vertex(2, vertices), &
          blocks%along(2, vertices), blocks%length(vertices))
       allocate (blocks%removed(n), source=.false.)
-      allocate (blocks%radius(n), blocks%area(n), blocks%mass(n), blocks%inertia(6, 6, n), &
-         blocks%stiffness(3, 3, n))
+      allocate (blocks%mixed(n), blocks%radius(n), blocks%area(n), blocks%mass(n), &
+         blocks%inertia(6, 6, n), blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
       allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), &
          source=0.0_wp)

@@ -12,7 +12,8 @@ module dda_outlines
       integer :: n_vertices = 0
       integer, allocatable :: first(:)             !< [n+1] first vertex of each
       real(wp), allocatable :: vertices(:,:)       !< [2, any] counter-clockwise, m
-      integer, allocatable :: material(:), joint(:) !< numbers of the materials
+      integer, allocatable :: material(:)          !< number of the material of each
+      integer, allocatable :: joint(:)             !< [any] joint of the edge from each vertex
       integer, allocatable :: source(:)            !< input group that each came from
       character(len=64), allocatable :: name(:)
    end type outlines_type
@@ -20,11 +21,12 @@ module dda_outlines
 contains
 
    !> Append one polygon.
-   subroutine add_outline(outlines, vertices, material, joint, source, name)
+   subroutine add_outline(outlines, vertices, material, joint, source, name, edge_joints)
       type(outlines_type), intent(inout) :: outlines  !< list
       real(wp), intent(in) :: vertices(:,:)           !< [2, any] counter-clockwise, m
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< '' if it has none
+      integer, intent(in), optional :: edge_joints(:) !< [edges] in place of `joint`
       integer :: n, last
 
       n = outlines%n + 1
@@ -32,13 +34,14 @@ contains
       call grow(outlines%first, n + 1)
       call grow(outlines%vertices, 2, last)
       call grow(outlines%material, n)
-      call grow(outlines%joint, n)
+      call grow(outlines%joint, last)
       call grow(outlines%source, n)
       call grow(outlines%name, n)
       outlines%vertices(:, outlines%n_vertices + 1:last) = vertices
       outlines%first(n:n + 1) = [outlines%n_vertices, last] + 1
       outlines%material(n) = material
-      outlines%joint(n) = joint
+      outlines%joint(outlines%n_vertices + 1:last) = joint
+      if (present(edge_joints)) outlines%joint(outlines%n_vertices + 1:last) = edge_joints
       outlines%source(n) = source
       outlines%name(n) = name
       outlines%n = n

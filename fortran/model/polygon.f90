@@ -4,7 +4,7 @@
 !> simple polygon, convex or not (Shi's simplex integration in two dimensions).
 module dda_polygon
    use dda_kinds, only: wp
-   use dda_sorting, only: insertion_sort
+   use dda_sorting, only: ascending_order
    implicit none
    private
    public :: area_of, centroid_of, second_moments, is_simple, contains_point, distance_to_boundary
@@ -196,7 +196,7 @@ contains
             m = m + 1
             cuts(m) = cut
          end do
-         call insertion_sort(cuts(:m))
+         cuts(:m) = cuts(ascending_order(cuts(:m)))
          sample_depth = max(sample_depth, depth_inside(second, a))
          do k = 1, m - 1
             sample_depth = max(sample_depth, &

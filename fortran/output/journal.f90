@@ -8,16 +8,14 @@ module dda_journal
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: wp, long
    use dda_archive, only: archive_type, serialise, serialise_label
-   use dda_byte_file, only: byte_file_type, open_to_append, open_to_read, lock_file, write_bytes, &
-      read_bytes, cut_file, flush_to_system, flush_to_disk, size_of_file, close_file
+   use dda_byte_file, only: byte_file_type, open_file, to_append, to_read, lock_file, write_bytes, &
+      read_bytes, cut_file, flush_stream, size_of_file, close_file
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes
    use dda_errors, only: error_type, error_file, fail
    implicit none
    private
-   public :: journal_type, open_journal, empty_journal, close_journal
-   public :: serialise_mark, return_to_mark, append_sample, append_frame, flush_journal, &
-      journal_name
-   public :: reader_type, open_reader, read_row, read_numbers, close_reader, row_sample
+   public :: journal_type, open_journal, serialise_mark, return_to_mark, append_row, journal_name
+   public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
    integer, parameter :: row_sample = 1, row_frame = 2
    integer, parameter :: word = storage_size(0.0_wp)/8  !< bytes of a number
@@ -57,20 +55,12 @@ contains
       logical :: locked
 
       call begin_checksum(journal%checksum)
-      call open_to_append(journal%file, journal_name(output), error)
+      call open_file(journal%file, journal_name(output), to_append, error)
       if (allocated(error)) return
       locked = lock_file(journal%file)
       if (.not. locked) call fail(error, error_file, output//' is being written by another run')
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
-
-   !> Remove all rows.
-   subroutine empty_journal(journal, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      call cut_file(journal%file, 0_long, error)
-   end subroutine empty_journal
 
    !> Length and checksum of the journal, as part of a checkpoint.
    subroutine serialise_mark(archive, journal)
@@ -95,7 +85,7 @@ contains
       integer(int8), allocatable :: bytes(:)
       integer(long) :: left, held
 
-      call open_to_read(file, journal%file%name, error)
+      call open_file(file, journal%file%name, to_read, error)
       if (allocated(error)) return
       call begin_checksum(checksum)
       held = size_of_file(file)
@@ -114,30 +104,23 @@ contains
       call cut_file(journal%file, journal%bytes, error)
    end subroutine return_to_mark
 
-   !> Append a sample.
-   subroutine append_sample(journal, sample, error)
+   !> Append a sample or a frame.
+   subroutine append_row(journal, kind, contacts, numbers, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      real(wp), contiguous, intent(in) :: sample(:)  !< [`sample_size`]
+      integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
+      real(wp), contiguous, intent(in) :: numbers(:)  !< [`sample_size`] or [`frame_size`]
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call append(journal, [real(wp) :: row_sample, 0], error)
-      call append(journal, sample, error)
-      journal%samples = journal%samples + 1
-      journal%iterations = 0
-   end subroutine append_sample
-
-   !> Append a frame.
-   subroutine append_frame(journal, frame, contacts, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
-      real(wp), contiguous, intent(in) :: frame(:)  !< [`frame_size`]
-      integer, intent(in) :: contacts  !< number of contacts of the frame
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      call append(journal, [real(wp) :: row_frame, contacts], error)
-      call append(journal, frame, error)
-      journal%frames = journal%frames + 1
-      journal%contacts = journal%contacts + contacts
-   end subroutine append_frame
+      call append(journal, [real(wp) :: kind, contacts], error)
+      call append(journal, numbers, error)
+      if (kind == row_frame) then
+         journal%frames = journal%frames + 1
+         journal%contacts = journal%contacts + contacts
+      else
+         journal%samples = journal%samples + 1
+         journal%iterations = 0
+      end if
+   end subroutine append_row
 
    !> Append numbers and include them in the checksum.
    subroutine append(journal, numbers, error)
@@ -152,35 +135,15 @@ contains
       journal%bytes = journal%bytes + size(bytes)
    end subroutine append
 
-   !> Flush all rows to the system, or to the disk.
-   subroutine flush_journal(journal, to_disk, error)
-      type(journal_type), intent(in) :: journal  !< of the run
-      logical, intent(in) :: to_disk  !< else only to the system
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      if (to_disk) then
-         call flush_to_disk(journal%file, error)
-      else
-         call flush_to_system(journal%file, error)
-      end if
-   end subroutine flush_journal
-
-   !> Close the journal, which lets other runs have it.
-   subroutine close_journal(journal, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      call close_file(journal%file, error)
-   end subroutine close_journal
-
    !> Open a journal to be read from its beginning.
    subroutine open_reader(reader, journal, error)
       type(reader_type), intent(out) :: reader  !< of the journal
       type(journal_type), intent(in) :: journal  !< of the run
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call flush_to_system(journal%file, error)
-      if (.not. allocated(error)) call open_to_read(reader%file, journal%file%name, error)
+      call flush_stream(journal%file, .false., error)
+      if (.not. allocated(error)) call open_file(reader%file, journal%file%name, &
+         to_read, error)
       reader%left = journal%bytes
    end subroutine open_reader
 
@@ -211,13 +174,5 @@ contains
       call read_bytes(reader%file, bytes, error)
       reader%left = reader%left - size(bytes)
    end subroutine read_numbers
-
-   !> Close the file.
-   subroutine close_reader(reader, error)
-      type(reader_type), intent(inout) :: reader  !< of the journal
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      call close_file(reader%file, error)
-   end subroutine close_reader
 
 end module dda_journal

@@ -1,12 +1,15 @@
 !> netCDF calls that turn a bad status into one error naming file and action.
 module dda_netcdf_calls
+   use, intrinsic :: iso_c_binding, only: c_null_char
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_file, fail
    use netcdf, only: nf90_noerr, nf90_strerror, nf90_def_var, nf90_put_att, nf90_def_dim, &
-      nf90_inquire_variable, nf90_inquire_attribute, nf90_get_att, nf90_global, nf90_max_name
+      nf90_inq_dimid, nf90_inq_varid, nf90_inquire_attribute, nf90_get_att, nf90_put_var, &
+      nf90_global, nf90_char
    implicit none
    private
-   public :: dataset_type, checked, define, define_dimension, describe, text_of, put
+   public :: dataset_type, variable_type, checked, define_variables, define_dimension, describe, &
+      text_of, put, put_names
 
    !> An open file; once a call has failed the later ones do nothing.
    type :: dataset_type
@@ -15,10 +18,14 @@ module dda_netcdf_calls
       type(error_type), allocatable :: error
    end type dataset_type
 
-   !> Write values, in the order of the file, at a start and count.
-   interface put
-      module procedure put_real, put_integer
-   end interface put
+   !> A variable of a file.
+   type :: variable_type
+      character(len=24) :: name
+      integer :: kind                   !< nf90_double, …
+      character(len=24) :: dimensions   !< their names, the fastest first
+      character(len=40) :: units
+      character(len=96) :: meaning      !< attribute `long_name`
+   end type variable_type
 
    ! The calls that take an array of any shape as a plain sequence are not in the netcdf module.
    interface
@@ -27,11 +34,6 @@ module dda_netcdf_calls
          integer, intent(in) :: id, variable, start(*), count(*)  !< of the netCDF library
          real(wp), intent(in) :: values(*)  !< in the order of the file
       end function nf_put_vara_double
-
-      integer function nf_put_vara_int(id, variable, start, count, values)
-         integer, intent(in) :: id, variable, start(*), count(*)  !< of the netCDF library
-         integer, intent(in) :: values(*)  !< in the order of the file
-      end function nf_put_vara_int
    end interface
 
 contains
@@ -47,32 +49,47 @@ contains
          trim(nf90_strerror(status)))
    end subroutine checked
 
-   !> Define a dimension; the result is its number.
-   integer function define_dimension(dataset, name, length) result(id)
+   !> Define a dimension.
+   subroutine define_dimension(dataset, name, length)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< in the file
       integer, intent(in) :: length  !< of the dimension
+      integer :: unused
 
-      id = -1
       if (.not. allocated(dataset%error)) call checked(dataset, nf90_def_dim(dataset%id, name, &
-         length, id), 'define dimension '//name)
-   end function define_dimension
+         length, unused), 'define dimension '//name)
+   end subroutine define_dimension
 
-   !> Define a variable with its unit and long name.
-   integer function define(dataset, name, kind, dimensions, units, meaning) result(id)
+   !> Define variables, whose dimensions are defined, with their units and long names.
+   subroutine define_variables(dataset, variables)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      character(len=*), intent(in) :: name  !< in the file
-      integer, intent(in) :: kind  !< nf90_double, …
-      integer, intent(in) :: dimensions(:)  !< netCDF dimensions, the fastest first
-      character(len=*), intent(in) :: units, meaning  !< attributes `units` and `long_name`
+      type(variable_type), intent(in) :: variables(:)  !< in the order of the file
+      integer :: i, n, at, last, id, dimension(3)
 
-      id = -1
-      if (allocated(dataset%error)) return
-      call checked(dataset, nf90_def_var(dataset%id, name, kind, dimensions, id), 'define '//name)
-      if (allocated(dataset%error)) return
-      call checked(dataset, nf90_put_att(dataset%id, id, 'units', units), 'describe '//name)
-      call checked(dataset, nf90_put_att(dataset%id, id, 'long_name', meaning), 'describe '//name)
-   end function define
+      do i = 1, size(variables)
+         associate (variable => variables(i), action => 'define '//trim(variables(i)%name))
+            n = 0
+            at = 1
+            do while (variable%dimensions(at:) /= '')
+               n = n + 1
+               last = at + index(variable%dimensions(at:)//' ', ' ') - 2
+               call checked(dataset, nf90_inq_dimid(dataset%id, variable%dimensions(at:last), &
+                  dimension(n)), action)
+               at = last + 2
+            end do
+            if (allocated(dataset%error)) return
+            call checked(dataset, nf90_def_var(dataset%id, trim(variable%name), variable%kind, &
+               dimension(:n), id), action)
+            if (allocated(dataset%error)) return
+            call checked(dataset, nf90_put_att(dataset%id, id, 'units', trim(variable%units)), &
+               action)
+            call checked(dataset, nf90_put_att(dataset%id, id, 'long_name', &
+               trim(variable%meaning)), action)
+            if (variable%kind == nf90_char) call checked(dataset, nf90_put_att(dataset%id, id, &
+               '_Encoding', 'utf-8'), action)
+         end associate
+      end do
+   end subroutine define_variables
 
    !> A text attribute of the file.
    subroutine describe(dataset, name, text)
@@ -98,39 +115,36 @@ contains
       if (nf90_get_att(dataset%id, nf90_global, name, text) /= nf90_noerr) text = ''
    end function text_of
 
-   !> Real numbers.
-   subroutine put_real(dataset, variable, values, start, count)
+   !> Write numbers, in the order of the file, at a start and count; they get the kind of the
+   !> variable.
+   subroutine put(dataset, name, values, start, count)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      integer, intent(in) :: variable  !< netCDF variable
+      character(len=*), intent(in) :: name  !< of the variable
       real(wp), contiguous, intent(in) :: values(:)  !< in the order of the file
       integer, intent(in) :: start(:), count(:)  !< [dimensions] from 1
+      integer :: variable
 
       if (allocated(dataset%error)) return
-      call checked(dataset, nf_put_vara_double(dataset%id, variable, start, count, values), &
-         'write '//name_of(dataset, variable))
-   end subroutine put_real
+      call checked(dataset, nf90_inq_varid(dataset%id, trim(name), variable), 'find '//name)
+      if (.not. allocated(dataset%error)) call checked(dataset, nf_put_vara_double(dataset%id, &
+         variable, start, count, values), 'write '//name)
+   end subroutine put
 
-   !> Whole numbers.
-   subroutine put_integer(dataset, variable, values, start, count)
+   !> Write names, whose ends readers can see.
+   subroutine put_names(dataset, variable, names)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      integer, intent(in) :: variable  !< netCDF variable
-      integer, contiguous, intent(in) :: values(:)  !< in the order of the file
-      integer, intent(in) :: start(:), count(:)  !< [dimensions] from 1
+      character(len=*), intent(in) :: variable  !< of the file
+      character(len=*), intent(in) :: names(:)  !< [names] blank-padded
+      integer :: i, id
 
       if (allocated(dataset%error)) return
-      call checked(dataset, nf_put_vara_int(dataset%id, variable, start, count, values), &
-         'write '//name_of(dataset, variable))
-   end subroutine put_integer
-
-   !> Name of a variable, for messages.
-   function name_of(dataset, variable) result(name)
-      type(dataset_type), intent(in) :: dataset  !< open
-      integer, intent(in) :: variable  !< netCDF variable
-      character(len=:), allocatable :: name
-      character(len=nf90_max_name) :: buffer
-
-      name = 'a variable'
-      if (nf90_inquire_variable(dataset%id, variable, buffer) == nf90_noerr) name = trim(buffer)
-   end function name_of
+      call checked(dataset, nf90_inq_varid(dataset%id, variable, id), 'find '//variable)
+      do i = 1, size(names)
+         if (allocated(dataset%error)) return
+         call checked(dataset, nf90_put_var(dataset%id, id, trim(names(i))// &
+            repeat(c_null_char, len(names) - len_trim(names(i))), [1, i], [len(names), 1]), &
+            'write '//variable)
+      end do
+   end subroutine put_names
 
 end module dda_netcdf_calls

@@ -11,9 +11,9 @@ module dda_sample
    private
    public :: sample_head, contact_columns, sample_size, frame_size, take_sample, take_frame
 
-   !> numbers of a sample: time, Δt, iterations, stage, energies
+   !> time, Δt, iterations, stage, energies
    integer, parameter :: sample_head = 4 + size(energy_terms)
-   integer, parameter :: contact_columns = 8
+   integer, parameter :: contact_columns = 9
 
 contains
 
@@ -33,8 +33,7 @@ contains
          + contact_columns*contacts
    end function frame_size
 
-   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity,
-   !> acceleration.
+   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity, acceleration.
    pure subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample
@@ -95,7 +94,7 @@ contains
       at = at + count
    end subroutine place
 
-   !> Vertex and edge from 0, state, bonded; distance, normal force, shear force, stretch.
+   !> Vertex and edge from 0, state, bonded, joint from 0; distance, normal force, shear force, stretch.
    pure subroutine take_contacts(contacts, n, columns)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       integer, intent(in) :: n  !< number of contacts
@@ -105,10 +104,11 @@ contains
       columns(:, 2) = contacts%edge(:n) - 1
       columns(:, 3) = contacts%state(:n)
       columns(:, 4) = merge(1, 0, contacts%bonded(:n))
-      columns(:, 5) = contacts%new_gap(:n) + contacts%offset(:n)
-      columns(:, 6) = contacts%normal_force(:n)
-      columns(:, 7) = contacts%shear_force(:n)
-      columns(:, 8) = contacts%stretch(:n)
+      columns(:, 5) = contacts%joint(:n) - 1
+      columns(:, 6) = contacts%new_gap(:n) + contacts%offset(:n)
+      columns(:, 7) = contacts%normal_force(:n)
+      columns(:, 8) = contacts%shear_force(:n)
+      columns(:, 9) = contacts%stretch(:n)
    end subroutine take_contacts
 
 end module dda_sample

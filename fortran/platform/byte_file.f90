@@ -9,11 +9,14 @@ module dda_byte_file
    use dda_text, only: to_text
    implicit none
    private
-   public :: byte_file_type, open_to_write, open_to_overwrite, open_to_append, open_to_read, &
-      lock_file, size_of_file
-   public :: write_bytes, read_bytes, cut_file, flush_to_system, flush_to_disk, close_file, &
-      reserve_space, flush_file
+   public :: byte_file_type, open_file, to_read, to_append, to_overwrite, lock_file, size_of_file
+   public :: write_bytes, read_bytes, cut_file, flush_stream, close_file, reserve_space, flush_file
 
+   !> Modes: read from the beginning; write a new file in place of one that was there; append; write
+   !> from the beginning over one that was there, whose blocks on the disk are reused (`cut_file`
+   !> removes what is left of it).
+   character(len=*), parameter :: to_read = 'rb', to_write = 'wb', to_append = 'ab', &
+      to_overwrite = 'r+b'
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
    integer(c_int), parameter :: from_end = 2_c_int                      !< SEEK_END
 
@@ -31,19 +34,19 @@ module dda_byte_file
 
       integer(c_int) function c_fclose(stream) bind(c, name='fclose')
          import :: c_int, c_ptr
-         type(c_ptr), value :: stream  !< FILE*
+         type(c_ptr), value :: stream
       end function c_fclose
 
       integer(c_size_t) function c_fwrite(from, each, count, stream) bind(c, name='fwrite')
          import :: c_ptr, c_size_t
-         type(c_ptr), value :: from, stream  !< address of the items; FILE*
-         integer(c_size_t), value :: each, count  !< bytes of an item, items
+         type(c_ptr), value :: from, stream
+         integer(c_size_t), value :: each, count
       end function c_fwrite
 
       integer(c_size_t) function c_fread(to, each, count, stream) bind(c, name='fread')
          import :: c_ptr, c_size_t
-         type(c_ptr), value :: to, stream  !< address for the items; FILE*
-         integer(c_size_t), value :: each, count  !< bytes of an item, items
+         type(c_ptr), value :: to, stream
+         integer(c_size_t), value :: each, count
       end function c_fread
 
       integer(c_int) function c_fseek(stream, offset, origin) bind(c, name='fseek')
@@ -60,17 +63,17 @@ module dda_byte_file
 
       integer(c_int) function c_fflush(stream) bind(c, name='fflush')
          import :: c_int, c_ptr
-         type(c_ptr), value :: stream  !< FILE*
+         type(c_ptr), value :: stream
       end function c_fflush
 
       integer(c_int) function c_ferror(stream) bind(c, name='ferror')
          import :: c_int, c_ptr
-         type(c_ptr), value :: stream  !< FILE*
+         type(c_ptr), value :: stream
       end function c_ferror
 
       integer(c_int) function c_fileno(stream) bind(c, name='fileno')
          import :: c_int, c_ptr
-         type(c_ptr), value :: stream  !< FILE*
+         type(c_ptr), value :: stream
       end function c_fileno
 
       integer(c_int) function c_fsync(descriptor) bind(c, name='fsync')
@@ -113,55 +116,19 @@ module dda_byte_file
 
 contains
 
-   !> A new and empty file, in place of one that was there.
-   subroutine open_to_write(file, name, error)
+   !> Open a file in a mode of fopen: `to_read`, …
+   subroutine open_file(file, name, mode, error)
       type(byte_file_type), intent(out) :: file  !< open afterwards
-      character(len=*), intent(in) :: name  !< path
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      call open_stream(file, name, 'wb', 'cannot be written', error)
-   end subroutine open_to_write
-
-   !> A file to be written from its beginning, over one that was there, whose blocks on the disk are
-   !> reused; `cut_file` removes what is left of it.
-   subroutine open_to_overwrite(file, name, error)
-      type(byte_file_type), intent(out) :: file  !< open afterwards
-      character(len=*), intent(in) :: name  !< path
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      file%name = name
-      file%stream = c_fopen(name//c_null_char, 'r+b'//c_null_char)
-      if (.not. c_associated(file%stream)) call open_to_write(file, name, error)
-   end subroutine open_to_overwrite
-
-   !> A file that is appended to.
-   subroutine open_to_append(file, name, error)
-      type(byte_file_type), intent(out) :: file  !< open afterwards
-      character(len=*), intent(in) :: name  !< path
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      call open_stream(file, name, 'ab', 'cannot be written', error)
-   end subroutine open_to_append
-
-   !> A file that is read from its beginning.
-   subroutine open_to_read(file, name, error)
-      type(byte_file_type), intent(out) :: file  !< open afterwards
-      character(len=*), intent(in) :: name  !< path
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      call open_stream(file, name, 'rb', 'cannot be read', error)
-   end subroutine open_to_read
-
-   !> Open a file in a mode of fopen.
-   subroutine open_stream(file, name, mode, failure, error)
-      type(byte_file_type), intent(inout) :: file  !< closed afterwards
-      character(len=*), intent(in) :: name, mode, failure  !< path; of fopen; 'cannot be …'
+      character(len=*), intent(in) :: name, mode  !< path; mode
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       file%name = name
       file%stream = c_fopen(name//c_null_char, mode//c_null_char)
-      if (.not. c_associated(file%stream)) call system_failure(file, failure, error)
-   end subroutine open_stream
+      if (.not. c_associated(file%stream) .and. mode == to_overwrite) &
+         file%stream = c_fopen(name//c_null_char, to_write//c_null_char)
+      if (.not. c_associated(file%stream)) call system_failure(file, &
+         trim(merge('cannot be read   ', 'cannot be written', mode == to_read)), error)
+   end subroutine open_file
 
    !> Lock the file against other processes; .false. if one of them has locked it.
    logical function lock_file(file) result(locked)
@@ -211,16 +178,17 @@ contains
       integer(long), intent(in) :: bytes  !< size
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call flush_to_system(file, error)
+      call flush_stream(file, .false., error)
       if (allocated(error)) return
       if (c_ftruncate(c_fileno(file%stream), int(bytes, c_long)) /= 0) &
          call system_failure(file, 'cannot be cut', error)
    end subroutine cut_file
 
-   !> Flush the buffer to the system: the data then outlive this process.  An error also if an
-   !> earlier write failed.
-   subroutine flush_to_system(file, error)
+   !> Flush the buffer to the system: the data then outlive this process.  To the disk: they also
+   !> outlive a power failure.  An error also if an earlier write failed.
+   subroutine flush_stream(file, to_disk, error)
       type(byte_file_type), intent(in) :: file  !< open
+      logical, intent(in) :: to_disk  !< else only to the system
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (allocated(error)) return
@@ -228,19 +196,11 @@ contains
          call system_failure(file, 'cannot be written', error)
       else if (c_ferror(file%stream) /= 0) then
          call fail(error, error_file, file%name//' lacks what could not be written')
+      else if (to_disk) then
+         if (c_fsync(c_fileno(file%stream)) /= 0) call system_failure(file, &
+            'cannot be flushed to the disk', error)
       end if
-   end subroutine flush_to_system
-
-   !> Flush to the disk: the data then outlive a power failure.
-   subroutine flush_to_disk(file, error)
-      type(byte_file_type), intent(in) :: file  !< open
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      call flush_to_system(file, error)
-      if (allocated(error)) return
-      if (c_fsync(c_fileno(file%stream)) /= 0) &
-         call system_failure(file, 'cannot be flushed to the disk', error)
-   end subroutine flush_to_disk
+   end subroutine flush_stream
 
    !> Close a file, also after an error.
    subroutine close_file(file, error)
@@ -263,7 +223,7 @@ contains
       type(byte_file_type) :: file
       integer(c_int) :: status
 
-      call open_to_write(file, name, error)
+      call open_file(file, name, to_write, error)
       if (allocated(error)) return
       status = c_posix_fallocate(c_fileno(file%stream), 0_c_long, int(bytes, c_long))
       if (status /= 0) call fail(error, error_file, name//': there is no space for '// &
@@ -277,8 +237,8 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(byte_file_type) :: file
 
-      call open_to_append(file, name, error)
-      call flush_to_disk(file, error)
+      call open_file(file, name, to_append, error)
+      call flush_stream(file, .true., error)
       call close_file(file, error)
    end subroutine flush_file
 

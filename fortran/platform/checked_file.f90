@@ -4,8 +4,8 @@ module dda_checked_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
    use dda_archive, only: archive_type
-   use dda_byte_file, only: byte_file_type, open_to_overwrite, open_to_read, size_of_file, &
-      read_bytes, write_bytes, cut_file, flush_to_disk, close_file
+   use dda_byte_file, only: byte_file_type, open_file, to_read, to_overwrite, &
+      size_of_file, read_bytes, write_bytes, cut_file, flush_stream, close_file
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes
    use dda_errors, only: error_type, error_file, fail
    use dda_text, only: to_text
@@ -29,12 +29,12 @@ contains
       integer(int8) :: head(head_bytes)
 
       head = transfer([transfer(mark, 0_long), format_version, archive%at], head)
-      call open_to_overwrite(file, name, error)
+      call open_file(file, name, to_overwrite, error)
       call write_bytes(file, head, error)
       call write_bytes(file, archive%bytes(:archive%at), error)
       call write_bytes(file, sum_of(head, archive%bytes(:archive%at)), error)
       call cut_file(file, head_bytes + archive%at + sum_bytes, error)
-      if (to_disk) call flush_to_disk(file, error)
+      call flush_stream(file, to_disk, error)
       call close_file(file, error)
    end subroutine write_checked
 
@@ -47,7 +47,7 @@ contains
       integer(int8) :: head(head_bytes), found(sum_bytes)
       integer(long) :: bytes
 
-      call open_to_read(file, name, error)
+      call open_file(file, name, to_read, error)
       if (allocated(error)) return
       bytes = size_of_file(file) - head_bytes - sum_bytes
       if (bytes < 0) call fail(error, error_file, name//' is cut short')

@@ -2,19 +2,18 @@
 module dda_text_file
    use dda_errors, only: error_type, error_input, error_file, fail
    use dda_kinds, only: long
-   use dda_text, only: to_text
+   use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_text_file
-
-   integer(long), parameter :: largest = 1024_long**3  !< bytes
+   public :: read_text_file, quoted_path
 
 contains
 
-   !> Read a file; it must exist, be a file, and fit in memory.
-   subroutine read_text_file(file, text, error)
+   !> Read a file; it must exist, be a file, and be of a size that is read.
+   subroutine read_text_file(file, text, largest, error)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable, intent(out) :: text  !< the whole file
+      integer(long), intent(in) :: largest  !< bytes that are read at most
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=256) :: message
       integer(long) :: bytes
@@ -23,25 +22,36 @@ contains
 
       inquire (file=file, exist=exists)
       if (.not. exists) then
-         call fail(error, error_input, file//': there is no such file')
+         call fail(error, error_input, quoted_path(file)//': there is no such file')
          return
       end if
       open (newunit=unit, file=file, access='stream', form='unformatted', status='old', &
          action='read', iostat=status, iomsg=message)
-      if (status /= 0) then
-         call fail(error, error_file, file//' cannot be read: '//trim(message))
-         return
+      if (status == 0) then
+         inquire (unit=unit, size=bytes)
+         if (bytes < 0 .or. bytes > largest) then
+            call fail(error, error_input, quoted_path(file)//' is not a text file, or is larger '// &
+               'than '//to_text(largest)//' bytes: it is '//to_text(bytes)//' bytes long')
+         else
+            allocate (character(len=bytes) :: text)
+            ! A folder opens like a file with some compilers and fails only here.
+            read (unit, iostat=status, iomsg=message) text
+         end if
+         close (unit)
       end if
-      inquire (unit=unit, size=bytes)
-      if (bytes < 0 .or. bytes > largest) then
-         call fail(error, error_input, file//' is not a text file, or is larger than '// &
-            to_text(largest)//' bytes')
-      else
-         allocate (character(len=bytes) :: text)
-         read (unit, iostat=status, iomsg=message) text
-         if (status /= 0) call fail(error, error_file, file//' cannot be read: '//trim(message))
-      end if
-      close (unit, iostat=status)
+      if (status /= 0) call fail(error, error_file, quoted_path(file)//' cannot be read: '// &
+         trim(message))
    end subroutine read_text_file
+
+   !> A path in quotes; of a very long one the end, which tells files apart.
+   pure function quoted_path(file) result(inside)
+      character(len=*), intent(in) :: file  !< path
+      character(len=:), allocatable :: inside
+      integer, parameter :: longest_path = 300
+
+      inside = "'"//trim(file)//"'"
+      if (len(inside) > longest_path) inside = &
+         quoted('…'//inside(len(inside) - 70:len(inside) - 1))
+   end function quoted_path
 
 end module dda_text_file

@@ -4,7 +4,7 @@ module dda_record
    use dda_kinds, only: wp
    use dda_errors, only: error_type, fail, error_input
    use dda_text, only: lower_case, quoted, to_text
-   use dda_text_lines, only: line_reader_type, open_lines, close_lines
+   use dda_text_lines, only: line_reader_type, open_lines
    use dda_record_type, only: record_type, acceleration, velocity, displacement
    use dda_record_units, only: unit_type, find_unit, known_units
    use dda_record_samples, only: check_time_step
@@ -41,200 +41,145 @@ contains
       integer, intent(in), optional :: channel
       type(line_reader_type) :: reader
       type(unit_type) :: given
+      character(len=:), allocatable :: wanted
       real(wp) :: step
+      integer :: section
 
-      call check_request(file, format, quantity, unit, given, error)
-      if (allocated(error)) return
-      call prepare(record, file, format)
-      call given_step(file, time_step, step, error)
-      if (.not. allocated(error) .and. record%format == 'auto') call detect(record%format, file, &
-         error)
-      if (.not. allocated(error)) call open_lines(reader, file, error)
-      if (allocated(error)) return
-      if (record%format == 'text') record%time_step = step
-      call read_format(reader, record, wanted_quantity(quantity, given), channel, error)
-      if (.not. allocated(error)) call agree_quantity(reader, record, quantity, given, error)
-      if (.not. allocated(error)) call agree_unit(reader, record, unit, given, error)
-      if (.not. allocated(error)) call agree_step(reader, record, step, error)
-      if (.not. allocated(error)) call to_si(reader, record, error)
-      call close_lines(reader)
-   end subroutine read_record
-
-   !> Format, quantity and unit that the caller asks for must exist and agree.
-   subroutine check_request(file, format, quantity, unit, given, error)
-      character(len=*), intent(in) :: file, format, quantity, unit  !< as the caller gives them
-      type(unit_type), intent(out) :: given  !< unit that the caller names
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-
+      step = 0.0_wp
+      if (present(time_step)) step = time_step
+      section = 1
+      if (present(channel)) section = channel
       given = find_unit(unit)
-      if (.not. any(lower_case(format) == [character(len=6) :: &
-         'auto', 'smc', 'at2', 'knet', 'esm', 'cosmos', 'text'])) then
-         call fail(error, error_input, 'record '//quoted(file)//': the format '//quoted(format)// &
-            ' is unknown; known are '//known_formats)
-      else if (.not. any(lower_case(quantity) == [character(len=12) :: '', acceleration, velocity, &
-         displacement])) then
-         call fail(error, error_input, 'record '//quoted(file)//': the quantity '// &
-            quoted(quantity)//' is none of acceleration, velocity, displacement')
-      else if (len_trim(unit) > 0 .and. given%scale <= 0.0_wp) then
-         call fail(error, error_input, 'record '//quoted(file)//': the unit '//quoted(unit)// &
-            ' is unknown; known are '//known_units)
-      else if (len_trim(unit) > 0 .and. len_trim(quantity) > 0 .and. given%quantity &
-         /= lower_case(quantity)) then
-         call fail(error, error_input, 'record '//quoted(file)//': '//quoted(unit)// &
-            ' is a unit of '//trim(given%quantity)//', but the quantity is '//trim(quantity))
-      end if
-   end subroutine check_request
-
-   !> Set what the caller gives; the rest stays blank.
-   subroutine prepare(record, file, format)
-      type(record_type), intent(inout) :: record  !< filled from the file
-      character(len=*), intent(in) :: file, format  !< path; 'auto' or a format
-
+      call check_request(file, format, quantity, unit, given, step, error)
+      if (allocated(error)) return
+      ! The quantity to look for is named, or implied by the unit.
+      wanted = trim(lower_case(quantity))
+      if (wanted == '') wanted = trim(given%quantity)
       record%file = trim(file)
       record%format = trim(lower_case(format))
       record%quantity = ''
       record%station = ''
       record%description = ''
       record%unit = ''
-   end subroutine prepare
+      call open_lines(reader, file)
+      if (record%format == 'auto') call detect(reader, record%format)
+      if (record%format == 'text') record%time_step = max(step, 0.0_wp)
+      call read_format(reader, record, wanted, section)
+      if (.not. allocated(reader%error)) call check_header(reader, record, wanted, unit, given, &
+         step)
+      if (.not. allocated(reader%error)) call to_si(reader, record)
+      if (allocated(reader%error)) error = reader%error
+   end subroutine read_record
 
-   !> The caller's time step, 0 if there is none.
-   subroutine given_step(file, time_step, step, error)
-      character(len=*), intent(in) :: file  !< path
-      real(wp), intent(in), optional :: time_step  !< s; ≤ 0: not given
-      real(wp), intent(out) :: step  !< s; 0: not given
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-
-      step = 0.0_wp
-      if (.not. present(time_step)) return
-      if (.not. ieee_is_finite(time_step)) then
-         call fail(error, error_input, 'record '//quoted(file)// &
-            ': the time step is not a finite number')
-         return
-      end if
-      step = max(time_step, 0.0_wp)
-   end subroutine given_step
-
-   !> The quantity to look for: named, or implied by the unit.
-   pure function wanted_quantity(quantity, given) result(wanted)
-      !> 'acceleration', 'velocity', 'displacement' or blank
-      character(len=*), intent(in) :: quantity
+   !> Format, quantity, unit and time step that the caller asks for must exist and agree.
+   subroutine check_request(file, format, quantity, unit, given, step, error)
+      character(len=*), intent(in) :: file, format, quantity, unit  !< as the caller gives them
       type(unit_type), intent(in) :: given  !< unit that the caller names
-      character(len=:), allocatable :: wanted
+      real(wp), intent(in) :: step  !< s; ≤ 0: not given
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      character(len=:), allocatable :: failure
 
-      wanted = trim(lower_case(quantity))
-      if (wanted == '') wanted = trim(given%quantity)
-   end function wanted_quantity
+      failure = ''
+      if (.not. any(lower_case(format) == [character(len=6) :: &
+         'auto', 'smc', 'at2', 'knet', 'esm', 'cosmos', 'text'])) then
+         failure = 'the format '//quoted(format)//' is unknown; known are '//known_formats
+      else if (.not. any(lower_case(quantity) == [character(len=12) :: '', acceleration, velocity, &
+         displacement])) then
+         failure = 'the quantity '//quoted(quantity)//' is none of acceleration, velocity, '// &
+            'displacement'
+      else if (len_trim(unit) > 0 .and. given%scale <= 0.0_wp) then
+         failure = 'the unit '//quoted(unit)//' is unknown; known are '//known_units
+      else if (len_trim(unit) > 0 .and. len_trim(quantity) > 0 .and. given%quantity &
+         /= lower_case(quantity)) then
+         failure = quoted(unit)//' is a unit of '//trim(given%quantity)// &
+            ', but the quantity is '//trim(quantity)
+      else if (.not. ieee_is_finite(step)) then
+         failure = 'the time step is not a finite number'
+      end if
+      if (failure /= '') call fail(error, error_input, 'record '//quoted(file)//': '//failure)
+   end subroutine check_request
 
    !> Read the file by the reader of its format.
-   subroutine read_format(reader, record, quantity, channel, error)
+   subroutine read_format(reader, record, quantity, section)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       type(record_type), intent(inout) :: record  !< filled from the file
       !> 'acceleration', 'velocity', 'displacement' or blank
       character(len=*), intent(in) :: quantity
-      integer, intent(in), optional :: channel  !< of a COSMOS file, from 1 (default)
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: section
+      integer, intent(in) :: section  !< of a COSMOS file, from 1
 
-      section = 1
-      if (present(channel)) section = channel
-      if (section /= 1 .and. record%format /= 'cosmos') then
-         call fail(error, error_input, quoted(reader%file)//': channel '//to_text(section)// &
-            ' was asked for, but a file of the format '//record%format//' has one')
-         return
-      end if
+      if (section /= 1 .and. record%format /= 'cosmos') call refuse(reader, ': channel '// &
+         to_text(section)//' was asked for, but a file of the format '//record%format//' has one')
       select case (record%format)
       case ('smc')
-         call read_smc(reader, record, error)
+         call read_smc(reader, record)
       case ('at2')
-         call read_at2(reader, record, error)
+         call read_at2(reader, record)
       case ('knet')
-         call read_knet(reader, record, error)
+         call read_knet(reader, record)
       case ('esm')
-         call read_esm(reader, record, error)
+         call read_esm(reader, record)
       case ('cosmos')
-         call read_cosmos(reader, record, quantity, section, error)
+         call read_cosmos(reader, record, quantity, section)
       case default
-         call read_text(reader, record, error)
+         call read_text(reader, record)
       end select
    end subroutine read_format
 
-   !> The quantity is the header's, the caller's or the unit's; they must not contradict.
-   subroutine agree_quantity(reader, record, quantity, given, error)
-      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
-      type(record_type), intent(inout) :: record  !< filled from the file
-      !> 'acceleration', 'velocity', 'displacement' or blank
-      character(len=*), intent(in) :: quantity
+   !> Quantity, unit and time step are the header's or the caller's; they must not contradict.
+   subroutine check_header(reader, record, wanted, unit, given, step)
+      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(record_type), intent(inout) :: record  !< as read; gets what its header does not state
+      character(len=*), intent(in) :: wanted, unit  !< quantity and unit of the caller, or blank
       type(unit_type), intent(in) :: given  !< unit that the caller names
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=:), allocatable :: wanted
-
-      wanted = wanted_quantity(quantity, given)
-      if (record%quantity == '') record%quantity = wanted
-      if (record%quantity == '') then
-         call fail(error, error_input, quoted(reader%file)// &
-            ' does not say what it holds; give quantity or unit')
-      else if (wanted /= '' .and. wanted /= record%quantity) then
-         call fail(error, error_input, quoted(reader%file)//' holds '//record%quantity//', not '// &
-            wanted)
-      end if
-   end subroutine agree_quantity
-
-   !> The unit is the header's or the caller's; they must not contradict.
-   subroutine agree_unit(reader, record, unit, given, error)
-      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
-      type(record_type), intent(inout) :: record  !< filled from the file
-      character(len=*), intent(in) :: unit  !< blank if the caller names none
-      type(unit_type), intent(in) :: given  !< unit that the caller names
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp), intent(in) :: step  !< s; ≤ 0: not given
+      real(wp), parameter :: close_enough = 1.0e-3_wp
       type(unit_type) :: stated
 
+      if (record%quantity == '') record%quantity = wanted
+      if (record%unit == '') record%unit = trim(unit)
       stated = find_unit(record%unit)
-      if (record%unit == '' .and. len_trim(unit) == 0) then
-         call fail(error, error_input, quoted(reader%file)// &
-            ' does not state its unit; give one of '//known_units)
+      call check_time_step(reader, record%time_step)
+      if (record%quantity == '') then
+         call refuse(reader, ' does not say what it holds; give quantity or unit')
+      else if (wanted /= '' .and. wanted /= record%quantity) then
+         call refuse(reader, ' holds '//record%quantity//', not '//wanted)
       else if (record%unit == '') then
-         record%unit = trim(unit)
+         call refuse(reader, ' does not state its unit; give one of '//known_units)
       else if (stated%quantity /= record%quantity) then
-         call fail(error, error_input, quoted(reader%file)//' states the unit '// &
-            quoted(record%unit)//', which is not one of '//record%quantity)
+         call refuse(reader, ' states the unit '//quoted(record%unit)//', which is not one of '// &
+            record%quantity)
       else if (len_trim(unit) > 0 .and. stated%name /= given%name) then
-         call fail(error, error_input, quoted(reader%file)//' states the unit '// &
-            quoted(record%unit)//', but '//quoted(unit)//' was given; leave the unit blank')
+         call refuse(reader, ' states the unit '//quoted(record%unit)//', but '//quoted(unit)// &
+            ' was given; leave the unit blank')
+      else if (step > 0.0_wp .and. abs(step - record%time_step) &
+         > close_enough*record%time_step) then
+         call refuse(reader, ' has a time step of '//to_text(record%time_step)//' s, but '// &
+            to_text(step)//' s was given')
       end if
-   end subroutine agree_unit
-
-   !> The time step must be possible, and that of the caller if there is one.
-   subroutine agree_step(reader, record, step, error)
-      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
-      type(record_type), intent(in) :: record  !< as read
-      real(wp), intent(in) :: step  !< s, 0: not given
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), parameter :: close_enough = 1.0e-3_wp
-
-      call check_time_step(reader, record%time_step, error)
-      if (allocated(error) .or. step <= 0.0_wp) return
-      if (abs(step - record%time_step) > close_enough*record%time_step) &
-         call fail(error, error_input, quoted(reader%file)//' has a time step of '// &
-         to_text(record%time_step)//' s, but '//to_text(step)//' s was given')
-   end subroutine agree_step
+   end subroutine check_header
 
    !> Convert the samples to SI units.
-   subroutine to_si(reader, record, error)
-      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
-      type(record_type), intent(inout) :: record  !< filled from the file
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+   subroutine to_si(reader, record)
+      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(record_type), intent(inout) :: record  !< with its unit
       type(unit_type) :: unit
       integer :: worst
 
       unit = find_unit(record%unit)
       worst = maxloc(abs(record%values), 1)
-      if (abs(record%values(worst)) > largest_value) then
-         call fail(error, error_input, quoted(reader%file)//': sample '//to_text(worst)//' is '// &
-            to_text(record%values(worst))//' '//record%unit//', beyond any motion of the ground')
-         return
-      end if
+      if (abs(record%values(worst)) > largest_value) call refuse(reader, ': sample '// &
+         to_text(worst)//' is '//to_text(record%values(worst))//' '//record%unit// &
+         ', beyond any motion of the ground')
       record%values = record%values*unit%scale
    end subroutine to_si
+
+   !> An input error of the file as a whole, unless there was one before.
+   subroutine refuse(reader, what)
+      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      character(len=*), intent(in) :: what  !< follows the name of the file
+
+      if (.not. allocated(reader%error)) call fail(reader%error, error_input, &
+         quoted(reader%file)//what)
+   end subroutine refuse
 
 end module dda_record

@@ -8,29 +8,22 @@
 !> sections of acceleration, velocity and displacement.
 module dda_record_cosmos
    use dda_kinds, only: wp, long
-   use dda_errors, only: error_type
    use dda_text, only: lower_case, quoted, to_text
    use dda_text_lines, only: line_reader_type, next_line, fail_at
    use dda_text_numbers, only: whole_number
    use dda_record_type, only: record_type, quantity_in
    use dda_record_units, only: unit_type, find_unit
-   use dda_record_samples, only: sample_list_type, read_values, take_values, take_line, &
-      first_number, check_count, check_duration, check_time_step
+   use dda_record_samples, only: sample_list_type, read_values, skip_comments, first_number, &
+      check_count, check_duration, check_time_step
    implicit none
    private
-   public :: is_cosmos, is_cosmos_section, read_cosmos
+   public :: read_cosmos, csmip_section
 
+   !> in a line that announces samples in the manner of CSMIP, in lower case
+   character(len=*), parameter :: csmip_section = 'data equally spaced at'
    integer, parameter :: step_at = 62, duration_at = 63      ! places among the reals
    integer, parameter :: station_line = 5                    ! of the text header
    integer(long), parameter :: most_header_numbers = 10000
-
-   !> A line that announces samples.
-   type :: section_type
-      character(len=:), allocatable :: quantity  ! blank: none of the three
-      character(len=:), allocatable :: unit      ! as written
-      real(wp) :: count = 0.0_wp                 ! samples
-      real(wp) :: time_step = 0.0_wp             ! s
-   end type section_type
 
    !> State of the reader between sections.
    type :: state_type
@@ -40,35 +33,18 @@ module dda_record_cosmos
       real(wp) :: duration = 0.0_wp              ! s, likewise; 0: unknown
       integer :: text_line = 0                   ! lines since the last section ended
       logical :: in_samples = .false.            ! among lines of samples that are passed over
-      character(len=:), allocatable :: title, station
+      character(len=:), allocatable :: title, station ! of the text header
    end type state_type
 
 contains
 
-   !> Whether a first line is that of a COSMOS file.
-   pure function is_cosmos(first) result(is)
-      character(len=*), intent(in) :: first  !< line of the file
-      logical :: is
-
-      is = index(lower_case(first), '(format v') > 0
-   end function is_cosmos
-
-   !> Whether a line announces samples in the manner of CSMIP.
-   pure function is_cosmos_section(text) result(is)
-      character(len=*), intent(in) :: text  !< line of the file
-      logical :: is
-
-      is = index(lower_case(text), 'data equally spaced at') > 0
-   end function is_cosmos_section
-
    !> Read one section, in the file's unit: the `channel`-th with the quantity.
-   subroutine read_cosmos(reader, record, quantity, channel, error)
+   subroutine read_cosmos(reader, record, quantity, channel)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
       character(len=*), intent(in) :: quantity               !< blank: that of the first section
       !> 1, 2, … among the sections of the quantity
       integer, intent(in) :: channel
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(state_type) :: state
       character(len=:), allocatable :: text
       logical :: found
@@ -78,106 +54,87 @@ contains
       state%title = ''
       state%station = ''
       do
-         call next_line(reader, text, found, error)
-         if (allocated(error)) return
+         call next_line(reader, text, found)
          if (.not. found) exit
-         call take_part(reader, text, record, state, error)
-         if (allocated(error)) return
+         call take_part(reader, text, lower_case(text), record, state)
       end do
-      call check_found(reader, record, state, error)
+      if (allocated(record%values)) then
+         record%description = record%description//' (section '//to_text(state%wanted)//' of '// &
+            to_text(state%seen)//' with '//record%quantity//')'
+      else if (state%seen == 0) then
+         call fail_at(reader, 'the file ends and has no section of '// &
+            trim(record%quantity//' samples'))
+      else
+         call fail_at(reader, 'channel '//to_text(state%wanted)// &
+            ' was asked for, but the file has '//to_text(state%seen)//' section(s) of '// &
+            record%quantity)
+      end if
    end subroutine read_cosmos
 
    !> One line at the top level of the file, and what it announces.
-   subroutine take_part(reader, text, record, state, error)
+   subroutine take_part(reader, text, lowered, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      character(len=*), intent(in) :: text  !< line of the file
+      character(len=*), intent(in) :: text, lowered  !< line of the file; in lower case
       type(record_type), intent(inout) :: record  !< filled from the file
       type(state_type), intent(inout) :: state  !< of the reader
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=:), allocatable :: lowered
+      type(sample_list_type) :: list
+      integer(long) :: count
 
-      lowered = lower_case(text)
       if (index(text, '|') == 1) then
          return
       else if (index(lowered, 'integer-header values') > 0) then
-         call skip_integers(reader, lowered, error)
+         call read_header(reader, lowered, 'integer-header values', list)
       else if (index(lowered, 'real-header values') > 0) then
-         call read_reals(reader, lowered, state, error)
+         call read_header(reader, lowered, 'real-header values', list)
+         call take_reals(list, state)
       else if (index(lowered, 'comment line') > 0 .and. index(lowered, 'follow') > 0) then
-         call skip_comments(reader, lowered, error)
-      else if (is_section(lowered)) then
-         call take_section(reader, lowered, record, state, error)
+         call announced(reader, lowered, 'comment lines', count)
+         call skip_comments(reader, count, '')
+      else if (index(lowered, csmip_section) > 0 .or. (index(lowered, ' pts') > 0 .and. &
+         index(lowered, 'units=') > 0)) then
+         call take_section(reader, lowered, record, state)
       else if (index(lowered, 'end-of-data') > 0 .or. index(lowered, 'end of data') > 0) then
          state%in_samples = .false.
          state%text_line = 0
       else if (.not. state%in_samples) then
-         call take_title(text, state)
+         ! The text header: its second line names the record, its fifth the station.
+         state%text_line = state%text_line + 1
+         if (state%text_line == 2) state%title = trim(adjustl(text))
+         if (state%text_line == station_line) state%station = trim(adjustl(text))
       end if
    end subroutine take_part
 
-   !> Whether a line announces samples, in either style.
-   pure function is_section(lowered) result(is)
-      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
-      logical :: is
-
-      is = is_cosmos_section(lowered) .or. (index(lowered, ' pts') > 0 .and. index(lowered, &
-         'units=') > 0)
-   end function is_section
-
-   !> The text header: its second line names the record, its fifth the station.
-   pure subroutine take_title(text, state)
-      character(len=*), intent(in) :: text  !< line of the file
-      type(state_type), intent(inout) :: state  !< of the reader
-
-      state%text_line = state%text_line + 1
-      if (state%text_line == 2) state%title = trim(adjustl(text))
-      if (state%text_line == station_line) state%station = trim(adjustl(text))
-   end subroutine take_title
-
-   !> A section of samples: read it, or only count it.
-   subroutine take_section(reader, lowered, record, state, error)
+   !> A section of samples, read if it is the wanted one:
+   !> `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)` or the CSMIP
+   !> line.
+   subroutine take_section(reader, lowered, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=*), intent(in) :: lowered  !< line of the file, in lower case
       type(record_type), intent(inout) :: record  !< filled from the file
       type(state_type), intent(inout) :: state  !< of the reader
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(section_type) :: section
-
-      call read_announcement(reader, lowered, state, section, error)
-      if (allocated(error)) return
-      state%in_samples = .true.
-      if (len_trim(record%quantity) == 0) record%quantity = section%quantity
-      if (section%quantity == '' .or. section%quantity /= record%quantity) return
-      state%seen = state%seen + 1
-      if (state%seen == state%wanted) call read_section(reader, section, record, state, error)
-   end subroutine take_section
-
-   !> `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)` or the CSMIP
-   !> line.
-   subroutine read_announcement(reader, lowered, state, section, error)
-      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
-      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
-      type(state_type), intent(in) :: state  !< of the reader
-      type(section_type), intent(out) :: section  !< as announced
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=*), parameter :: before_step = 'spaced at'
+      character(len=:), allocatable :: quantity
+      real(wp) :: count
       integer :: at
 
-      section%quantity = quantity_in(lowered)
-      call first_number(reader, lowered, 'number of samples', section%count, error)
-      if (allocated(error)) return
+      quantity = quantity_in(lowered)
+      call first_number(reader, lowered, 'number of samples', count)
+      state%in_samples = .true.
+      if (record%quantity == '') record%quantity = quantity
+      if (quantity == '' .or. quantity /= record%quantity) return
+      state%seen = state%seen + 1
+      if (state%seen /= state%wanted) return
+      record%time_step = state%time_step
+      record%unit = unit_word(after(lowered, 'units='))
       at = index(lowered, before_step)
       if (at > 0) then
-         call first_number(reader, lowered(at + len(before_step):), 'time step', &
-            section%time_step, error)
-         section%unit = unit_word(after(lowered, ' in '))
+         call first_number(reader, lowered(at + len(before_step):), 'time step', record%time_step)
+         record%unit = unit_word(after(lowered, ' in '))
          ! The older style: `SEC.  (UNITS: CM/SEC/SEC)`.
-         if (section%unit == '') section%unit = unit_word(after(lowered, 'units:'))
-      else
-         section%time_step = state%time_step
-         section%unit = unit_word(after(lowered, 'units='))
+         if (record%unit == '') record%unit = unit_word(after(lowered, 'units:'))
       end if
-   end subroutine read_announcement
+      call read_section(reader, count, record, state)
+   end subroutine take_section
 
    !> The text behind the last occurrence of a word, blank if it does not occur.
    pure function after(text, word) result(rest)
@@ -200,127 +157,66 @@ contains
    end function unit_word
 
    !> Read the samples of a section.
-   subroutine read_section(reader, section, record, state, error)
+   subroutine read_section(reader, count, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      type(section_type), intent(in) :: section  !< as announced
-      type(record_type), intent(inout) :: record  !< filled from the file
-      type(state_type), intent(inout) :: state  !< of the reader
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp), intent(in) :: count  !< of samples, as announced
+      type(record_type), intent(inout) :: record  !< with its quantity, unit and time step
+      type(state_type), intent(in) :: state  !< of the reader
       type(unit_type) :: unit
       type(sample_list_type) :: list
       integer(long) :: samples
 
-      unit = find_unit(section%unit)
-      if (unit%quantity /= section%quantity) then
-         call fail_at(error, reader, quoted(section%unit)//' is not a unit of '//section%quantity)
-         return
-      end if
-      call check_count(reader, section%count, samples, error)
-      if (.not. allocated(error)) call check_time_step(reader, section%time_step, error)
-      if (allocated(error)) return
-      if (state%duration > 0.0_wp) call check_duration(reader, samples, section%time_step, &
-         state%duration, error)
-      if (.not. allocated(error)) call read_values(reader, samples, 'samples', list, error)
-      if (allocated(error)) return
-      call take_values(list, record%values)
-      record%time_step = section%time_step
-      record%unit = section%unit
+      unit = find_unit(record%unit)
+      if (unit%quantity /= record%quantity) call fail_at(reader, quoted(record%unit)// &
+         ' is not a unit of '//record%quantity)
+      call check_count(reader, count, samples)
+      call check_time_step(reader, record%time_step)
+      if (state%duration > 0.0_wp) call check_duration(reader, samples, record%time_step, &
+         state%duration)
+      call read_values(reader, samples, 'samples', list)
+      if (allocated(reader%error)) return
+      record%values = list%values(:list%count)
       record%station = state%station
       record%description = state%title
    end subroutine read_section
 
-   !> An error unless the section asked for has been read.
-   subroutine check_found(reader, record, state, error)
-      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
-      type(record_type), intent(inout) :: record  !< filled from the file
-      type(state_type), intent(in) :: state  !< of the reader
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-
-      if (allocated(record%values)) then
-         record%description = record%description//' (section '//to_text(state%wanted)//' of '// &
-            to_text(state%seen)//' with '//record%quantity//')'
-      else if (state%seen == 0) then
-         call fail_at(error, reader, 'the file ends and has no section of '// &
-            trim(record%quantity//' samples'))
-      else
-         call fail_at(error, reader, 'channel '//to_text(state%wanted)// &
-            ' was asked for, but the file has '//to_text(state%seen)//' section(s) of '// &
-            record%quantity)
-      end if
-   end subroutine check_found
-
-   !> `100 Integer-header values follow on 10 lines, Format= (10I8)`: none is needed here.
-   subroutine skip_integers(reader, lowered, error)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
-      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(sample_list_type) :: list
-
-      call read_header(reader, lowered, 'integer-header values', list, error)
-   end subroutine skip_integers
-
-   !> Time step and duration; unknown ones are negative.
-   subroutine read_reals(reader, lowered, state, error)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
-      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
+   !> Time step and duration among the reals; unknown ones are negative.
+   pure subroutine take_reals(list, state)
+      type(sample_list_type), intent(in) :: list  !< of the header
       type(state_type), intent(inout) :: state  !< of the reader
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(sample_list_type) :: list
       real(wp), parameter :: largest = 1.0e9_wp
 
-      call read_header(reader, lowered, 'real-header values', list, error)
-      if (allocated(error)) return
       state%time_step = 0.0_wp
       state%duration = 0.0_wp
       if (list%count < duration_at) return
       ! Milliseconds in the file; division keeps 5 ms the same number as 0.005.
       state%time_step = min(list%values(step_at), largest)/1000.0_wp
       state%duration = min(list%values(duration_at), largest)
-   end subroutine read_reals
+   end subroutine take_reals
 
    !> Read the numbers that a line announces.
-   subroutine read_header(reader, lowered, what, list, error)
+   subroutine read_header(reader, lowered, what, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
       type(sample_list_type), intent(out) :: list  !< numbers read
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: count
 
-      call announced(reader, lowered, what, count, error)
-      if (.not. allocated(error)) call read_values(reader, count, what, list, error)
+      call announced(reader, lowered, what, count)
+      call read_values(reader, count, what, list)
    end subroutine read_header
 
-   !> Skip the comment lines that a line announces.
-   subroutine skip_comments(reader, lowered, error)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
-      character(len=*), intent(in) :: lowered  !< line of the file, in lower case
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=:), allocatable :: text
-      integer(long) :: count, line
-
-      call announced(reader, lowered, 'comment lines', count, error)
-      if (allocated(error)) return
-      do line = 1, count
-         call take_line(reader, text, 'the end of the comments', error)
-         if (allocated(error)) return
-      end do
-   end subroutine skip_comments
-
    !> The count at the beginning of an announcing line.
-   subroutine announced(reader, lowered, what, count, error)
-      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
+   pure subroutine announced(reader, lowered, what, count)
+      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
       !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
       integer(long), intent(out) :: count  !< as the line states it
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: value
 
-      count = 0
-      call first_number(reader, lowered, 'number of '//what, value, error)
-      if (allocated(error)) return
+      call first_number(reader, lowered, 'number of '//what, value)
       count = whole_number(value)
-      if (count < 0 .or. count > most_header_numbers) call fail_at(error, reader, &
+      if (count < 0 .or. count > most_header_numbers) call fail_at(reader, &
          to_text(value)//' '//what//' are announced')
    end subroutine announced
 

@@ -1,14 +1,10 @@
 !> Tell the format of a record by its first lines, whatever the file is called.
 module dda_record_format
    use dda_kinds, only: wp
-   use dda_errors, only: error_type
-   use dda_text_lines, only: line_reader_type, open_lines, next_line, close_lines, fail_at
+   use dda_text, only: lower_case
+   use dda_text_lines, only: line_reader_type, next_line, rewind_lines, fail_at
    use dda_text_numbers, only: next_number, number_found, number_none
-   use dda_record_smc, only: is_smc
-   use dda_record_at2, only: is_at2
-   use dda_record_knet, only: is_knet
-   use dda_record_esm, only: is_esm
-   use dda_record_cosmos, only: is_cosmos, is_cosmos_section
+   use dda_record_cosmos, only: csmip_section
    use dda_record_text, only: without_comment
    implicit none
    private
@@ -23,63 +19,61 @@ module dda_record_format
 contains
 
    !> Find the format; it is an error if no line gives it away.
-   subroutine detect(format, file, error)
+   subroutine detect(reader, format)
+      type(line_reader_type), intent(inout) :: reader         !< at the start of the file, and after
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
-      character(len=*), intent(in) :: file                    !< path
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(line_reader_type) :: reader
       character(len=:), allocatable :: text, first
       logical :: found, begun
 
       format = ''
       first = ''
       begun = .false.
-      call open_lines(reader, file, error)
-      if (allocated(error)) return
       do while (reader%line < lines_to_look_at .and. format == '')
-         call next_line(reader, text, found, error)
-         if (allocated(error) .or. .not. found) exit
+         call next_line(reader, text, found)
+         if (.not. found) exit
          if (reader%line == 1) first = text
-         format = told_by(text, first, reader%line)
+         format = told_by(text, lower_case(text), first, reader%line)
          ! Columns have nothing but numbers from their first line on; a title rules them out.
-         if (format == '' .and. .not. begun .and. is_row(text)) format = 'text'
+         if (format == '' .and. .not. begun .and. is_row(without_comment(text))) format = 'text'
          begun = begun .or. without_comment(text) /= ''
       end do
-      if (.not. allocated(error) .and. format == '') call fail_at(error, reader, &
+      if (format == '') call fail_at(reader, &
          'the lines so far are of no known format; name one of '//known_formats)
-      call close_lines(reader)
+      call rewind_lines(reader)
    end subroutine detect
 
    !> The format that a line of a header gives away, blank if it does not.
-   pure function told_by(text, first, line) result(format)
-      character(len=*), intent(in) :: text, first  !< line; first line of the file
+   pure function told_by(text, lowered, first, line) result(format)
+      !> line as it is, and in lower case; first line of the file
+      character(len=*), intent(in) :: text, lowered, first
       integer, intent(in) :: line  !< its number
       character(len=:), allocatable :: format
 
       format = ''
-      if (is_cosmos_section(text)) format = 'cosmos'
-      if (line <= at2_header .and. is_at2(text)) format = 'at2'
-      if (line == 2 .and. is_smc(first, text)) format = 'smc'
+      if (index(lowered, csmip_section) > 0) format = 'cosmos'
+      if (line <= at2_header .and. index(lowered, 'npts') > 0) format = 'at2'
+      ! A digit and a title, then a line with a star.
+      if (line == 2 .and. scan(first, '0123456789') == 1 .and. index(first, ' ') == 2 &
+         .and. len(first) > 2 .and. index(text, '*') == 1) format = 'smc'
       if (line > 1) return
-      if (is_cosmos(text)) format = 'cosmos'
-      if (is_knet(text)) format = 'knet'
-      if (is_esm(text)) format = 'esm'
+      if (index(lowered, '(format v') > 0) format = 'cosmos'
+      if (index(text, 'Origin Time') == 1) format = 'knet'
+      if (index(text, 'EVENT_NAME:') == 1) format = 'esm'
    end function told_by
 
    !> Whether a line holds numbers and nothing else.
    pure function is_row(text) result(is)
-      character(len=*), intent(in) :: text  !< line of the file
+      character(len=*), intent(in) :: text  !< line of the file, without comment
       logical :: is
-      character(len=:), allocatable :: data
       real(wp) :: value
       integer :: position, state
 
-      data = without_comment(text)
       position = 1
-      call next_number(data, position, value, state, commas=.true.)
-      is = state == number_found
-      do while (state == number_found)
-         call next_number(data, position, value, state, commas=.true.)
+      is = .false.
+      do
+         call next_number(text, position, value, state, commas=.true.)
+         if (state /= number_found) exit
+         is = .true.
       end do
       is = is .and. state == number_none
    end function is_row

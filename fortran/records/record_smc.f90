@@ -5,16 +5,15 @@
 !> real 2 the sampling rate; accelerations are in cm/s².
 module dda_record_smc
    use dda_kinds, only: wp, long
-   use dda_errors, only: error_type
-   use dda_text, only: lower_case, quoted, to_text
+   use dda_text, only: to_text
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_text_numbers, only: whole_number
    use dda_record_type, only: record_type, acceleration, velocity, displacement
-   use dda_record_samples, only: sample_list_type, read_values, read_trace, take_line, &
-      check_count, check_time_step
+   use dda_record_samples, only: sample_list_type, read_values, read_trace, read_quantity, &
+      take_line, skip_comments, check_count, check_time_step
    implicit none
    private
-   public :: is_smc, read_smc
+   public :: read_smc
 
    integer, parameter :: text_lines = 11
    integer(long), parameter :: integers = 48, reals = 50
@@ -24,149 +23,86 @@ module dda_record_smc
 
 contains
 
-   !> Whether a file that begins so is an SMC file: a digit and a title, then a line with a star.
-   pure function is_smc(first, second) result(is)
-      character(len=*), intent(in) :: first, second   !< its first two lines
-      logical :: is
-
-      is = .false.
-      if (len(first) < 3 .or. len(second) < 1) return
-      is = first(1:1) >= '0' .and. first(1:1) <= '9' .and. first(2:2) == ' ' &
-         .and. second(1:1) == '*'
-   end function is_smc
-
    !> Read the one trace of an SMC file, in the file's unit.
-   subroutine read_smc(reader, record, error)
+   subroutine read_smc(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< at the start of the file
       type(record_type), intent(inout) :: record  !< filled from the file
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: comments, samples
 
-      call read_titles(reader, record, error)
-      if (.not. allocated(error)) call read_integers(reader, comments, samples, error)
-      if (.not. allocated(error)) call read_reals(reader, record%time_step, error)
-      if (.not. allocated(error)) call skip_comments(reader, comments, error)
-      if (.not. allocated(error)) call read_trace(reader, samples, 'samples', record%values, error)
+      call read_titles(reader, record)
+      call read_integers(reader, comments, samples)
+      call read_rate(reader, record%time_step)
+      call skip_comments(reader, comments, '|')
+      call read_trace(reader, samples, 'samples', record%values)
    end subroutine read_smc
 
    !> The first line names the quantity; lines 4 and 6 event and station.
-   subroutine read_titles(reader, record, error)
+   subroutine read_titles(reader, record)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       type(record_type), intent(inout) :: record  !< filled from the file
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: text
       integer :: line
 
       do line = 1, text_lines
-         call take_line(reader, text, 'the 11 text lines of an SMC header', error)
-         if (allocated(error)) return
-         if (line == 1) call read_kind(reader, text, record, error)
-         if (allocated(error)) return
+         call take_line(reader, text, 'the 11 text lines of an SMC header')
+         if (line == 1) call read_quantity(reader, text, record%quantity)
          if (line == 4) record%description = trim(adjustl(text))
          if (line == 6) record%station = trim(adjustl(text))
       end do
+      if (record%quantity == acceleration) record%unit = 'cm/s2'
+      if (record%quantity == velocity) record%unit = 'cm/s'
+      if (record%quantity == displacement) record%unit = 'cm'
    end subroutine read_titles
 
-   !> Quantity and unit from the title.
-   subroutine read_kind(reader, text, record, error)
-      type(line_reader_type), intent(in) :: reader  !< of the file, for messages
-      character(len=*), intent(in) :: text  !< line of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=:), allocatable :: title
-
-      title = lower_case(text)
-      if (index(title, 'spectr') > 0) then
-         call fail_at(error, reader, quoted(text)//' is not a time series')
-      else if (index(title, 'acceler') > 0) then
-         record%quantity = acceleration
-         record%unit = 'cm/s2'
-      else if (index(title, 'velocity') > 0) then
-         record%quantity = velocity
-         record%unit = 'cm/s'
-      else if (index(title, 'displacement') > 0) then
-         record%quantity = displacement
-         record%unit = 'cm'
-      else
-         call fail_at(error, reader, quoted(text)// &
-            ' does not say accelerogram, velocity or displacement')
-      end if
-   end subroutine read_kind
-
    !> The integers of the header: numbers of comment lines and samples.
-   subroutine read_integers(reader, comments, samples, error)
+   subroutine read_integers(reader, comments, samples)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(out) :: comments, samples  !< lines, samples
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(sample_list_type) :: list
 
       comments = 0
       samples = 0
-      call read_header(reader, integers, integer_lines, 'integers of an SMC header', list, error)
-      if (allocated(error)) return
-      call check_count(reader, list%values(samples_at), samples, error)
-      if (allocated(error)) return
+      call read_header(reader, integers, integer_lines, 'integers of an SMC header', list)
+      if (allocated(reader%error)) return
+      call check_count(reader, list%values(samples_at), samples)
       comments = whole_number(list%values(comments_at))
-      if (comments < 0 .or. comments > most_comments) call fail_at(error, reader, &
+      if (comments < 0 .or. comments > most_comments) call fail_at(reader, &
          'the header declares '//to_text(list%values(comments_at))//' comment lines')
    end subroutine read_integers
 
    !> The reals of the header: the sampling rate.
-   subroutine read_reals(reader, time_step, error)
+   subroutine read_rate(reader, time_step)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       real(wp), intent(out) :: time_step  !< s
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(sample_list_type) :: list
 
       time_step = 0.0_wp
-      call read_header(reader, reals, real_lines, 'reals of an SMC header', list, error)
-      if (allocated(error)) return
+      call read_header(reader, reals, real_lines, 'reals of an SMC header', list)
+      if (allocated(reader%error)) return
       ! An unevenly digitised record has the "undefined" 1.7e38 here.
       if (list%values(rate_at) <= 0.0_wp .or. list%values(rate_at) > 1.0e30_wp) then
-         call fail_at(error, reader, 'the sampling rate '//to_text(list%values(rate_at))// &
+         call fail_at(reader, 'the sampling rate '//to_text(list%values(rate_at))// &
             ' samples/s (real 2 of the header) is not that of an evenly sampled record')
          return
       end if
       time_step = 1.0_wp/list%values(rate_at)
-      call check_time_step(reader, time_step, error)
-   end subroutine read_reals
+      call check_time_step(reader, time_step)
+   end subroutine read_rate
 
    !> Numbers on as many lines as the format says, so that a missing one is noticed here.
-   subroutine read_header(reader, expected, lines, what, list, error)
+   subroutine read_header(reader, expected, lines, what, list)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(in) :: expected  !< how many the header declares
       integer, intent(in) :: lines  !< that the format gives them
       character(len=*), intent(in) :: what  !< what is counted, for messages
       type(sample_list_type), intent(out) :: list  !< numbers read
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: before
 
       before = reader%line
-      call read_values(reader, expected, what, list, error)
-      if (allocated(error)) return
-      if (reader%line - before /= lines) call fail_at(error, reader, 'the '//to_text(expected)// &
+      call read_values(reader, expected, what, list)
+      if (reader%line - before /= lines) call fail_at(reader, 'the '//to_text(expected)// &
          ' '//what//' stand on '//to_text(reader%line - before)//' lines instead of '// &
          to_text(lines))
    end subroutine read_header
-
-   !> Skip the comment lines, each of which begins with |.
-   subroutine skip_comments(reader, comments, error)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
-      integer(long), intent(in) :: comments  !< lines
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=:), allocatable :: text
-      integer(long) :: line
-
-      do line = 1, comments
-         call take_line(reader, text, 'the end of the comments', error)
-         if (allocated(error)) return
-         if (index(text, '|') /= 1) then
-            call fail_at(error, reader, quoted(text)// &
-               ' is not a comment, but the header declares '//to_text(comments)// &
-               ' comment lines, each beginning with |')
-            return
-         end if
-      end do
-   end subroutine skip_comments
 
 end module dda_record_smc

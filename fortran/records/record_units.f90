@@ -21,31 +21,27 @@ module dda_record_units
 
    real(wp), parameter :: standard_gravity = 9.80665_wp   ! m/s², exact by definition (ISO 80000-3)
 
+   !> Spellings of the units, as `plain` leaves them, and what each stands for.
+   character(len=6), parameter :: spellings(11) = [character(len=6) :: 'm/s2', 'm/s/s', 'cm/s2', &
+      'cm/s/s', 'gal', 'g', 'm/s', 'cm/s', 'm', 'cm', 'mm']
+   type(unit_type), parameter :: units(11) = [ &
+      unit_type('m/s2', acceleration, 1.0_wp), unit_type('m/s2', acceleration, 1.0_wp), &
+      unit_type('cm/s2', acceleration, 0.01_wp), unit_type('cm/s2', acceleration, 0.01_wp), &
+      unit_type('cm/s2', acceleration, 0.01_wp), unit_type('g', acceleration, standard_gravity), &
+      unit_type('m/s', velocity, 1.0_wp), unit_type('cm/s', velocity, 0.01_wp), &
+      unit_type('m', displacement, 1.0_wp), unit_type('cm', displacement, 0.01_wp), &
+      unit_type('mm', displacement, 0.001_wp)]
+
 contains
 
    !> Look a unit up; an unknown one comes back with a blank name.
    pure function find_unit(text) result(unit)
       character(len=*), intent(in) :: text   !< 'cm/s^2', 'CM/SEC/SEC', 'gal', …
       type(unit_type) :: unit
+      integer :: i
 
-      select case (plain(text))
-      case ('m/s2', 'm/s/s')
-         unit = unit_type('m/s2', acceleration, 1.0_wp)
-      case ('cm/s2', 'cm/s/s', 'gal')
-         unit = unit_type('cm/s2', acceleration, 0.01_wp)
-      case ('g')
-         unit = unit_type('g', acceleration, standard_gravity)
-      case ('m/s')
-         unit = unit_type('m/s', velocity, 1.0_wp)
-      case ('cm/s')
-         unit = unit_type('cm/s', velocity, 0.01_wp)
-      case ('m')
-         unit = unit_type('m', displacement, 1.0_wp)
-      case ('cm')
-         unit = unit_type('cm', displacement, 0.01_wp)
-      case ('mm')
-         unit = unit_type('mm', displacement, 0.001_wp)
-      end select
+      i = findloc(spellings == plain(text), .true., 1)
+      if (i > 0) unit = units(i)
    end function find_unit
 
    !> One spelling for all: lower case, no blanks, no power signs, seconds as `s`.

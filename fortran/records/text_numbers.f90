@@ -21,7 +21,7 @@ module dda_text_numbers
    integer, parameter :: largest_power = 300
    integer, parameter :: longest_number = 64   ! characters
    integer, parameter :: exact_power = 22      ! 10**22 is the last exact power of ten
-   character(len=*), parameter :: tab = achar(9)
+   character(len=*), parameter :: tab = achar(9), signs = '+-', digits = '0123456789'
 
    !> A scanned number before its conversion: mantissa·10^power.
    type :: scan_type
@@ -63,9 +63,9 @@ contains
       call to_value(text(position:at - 1), scan, value, state)
       if (state /= number_found) return
       position = at
-      if (present(commas)) then
-         if (commas) call skip_comma(text, position)
-      end if
+      if (.not. present(commas)) return
+      at = position + blanks(text, position)
+      if (commas .and. stands(text, at, ',')) position = at + 1
    end subroutine next_number
 
    !> A value as a count, −1 if it is negative, broken or beyond any count.
@@ -83,15 +83,10 @@ contains
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: position  !< first character to look at
       character(len=:), allocatable :: word
-      integer :: first, last
+      integer :: first
 
       first = position + blanks(text, position)
-      last = first
-      do while (last <= len(text))
-         if (text(last:last) == ' ' .or. text(last:last) == tab) exit
-         last = last + 1
-      end do
-      word = text(first:last - 1)
+      word = text(first:first + scan(text(first:)//' ', ' '//tab) - 2)
    end function word_at
 
    !> Number of blanks and tabs from a position on.
@@ -100,12 +95,8 @@ contains
       integer, intent(in) :: position  !< first character to look at
       integer :: count
 
-      count = 0
-      do while (position + count <= len(text))
-         if (text(position + count:position + count) /= ' ' .and. text(position + count:position &
-            + count) /= tab) exit
-         count = count + 1
-      end do
+      count = verify(text(position:), ' '//tab) - 1
+      if (count < 0) count = len(text) - position + 1
    end function blanks
 
    !> Sign, digits, at most one point.
@@ -114,19 +105,15 @@ contains
       integer, intent(inout) :: at  !< position in the text
       type(scan_type), intent(out) :: scan  !< sign and mantissa
       logical :: after_point
-      character :: letter
 
-      if (is_sign(text, at)) then
-         scan%negative = text(at:at) == '-'
-         at = at + 1
-      end if
+      scan%negative = stands(text, at, '-')
+      if (stands(text, at, signs)) at = at + 1
       after_point = .false.
-      do while (at <= len(text))
-         letter = text(at:at)
-         if (letter == '.' .and. .not. after_point) then
+      do
+         if (stands(text, at, digits)) then
+            call take_digit(scan, iachar(text(at:at)) - iachar('0'), after_point)
+         else if (stands(text, at, '.') .and. .not. after_point) then
             after_point = .true.
-         else if (letter >= '0' .and. letter <= '9') then
-            call take_digit(scan, iachar(letter) - iachar('0'), after_point)
          else
             exit
          end if
@@ -163,51 +150,28 @@ contains
       logical :: negative
 
       complete = .true.
-      if (at > len(text)) return
-      if (scan_letter(text(at:at))) then
+      if (.not. stands(text, at, 'EeDd')) return
+      negative = stands(text, at + 1, '-')
+      at = at + merge(2, 1, stands(text, at + 1, signs))
+      complete = stands(text, at, digits)
+      power = 0
+      do while (stands(text, at, digits))
+         power = min(10*power + iachar(text(at:at)) - iachar('0'), capped)
          at = at + 1
-         negative = .false.
-         if (is_sign(text, at)) then
-            negative = text(at:at) == '-'
-            at = at + 1
-         end if
-         complete = is_digit(text, at)
-         power = 0
-         do while (is_digit(text, at))
-            power = min(10*power + iachar(text(at:at)) - iachar('0'), capped)
-            at = at + 1
-         end do
-         scan%power = scan%power + merge(-power, power, negative)
-      end if
+      end do
+      scan%power = scan%power + merge(-power, power, negative)
    end subroutine scan_exponent
 
-   !> Whether a letter begins an exponent.
-   pure function scan_letter(letter) result(is)
-      character, intent(in) :: letter  !< any
-      logical :: is
-
-      is = index('EeDd', letter) > 0
-   end function scan_letter
-
-   !> Whether a digit stands at a position.
-   pure function is_digit(text, at) result(is)
+   !> Whether one of some characters stands at a position.
+   pure function stands(text, at, characters) result(is)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: at  !< position in the text
+      character(len=*), intent(in) :: characters  !< looked for
       logical :: is
 
       is = .false.
-      if (at <= len(text)) is = text(at:at) >= '0' .and. text(at:at) <= '9'
-   end function is_digit
-
-   !> Whether a sign stands at a position.
-   pure function is_sign(text, at) result(is)
-      character(len=*), intent(in) :: text  !< looked through
-      integer, intent(in) :: at  !< position in the text
-      logical :: is
-
-      is = .false.
-      if (at <= len(text)) is = text(at:at) == '-' .or. text(at:at) == '+'
-   end function is_sign
+      if (at <= len(text)) is = index(characters, text(at:at)) > 0
+   end function stands
 
    !> Whether a number may end before this character.
    pure function ends_number(text, at, joined, commas) result(ends)
@@ -216,22 +180,10 @@ contains
       logical, intent(in), optional :: joined, commas  !< as of `next_number`
       logical :: ends
 
-      ends = .true.
-      if (at > len(text)) return
-      ends = text(at:at) == ' ' .or. text(at:at) == tab
-      if (present(joined)) ends = ends .or. (joined .and. is_sign(text, at))
-      if (present(commas)) ends = ends .or. (commas .and. text(at:at) == ',')
+      ends = at > len(text) .or. stands(text, at, ' '//tab)
+      if (present(joined)) ends = ends .or. (joined .and. stands(text, at, signs))
+      if (present(commas)) ends = ends .or. (commas .and. stands(text, at, ','))
    end function ends_number
-
-   !> Step over blanks and one comma.
-   pure subroutine skip_comma(text, position)
-      character(len=*), intent(in) :: text  !< looked through
-      integer, intent(inout) :: position  !< of the next character
-
-      position = position + blanks(text, position)
-      if (position > len(text)) return
-      if (text(position:position) == ',') position = position + 1
-   end subroutine skip_comma
 
    !> The value of a scanned number, rounded correctly.
    pure subroutine to_value(word, scan, value, state)

@@ -4,12 +4,12 @@
 !> run that ends before its duration leaves all three, and `resume_run` goes on from there.
 module dda_run
    use dda_kinds, only: wp, long
+   use dda_byte_file, only: cut_file, close_file, flush_stream
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
       load_checkpoint, has_checkpoint, remove_spare, remove_checkpoints
    use dda_errors, only: error_type
    use dda_file_system, only: remove_file
-   use dda_journal, only: journal_type, open_journal, empty_journal, append_sample, append_frame, &
-      flush_journal, close_journal, journal_name
+   use dda_journal, only: journal_type, open_journal, append_row, row_sample, row_frame, journal_name
    use dda_model, only: model_type, run_steps, run_duration
    use dda_output_file, only: check_target, write_output, is_complete, partial_name
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
@@ -115,7 +115,7 @@ contains
       type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable :: unused
 
-      call close_journal(run%journal, unused)
+      call close_file(run%journal%file, unused)
       run%writes = .false.
    end subroutine close_files
 
@@ -125,7 +125,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call remove_checkpoints(run%checkpoints)
-      call empty_journal(run%journal, error)
+      call cut_file(run%journal%file, 0_long, error)
       call record_sample(run, error)
       call record_frame(run, error)
       if (.not. allocated(error)) call publish(run, error)
@@ -215,7 +215,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call take_sample(run%simulation, run%journal%iterations, run%sample)
-      call append_sample(run%journal, run%sample, error)
+      call append_row(run%journal, row_sample, 0, run%sample, error)
    end subroutine record_sample
 
    !> Append a frame to the journal.
@@ -225,7 +225,8 @@ contains
       real(wp), allocatable :: frame(:)
 
       call take_frame(run%simulation, frame)
-      call append_frame(run%journal, frame, run%simulation%contacts(run%simulation%now)%n, error)
+      call append_row(run%journal, row_frame, run%simulation%contacts(run%simulation%now)%n, frame, &
+         error)
    end subroutine record_frame
 
    !> Write the partial output, which can be read during the run.
@@ -244,7 +245,7 @@ contains
       type(run_type), intent(in) :: run  !< with the files it writes
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      if (run%writes) call flush_journal(run%journal, .false., error)
+      if (run%writes) call flush_stream(run%journal%file, .false., error)
    end subroutine flush_run
 
    !> Write a checkpoint now.

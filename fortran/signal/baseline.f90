@@ -54,61 +54,47 @@ contains
       if (present(baseline)) wanted = baseline
       call check(quantity, values, time_step, wanted, error)
       if (allocated(error)) return
-      select case (quantity)
-      case ('acceleration')
-         call from_acceleration(curve, wanted%scale*values, time_step, wanted)
-      case ('velocity')
-         call from_velocity(curve, wanted%scale*values, time_step, wanted)
-      case default
+      if (quantity == 'displacement') then
          call from_displacement(curve, wanted%scale*values, time_step, wanted)
-      end select
+      else
+         call from_rates(curve, quantity == 'velocity', wanted%scale*values, time_step, wanted)
+      end if
    end subroutine make_motion_curve
 
-   !> Accelerations: integrate, fit the velocity, take the derivative from the acceleration,
-   !> integrate again.
-   subroutine from_acceleration(curve, acceleration, time_step, wanted)
+   !> Accelerations are integrated, the velocity is fitted, the derivative taken from the
+   !> acceleration, and that integrated again; velocities lose the fitted polynomial and are joined
+   !> by cubics.
+   subroutine from_rates(curve, is_velocity, values, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve  !< complete
-      real(wp), intent(in) :: acceleration(:)    !< m/s² [samples]
+      logical, intent(in) :: is_velocity         !< else acceleration
+      real(wp), intent(in) :: values(:)          !< m/s or m/s² [samples]
       real(wp), intent(in) :: time_step          !< s
       type(baseline_type), intent(in) :: wanted  !< what is done to the record
-      real(wp) :: corrected(size(acceleration)), drift(2)
+      real(wp) :: corrected(size(values)), drift(2)
       character(len=:), allocatable :: method
 
-      corrected = acceleration
+      corrected = values
       method = 'accelerations joined by straight lines and integrated exactly'
+      if (is_velocity) method = 'velocities joined by cubics with continuous acceleration and '// &
+         'integrated exactly'
       drift = 0.0_wp
       call apply_taper(corrected, wanted, method)
-      call join_accelerations(curve, corrected, time_step)
-      if (wanted%order > 0) then
+      if (wanted%order > 0 .and. is_velocity) then
+         drift = fit_drift(corrected, wanted)
+         corrected = corrected - polynomial(drift, size(corrected))
+      else if (wanted%order > 0) then
+         call join_accelerations(curve, corrected, time_step)
          drift = fit_drift(curve%velocity, wanted)
          corrected = corrected - derivative(drift, size(corrected), time_step)
+      end if
+      if (is_velocity) then
+         call join_velocities(curve, corrected, time_step)
+      else
          call join_accelerations(curve, corrected, time_step)
       end if
       curve%method = scale_text(wanted)//method//drift_text(drift, curve%duration, wanted)// &
          '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
-   end subroutine from_acceleration
-
-   !> Velocities: take the fitted polynomial away, join by cubics.
-   subroutine from_velocity(curve, velocity, time_step, wanted)
-      type(motion_curve_type), intent(out) :: curve  !< complete
-      real(wp), intent(in) :: velocity(:)        !< m/s [samples]
-      real(wp), intent(in) :: time_step          !< s
-      type(baseline_type), intent(in) :: wanted  !< what is done to the record
-      real(wp) :: corrected(size(velocity)), drift(2)
-      character(len=:), allocatable :: method
-
-      corrected = velocity
-      method = 'velocities joined by cubics with continuous acceleration and integrated exactly'
-      drift = 0.0_wp
-      call apply_taper(corrected, wanted, method)
-      if (wanted%order > 0) then
-         drift = fit_drift(corrected, wanted)
-         corrected = corrected - polynomial(drift, size(corrected))
-      end if
-      call join_velocities(curve, corrected, time_step)
-      curve%method = scale_text(wanted)//method//drift_text(drift, curve%duration, wanted)// &
-         '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
-   end subroutine from_velocity
+   end subroutine from_rates
 
    !> Displacements are taken as they are, but begin at zero.
    subroutine from_displacement(curve, displacement, time_step, wanted)

@@ -8,7 +8,7 @@ module dda_spectrum
    use dda_taper, only: cosine_taper
    implicit none
    private
-   public :: spectral_peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
+   public :: spectral_peak_type, fourier_spectrum, amplification, find_peak
 
    ! samples with padding; 3 GiB of work space
    integer(long), parameter :: longest_series = 134217728_long
@@ -57,21 +57,6 @@ contains
          frequency(bin) = real(bin - 1, wp)/(real(size(padded), wp)*time_step)
       end do
    end subroutine fourier_spectrum
-
-   !> Modulus of the Fourier spectrum.
-   subroutine fourier_amplitude(series, time_step, frequency, amplitude, error, padding, taper)
-      real(wp), intent(in) :: series(:)                      !< x [samples]
-      real(wp), intent(in) :: time_step                      !< s
-      real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
-      real(wp), allocatable, intent(out) :: amplitude(:)     !< |S|, unit of x times s [bins]
-      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
-      integer, intent(in), optional :: padding               !< see `fourier_spectrum`
-      real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
-      complex(wp), allocatable :: spectrum(:)
-
-      call fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
-      if (.not. allocated(error)) amplitude = abs(spectrum)
-   end subroutine fourier_amplitude
 
    !> Ratio of two complex spectra, surface over base.
    !>

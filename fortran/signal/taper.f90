@@ -21,18 +21,9 @@ contains
       width = 0.5_wp*fraction*real(count - 1, wp)
       if (.not. width > 0.0_wp) return
       do i = 1, count
-         ! Of the flank nearer to the sample.
-         weight(i) = flank(real(min(i - 1, count - i), wp)/width)
+         ! Half a cosine, of the flank nearer to the sample.
+         weight(i) = 0.5_wp*(1.0_wp - cos(pi*min(1.0_wp, real(min(i - 1, count - i), wp)/width)))
       end do
    end function cosine_taper
-
-   !> Half a cosine from 0 to 1.
-   pure function flank(part) result(weight)
-      real(wp), intent(in) :: part           !< 0 at the end of the series, 1 where the flank ends
-      real(wp) :: weight
-
-      weight = 1.0_wp
-      if (part < 1.0_wp) weight = 0.5_wp*(1.0_wp - cos(pi*part))
-   end function flank
 
 end module dda_taper

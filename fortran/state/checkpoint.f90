@@ -10,11 +10,12 @@ module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
    use dda_archive, only: archive_type, write_archive, read_archive, serialise
+   use dda_byte_file, only: flush_stream
    use dda_checked_file, only: write_checked, read_checked
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
-   use dda_journal, only: journal_type, serialise_mark, return_to_mark, flush_journal
+   use dda_journal, only: journal_type, serialise_mark, return_to_mark
    use dda_model, only: model_type
    use dda_motion_curve, only: motion_curve_type
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
@@ -118,7 +119,7 @@ contains
       call serialise_identity(checkpoints, error)
       call serialise_mark(checkpoints%archive, journal)
       call serialise_simulation(checkpoints%archive, simulation)
-      call flush_journal(journal, to_disk, error)
+      call flush_stream(journal%file, to_disk, error)
       if (.not. allocated(error)) call write_checked(checkpoints%coming, checkpoints%archive, &
          to_disk, error)
       if (allocated(error)) then

@@ -355,11 +355,11 @@ contains
       call report(error, status, message)
    end subroutine vertex_places
 
-   !> Contacts of the last step: vertex, edge, state, bonded; gap, normal force, shear force,
+   !> Contacts of the last step: vertex, edge, state, bonded, joint; gap, normal force, shear force,
    !> stretch.
    subroutine contact_states(handle, n, who, values, status, message)
       integer(c_int), intent(in) :: handle, n
-      integer(c_int), intent(out) :: who(4, n)
+      integer(c_int), intent(out) :: who(5, n)
       real(c_double), intent(out) :: values(4, n)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
@@ -377,6 +377,7 @@ contains
             who(2, :) = contacts%edge(:n) - 1
             who(3, :) = contacts%state(:n)
             who(4, :) = merge(1, 0, contacts%bonded(:n))
+            who(5, :) = contacts%joint(:n) - 1
             values(1, :) = contacts%new_gap(:n) + contacts%offset(:n)
             values(2, :) = contacts%normal_force(:n)
             values(3, :) = contacts%shear_force(:n)

@@ -25,8 +25,6 @@ from .groups import (
     read_values,
 )
 
-# Whether blocks are written with the joint of each edge: once the engine reads it, True.
-EDGE_JOINTS = False
 _NAMED = ("material", "joint", "region")  # groups that others name
 _ANY = re.compile(
     r"^[^!\n]*&(" + "|".join([*CUT, *MASONRY, "polygons"]) + r")\b", re.IGNORECASE | re.MULTILINE
@@ -92,7 +90,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
             raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
     if any(parts.values()):
         try:
-            _add_cut(built, parts)
+            _add_cut(built, parts, next(iter(names["joint"]), ""))
         except InputError as error:
             raise _placed(first, error) from None
     built.blocks += pieces
@@ -164,8 +162,8 @@ def _imported(values: dict, folder) -> list[dict]:
     ]
 
 
-def _add_cut(built: Built, parts: dict[str, list]) -> None:
-    """Cut the regions."""
+def _add_cut(built: Built, parts: dict[str, list], first_joint: str) -> None:
+    """Cut the regions; edges without a joint have the first."""
     from .cutting import cut
 
     if len(parts["cutting"]) > 1:
@@ -187,26 +185,17 @@ def _add_cut(built: Built, parts: dict[str, list]) -> None:
         strict=True,
     )  # fmt: skip
     for name, material, joint, polygon, edges in rows:
+        joint = joint or first_joint
         block = _block({"name": name, "material": material, "joint": joint, "polygon": polygon})
-        if any(edges):
-            block["edge_joints"] = tuple(edges)
+        edges = tuple(edge or first_joint for edge in edges)
+        if any(edge != joint for edge in edges):
+            block["edge_joints"] = edges
         built.blocks.append(block)
 
 
-def blocks_text(blocks: Sequence[dict], edge_joints: bool = EDGE_JOINTS) -> str:
-    """The blocks as &block groups, one a line.
-
-    Parameters
-    ----------
-    blocks : sequence of dict
-    edge_joints : bool
-        Write the joint of each edge, which an engine that knows one joint a block refuses.
-    """
-    left_out = () if edge_joints else ("edge_joints",)
-    return "".join(
-        group_text("block", {k: v for k, v in block.items() if k not in left_out})
-        for block in blocks
-    )
+def blocks_text(blocks: Sequence[dict]) -> str:
+    """The blocks as &block groups, one a line."""
+    return "".join(group_text("block", block) for block in blocks)
 
 
 @contextmanager

@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
+from .scheme import finite_or_inf
 from .simulation import Simulation
 
-_HUGE = 1e300  # the engine's huge numbers lie above: no value
 _SHORT = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:E([-+]\d+))?(?![\w.]*')")
 _HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
 
@@ -203,7 +203,7 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
         float(numbers[3]),
         float(numbers[4]),
         (float(numbers[5]), float(numbers[6])),
-        float(numbers[7]) if numbers[7] < _HUGE else np.inf,
+        float(finite_or_inf(numbers[7])),
     )
 
 

@@ -19,12 +19,17 @@ from .namelist import value_text
 # Kinds of variables: text, texts, number, numbers, points (x, y, x, y …), whole (a whole number),
 # logical.
 _ENGINE_KINDS = {"real": "number", "integer": "whole", "text": "text", "real list": "numbers"}
-_ENGINE_KINDS |= {"logical": "logical"}
-_OWN_KINDS = {("block", "vertices"): "points", ("block", "edge_joints"): "texts"}
+_ENGINE_KINDS |= {"text list": "texts", "logical": "logical"}
+_OWN_KINDS = {("block", "vertices"): "points"}
 # Variables that arguments of `Model` methods may give by their place: these first.
 _FIRST = {
-    "block": ("vertices",),
-    "motion": ("name", "values", "time_step"),
+    "block": ("vertices", "name", "material", "joint"),
+    "layers": ("name",),
+    "drums": ("name",),
+    "wall": ("name",),
+    "material": ("name",),
+    "joint": ("name",),
+    "motion": ("name", "values", "time_step", "quantity"),
     "fixed_point": ("x", "y", "block"),
     "load": ("x", "y", "block"),
     "measured_point": ("name", "x", "y", "block"),

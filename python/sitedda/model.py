@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .building import EDGE_JOINTS, blocks_text, build_blocks
+from .building import build_blocks
 from .errors import InputError, OutputError
 from .groups import (
     checked,
@@ -315,34 +315,24 @@ class Model:
             seen.add(found.name)
         return model
 
-    def to_namelist(self, edge_joints: bool = EDGE_JOINTS) -> str:
-        """The model as a namelist text.
-
-        Parameters
-        ----------
-        edge_joints : bool
-            Write the joint of each edge of a block, which an engine that knows one joint a block
-            refuses.
-        """
+    def to_namelist(self) -> str:
+        """The model as a namelist text."""
         for group in self["motion"]:
             if (count := len(group._values.get("values", ()))) > _LONGEST:
                 raise InputError(
                     f"motion {group.name!r} has {count} values, more than the {_LONGEST} that an "
                     "input holds; write(file) puts them into a file of their own"
                 )
-        return self._text(edge_joints)
+        return self._text()
 
-    def _text(self, edge_joints: bool = EDGE_JOINTS, motions: dict | None = None) -> str:
-        parts = [group_text(one._name, one._values) for one in self._once.values() if one._values]
-        for group in self.groups:
-            if group._name == "block":
-                parts.append(blocks_text([group._values], edge_joints))
-                continue
-            values = (motions or {}).get(id(group), group._values)
-            parts.append(group_text(group._name, values))
-        return "".join(parts)
+    def _text(self, motions: dict | None = None) -> str:
+        groups = [one for one in self._once.values() if one._values] + self.groups
+        motions = motions or {}
+        return "".join(
+            group_text(group._name, motions.get(id(group), group._values)) for group in groups
+        )
 
-    def write(self, file, edge_joints: bool = EDGE_JOINTS) -> Path:
+    def write(self, file) -> Path:
         """Write the model to a namelist file.
 
         Motions of more than 4096 values go into text files beside it, ``FILE.MOTION.txt``, and
@@ -351,13 +341,11 @@ class Model:
         Parameters
         ----------
         file : path
-        edge_joints : bool
-            See `to_namelist`.
         """
         file = Path(file)
         try:
             motions = self._motions(file.parent, f"{file.stem}.")
-            file.write_text(self._text(edge_joints, motions), encoding="utf-8")
+            file.write_text(self._text(motions), encoding="utf-8")
         except OSError as trouble:
             raise OutputError(f"{file} cannot be written: {trouble.strerror}") from trouble
         return file
@@ -409,13 +397,19 @@ class Model:
             motions = self._motions(Path(folder), "motion.")
             for values in motions.values():
                 values["file"] = str((Path(folder) / values["file"]).resolve())
-            yield self.folder / "model.nml", self._text(motions=motions)
+            yield self.folder / "model.nml", self._text(motions)
 
     def check(self, **changes):
         """Check the model before a run, see `sitedda.check`."""
         from .check import check
 
         return check(self, **changes)
+
+    def draw(self, **options):
+        """Draw the model before a run, see `sitedda.draw`; matplotlib axes."""
+        from .pictures import draw
+
+        return draw(self, **options)
 
     def run(self, output=None, progress=None, **changes):
         """Run the model to its end, see `sitedda.run`."""

@@ -39,6 +39,7 @@ _UNITS = {
     "°": ((1.0, "°"),),
 }
 _MOST_DRAWN_OUTLINES = 30000
+_LEAST_MOVEMENT = 0.01  # of the largest: below, a slip or opening is not drawn
 _LEAST_FORCE = 0.005  # of the largest: below, a force is not drawn
 
 
@@ -105,6 +106,8 @@ def draw(
     scene = source if isinstance(source, Scene) else Scene.of(source)
     picture = BlockPicture(scene, color, contacts, deformation, axes, legend)
     picture.show(scene.frame_at(time))
+    if axes is None:  # labels of ticks, which the layout needs, are known after a first pass
+        picture.axes.figure.draw_without_rendering()
     return picture.axes
 
 
@@ -201,14 +204,15 @@ class BlockPicture:
             return _forces(self.axes, self.scene, frame, vertices, self.scale)
         if self.contacts:
             movement = self.scene.joint_movement(frame)[CONTACTS.index(self.contacts) - 1]
+            seen = movement > _LEAST_MOVEMENT * self.scale
             lines = LineCollection(
-                _carried_lines(self.scene, frame, self.deformation),
+                _carried_lines(self.scene, frame, self.deformation)[seen],
                 linewidths=2.6,
                 capstyle="round",
                 zorder=3,
                 cmap=JOINT_MAP,
                 norm=Normalize(0.0, self.scale or 1.0),
-                array=np.maximum(movement, 0.0),
+                array=movement[seen],
             )
             return [self.axes.add_collection(lines)]
         return []
@@ -322,12 +326,10 @@ def _joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
 
 
 def _carried_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
-    """Interfaces where they are now, shape (k, 2, 2): the mean of both blocks."""
+    """Interfaces where they are now, shape (k, 2, 2): they stay with their first blocks."""
     faces, ends = scene.interfaces, []
     for places in (faces.start, faces.end):
-        now = 0.5 * (
-            scene.carried(faces.first, places, frame) + scene.carried(faces.second, places, frame)
-        )
+        now = scene.carried(faces.first, places, frame)
         ends.append(places + factor * (now - places))
     return np.stack(ends, axis=1)
 

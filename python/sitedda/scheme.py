@@ -26,7 +26,7 @@ __all__ = [
     "time_step_for_damping",
 ]
 
-_HUGE = 1e300  # the engine's huge numbers lie above: no value
+_HUGE = 1e300  # the engine's huge numbers lie above
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,9 @@ class Scheme:
         values = not_negative("frequency", frequency)
         step = float(positive("time_step", time_step))
         numbers, roots = api.scheme_vibration(self.theta, self.chi, step, values.ravel())
-        damping, elongation, _, ringing = (_finite(row).reshape(values.shape) for row in numbers)
+        damping, elongation, _, ringing = (
+            finite_or_inf(row).reshape(values.shape) for row in numbers
+        )
         return Vibration(damping, elongation, ringing, roots.T.reshape(*values.shape, 2))
 
     def steady(
@@ -189,7 +191,7 @@ def scheme_damping(
     scheme = Scheme.named(integration, theta)
     values = _resolved(frequency, time_step)
     numbers, _ = api.scheme_vibration(scheme.theta, scheme.chi, float(time_step), values.ravel())
-    return _finite(numbers[2]).reshape(values.shape)
+    return finite_or_inf(numbers[2]).reshape(values.shape)
 
 
 def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
@@ -315,6 +317,6 @@ def _resolved(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
     return values
 
 
-def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The engine's huge numbers as infinity."""
+def finite_or_inf(values: ArrayLike) -> NDArray[np.float64]:
+    """The engine's huge numbers, which stand for no value, as infinity."""
     return np.where(values > _HUGE, np.inf, values)

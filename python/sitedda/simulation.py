@@ -267,11 +267,12 @@ class Simulation:
     def contacts(self) -> dict[str, np.ndarray]:
         """Contacts of the last step.
 
-        ``vertex`` and ``edge`` (from 0), ``state`` (0 open, 1 slide, 2 stick), ``bonded``;
+        ``vertex`` and ``edge`` (from 0), ``state`` (0 open, 1 slide, 2 stick), ``bonded``,
+        ``joint`` (from 0, in the order of the input);
         ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m).
         """
         who, values = self._ask_all("contact_states", 3)
-        names = ("vertex", "edge", "state", "bonded")
+        names = ("vertex", "edge", "state", "bonded", "joint")
         more = ("gap", "normal_force", "shear_force", "stretch")
         return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
 

@@ -1,9 +1,9 @@
 !> Small models for the tests: groups of an input as text, polygons, blocks, and repeatable random
 !> numbers.
 module models
-   use dda_energy, only: energy_algorithmic, energy_contact, energy_fracture, energy_friction, &
-      energy_gravity, energy_initial, energy_input, energy_kinetic, energy_kinetic_damping, &
-      energy_strain, energy_support
+   use dda_energy, only: energy_algorithmic, energy_contact, energy_damping, energy_fracture, &
+      energy_friction, energy_gravity, energy_initial, energy_input, energy_kinetic, &
+      energy_kinetic_damping, energy_strain, energy_support
    use dda_kinds, only: wp, long, pi
    use dda_blocks, only: blocks_type, set_blocks
    use dda_energy, only: energy_type, balance
@@ -74,7 +74,7 @@ contains
          energy%value(energy_contact), energy%value(energy_support), energy%value(energy_gravity), &
          energy%value(energy_input), energy%value(energy_friction), energy%value(energy_fracture), &
          energy%value(energy_algorithmic), energy%value(energy_kinetic_damping), &
-         energy%value(energy_initial)]))
+         energy%value(energy_damping), energy%value(energy_initial)]))
       relative_balance = 0.0_wp
       if (largest > 0.0_wp) relative_balance = abs(balance(energy))/largest
    end function relative_balance
@@ -198,12 +198,12 @@ contains
       type(outlines_type), intent(in) :: outlines
       type(blocks_type), intent(out) :: blocks
       type(material_type) :: rocks(1)
-      integer :: one(outlines%n)
+      integer :: one(outlines%n_vertices)
 
       rocks(1) = material_type('rock', 2500.0_wp, 5.0e9_wp, 0.25_wp, 0.0_wp, 0.0_wp)
       one = 1
-      call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, one, one, rocks, &
-         .false.)
+      call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, &
+         one(:outlines%n), one, rocks, .false.)
    end subroutine blocks_of
 
    !> Points and weights that integrate quadratics exactly over a polygon that is star-shaped round

@@ -1,11 +1,17 @@
 !> Random small systems of two blocks and a few contacts, for the tests of the open–close iteration,
-!> with an independent reading of them: energy, gradient, forces.
+!> with an independent reading of them: energy, gradient, forces.  In every other one an element
+!> couples the two blocks.
 module systems
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_system, only: prepare_system, set_matrix_pattern, system_type
    use dda_contact, only: contact_open, contacts_type, reserve
-   use dda_elements, only: elements_type
+   use dda_element, only: element_type
+   use dda_elements, only: elements_type, register
+   use dda_energy, only: energy_type
+   use dda_linear_terms, only: add_term, add_to_matrix, linear_term_type, linear_terms_type, &
+      step_weights
+   use dda_motion, only: motion_type
    use dda_friction, only: laws_type, set_laws
    use dda_material, only: joint_type
    use dda_neighbours, only: neighbours_type
@@ -13,26 +19,82 @@ module systems
    use models, only: random, random_vector
    implicit none
    private
-   public :: pattern_of, random_system, stiffness, unknowns, flat, gap_row, slip_row, energy, gradient
+   public :: pattern_of, random_system, linear_matrix, stiffness, unknowns, flat, gap_row, &
+      slip_row, energy, gradient
 
    real(wp), parameter :: stiffness = 1.0e3_wp
    integer, parameter :: unknowns = 12
 
+   !> Given terms as elements.
+   type, extends(element_type) :: couplings_type
+      type(linear_terms_type) :: terms
+   contains
+      procedure :: add_linear
+      procedure :: add_force
+      procedure :: account
+   end type couplings_type
+
 contains
 
-   !> A system of n blocks on which no elements act, with the pattern of its near pairs.
-   subroutine pattern_of(system, n, near)
+   !> A system of n blocks with the pattern of its near pairs, on which no elements act but given
+   !> couplings.
+   subroutine pattern_of(system, n, near, couplings)
       type(system_type), intent(out) :: system
       integer, intent(in) :: n  !< blocks
       type(neighbours_type), intent(in) :: near
+      type(linear_terms_type), intent(in), optional :: couplings
       type(blocks_type) :: blocks
       type(elements_type) :: elements
 
       call prepare_system(system, n)
       blocks%n = n
       allocate (elements%kind(0))
-      call set_matrix_pattern(system, blocks, near, elements, step_type())
+      if (present(couplings)) call register(elements, couplings_type(couplings))
+      call set_matrix_pattern(system, blocks, near, elements, step_type(time_step=1.0_wp))
    end subroutine pattern_of
+
+   subroutine add_linear(self, blocks, step, terms)
+      class(couplings_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(step_type), intent(in) :: step
+      type(linear_terms_type), intent(inout) :: terms
+      integer :: i
+
+      do i = 1, self%terms%n
+         call add_term(terms, self%terms%term(i))
+      end do
+   end subroutine add_linear
+
+   !> Couplings are free of force at d = 0.
+   subroutine add_force(self, blocks, motions, step, load)
+      class(couplings_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(motion_type), intent(in) :: motions(:)
+      type(step_type), intent(in) :: step
+      real(wp), intent(inout) :: load(:,:)
+   end subroutine add_force
+
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(couplings_type), intent(in) :: self
+      type(blocks_type), intent(in) :: blocks
+      type(motion_type), intent(in) :: motions(:)
+      type(step_type), intent(in) :: step
+      real(wp), intent(in) :: d(:,:)
+      type(energy_type), intent(inout) :: energy
+   end subroutine account
+
+   !> The linear part of K̂ of two blocks as a full matrix.
+   pure function linear_matrix(system) result(k)
+      type(system_type), intent(in) :: system
+      real(wp) :: k(unknowns, unknowns)
+
+      k = 0.0_wp
+      k(:6, :6) = system%linear%diagonal(:, :, 1)
+      k(7:, 7:) = system%linear%diagonal(:, :, 2)
+      if (size(system%linear%column) == 0) return
+      k(7:, :6) = system%linear%lower(:, :, 1)
+      k(:6, 7:) = transpose(k(7:, :6))
+   end function linear_matrix
 
    subroutine random_system(system, contacts, laws, count, friction_angle)
       type(system_type), intent(out) :: system
@@ -41,12 +103,20 @@ contains
       integer, intent(in) :: count
       real(wp), intent(in) :: friction_angle
       type(neighbours_type) :: near
+      type(linear_terms_type) :: couplings
       real(wp) :: a(6, 6)
       integer :: b, c, k
 
       near%n_pairs = 1
       near%pair = reshape([1, 2], [2, 1])
-      call pattern_of(system, 2, near)
+      if (random(0.0_wp, 1.0_wp) > 0.5_wp) then
+         do k = 1, 3
+            call add_term(couplings, linear_term_type(block_a=1, block_b=2, &
+               coefficient=random(0.0_wp, 300.0_wp), row_a=random_vector(6), &
+               row_b=random_vector(6)))
+         end do
+      end if
+      call pattern_of(system, 2, near, couplings)
       do b = 1, 2
          a = reshape(random_vector(36), [6, 6])
          system%linear%diagonal(:, :, b) = 100.0_wp*matmul(a, transpose(a))
@@ -55,6 +125,7 @@ contains
          end do
          system%load(:, b) = 10.0_wp*random_vector(6)
       end do
+      call add_to_matrix(couplings, step_weights(step_type(time_step=1.0_wp)), system%linear)
       call set_laws(laws, [joint_type('', friction_angle, 0.0_wp, 0.0_wp)], stiffness, 2.5_wp)
       call reserve(contacts, count)
       contacts%n = count
@@ -114,13 +185,10 @@ contains
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: d(6, 2)
-      integer :: b, c
+      integer :: c
 
-      energy = 0.0_wp
-      do b = 1, 2
-         energy = energy + dot_product(d(:, b), 0.5_wp*matmul(system%linear%diagonal(:, :, b), d(:, b)) &
-            - system%load(:, b))
-      end do
+      energy = dot_product(flat(d), 0.5_wp*matmul(linear_matrix(system), flat(d)) &
+         - flat(system%load))
       do c = 1, contacts%n
          energy = energy + 0.5_wp*stiffness*min(0.0_wp, contacts%gap(c) &
             + dot_product(gap_row(contacts, c), flat(d)))**2
@@ -133,11 +201,9 @@ contains
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: d(6, 2)
       real(wp) :: slope(unknowns)
-      integer :: b, c
+      integer :: c
 
-      do b = 1, 2
-         slope(6*b - 5:6*b) = matmul(system%linear%diagonal(:, :, b), d(:, b)) - system%load(:, b)
-      end do
+      slope = matmul(linear_matrix(system), flat(d)) - flat(system%load)
       do c = 1, contacts%n
          slope = slope + stiffness*min(0.0_wp, contacts%gap(c) + dot_product(gap_row(contacts, c), &
             flat(d))) *gap_row(contacts, c)

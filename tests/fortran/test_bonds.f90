@@ -19,6 +19,7 @@ contains
 
    subroutine bonds_suite()
       call lengths()
+      call joints_of_edges()
       call no_bond()
       call breaks_in_tension()
       call breaks_in_shear()
@@ -82,6 +83,41 @@ contains
          call check_close(length, 0.7_wp, 'over the narrow one', relative=1.0e-12_wp)
       end do
    end subroutine lengths
+
+   !> Each bond has the joint of the edges it holds together, over their overlap: also where the
+   !> floor goes straight on with another joint.
+   subroutine joints_of_edges()
+      type(simulation_type) :: simulation
+      character(len=:), allocatable :: joints, floor, upper
+      real(wp) :: length
+      integer :: bonds, order, c
+
+      call case('joints of edges')
+      joints = " &joint name = 'none' friction_angle = 5.0 / &joint name = 'left' "// &
+         "friction_angle = 30.0 cohesion = 1.0e5 / &joint name = 'right' friction_angle = 20.0 "// &
+         "cohesion = 2.0e5 / &joint name = 'strong' friction_angle = 40.0 cohesion = 9.0e5 /"
+      floor = block_text('floor', reshape([0.0_wp, 0.0_wp, 3.0_wp, 0.0_wp, 3.0_wp, 1.0_wp, 1.0_wp, &
+         1.0_wp, 0.0_wp, 1.0_wp], [2, 5]), "joint = 'none' edge_joints = , , 'right', 'left'")
+      upper = block_text('upper', rectangle(0.4_wp, 1.0_wp, 2.9_wp, 2.0_wp), &
+         "joint = 'none' edge_joints = 'strong'")
+      do order = 1, 2
+         call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(stiffness, '')// &
+            rock//joints//merge(floor//upper, upper//floor, order == 1))
+         call count_bonds(simulation, bonds, length)
+         call check(bonds == 2, 'two bonds')
+         call check_close(length, 2.5_wp, 'over the whole joint', relative=1.0e-12_wp)
+         associate (contacts => simulation%contacts(simulation%now))
+            do c = 1, contacts%n
+               call check_close(contacts%bond_length(c), merge(0.6_wp, 1.9_wp, &
+                  contacts%joint(c) == 2), 'of its own edge', relative=1.0e-12_wp)
+               call check(any(contacts%joint(c) == [2, 3]), 'weaker of the two edges')
+            end do
+         end associate
+         call run(simulation, 5)
+         call count_bonds(simulation, bonds, length)
+         call check(bonds == 2, 'and they hold')
+      end do
+   end subroutine joints_of_edges
 
    subroutine no_bond()
       type(simulation_type) :: simulation

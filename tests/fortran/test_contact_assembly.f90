@@ -75,7 +75,8 @@ contains
       contacts%slide_slip(c) = random(-1.0_wp, 1.0_wp)
       contacts%multiplier(c) = random(-1.0_wp, 1.0_wp)
       contacts%state(c) = int(random(0.0_wp, 3.0_wp))
-      contacts%bonded(c) = contacts%state(c) == contact_stick .and. random(0.0_wp, 1.0_wp) > 0.5_wp
+      contacts%bonded(c) = random(0.0_wp, 1.0_wp) > 0.5_wp
+      if (contacts%state(c) /= contact_stick) contacts%bonded(c) = .false.
    end subroutine set_randomly
 
    !> Everything, on top of values that must not be seen.
@@ -173,8 +174,8 @@ contains
       !$ call omp_set_num_threads(before)
    end subroutine any_number_of_threads
 
-   !> States, forces, multipliers and the retained share change, a few at a time, as in the iteration of
-   !> a step.
+   !> States, forces, multipliers and the retained share change, a few at a time, as in the
+   !> iteration of a step.
    subroutine after_changes(n)
       integer, intent(in) :: n
       type(system_type) :: system, whole

@@ -133,7 +133,8 @@ contains
             end associate
          end do
       end do
-      call dsygv(1, 'N', 'L', 6*matrix%n, k, 6*matrix%n, m, 6*matrix%n, values, work, size(work), info)
+      call dsygv(1, 'N', 'L', 6*matrix%n, k, 6*matrix%n, m, 6*matrix%n, values, work, size(work), &
+         info)
       call check(info == 0, 'LAPACK')
    end subroutine dense_values
 

@@ -22,7 +22,8 @@ contains
       call check_close(total_energy(energy), of('kinetic') + of('strain') + of('contact') &
          + of('support') + of('gravity'), 'total')
       call check_close(balance(energy), total_energy(energy) + of('friction') + of('fracture') &
-         + of('algorithmic') + of('kinetic_damping') + of('damping') - of('input') &
+         + of('algorithmic') + of('kinetic_damping') + of('damping') + of('static') &
+         + of('removed') - of('changed') - of('zeroed') - of('input') &
          - of('geometric') - of('initial'), 'balance')
       call check_close(turnover(energy), sum(energy%value) - of('geometric'), 'turnover')
       call case('names and values')

@@ -54,6 +54,7 @@ contains
 
       contacts%state(c) = state
       contacts%stretch(c) = stretch
+      contacts%joint(c) = nint(1.0e5_wp*stretch)
       contacts%bonded(c) = .true.
       contacts%bond_length(c) = 3.0_wp*stretch
       contacts%slide_force(c) = 7.0_wp*stretch
@@ -67,6 +68,7 @@ contains
 
       call check(contacts%state(c) == state, what//': state')
       call check(contacts%bonded(c) .eqv. stretch /= 0.0_wp, what//': bond')
+      call check(contacts%joint(c) == nint(1.0e5_wp*stretch), what//': joint')
       call check_close([contacts%stretch(c), contacts%bond_length(c), contacts%slide_force(c)], &
          stretch*[1.0_wp, 3.0_wp, 7.0_wp], what//': stretch, length, force')
    end subroutine expect
@@ -222,7 +224,7 @@ contains
          call put(new, c, 10 + c, 0, 1, 4, [0.6_wp, 0.1_wp*c], distance(c))
          new%corner(c) = 20 + c
          new%pair(c) = 30 + c
-         new%joint(c) = 40 + c
+         new%close_count(c) = 40 + c
          new%normal_v(:, c) = 0.5_wp*c
          new%shear_e(:, c) = -0.5_wp*c
       end do
@@ -230,13 +232,14 @@ contains
       call check(new%n == size(kept), 'how many stay')
       if (new%n /= size(kept)) return
       call check(all(new%vertex(:4) == kept .and. new%edge(:4) == 10 + kept .and. new%corner(:4) &
-         == 20 + kept .and. new%pair(:4) == 30 + kept .and. new%joint(:4) == 40 + kept), &
+         == 20 + kept .and. new%pair(:4) == 30 + kept .and. new%close_count(:4) == 40 + kept), &
          'which stay')
       call check_close(new%gap(:4) + new%offset(:4), distance(kept), 'distances', &
          absolute=1.0e-20_wp)
       call check_close(new%gap(:4), [distance(1), 0.0_wp, distance(4), 0.0_wp], 'what presses', &
          absolute=1.0e-20_wp)
       call check_close(new%stretch(:4), [0.25_wp, 0.0_wp, 0.0_wp, 0.0_wp], 'histories')
+      call check(all(new%joint(:4) == [25000, 0, 0, 0]), 'joints')
       call check_close(new%normal(2, :4), 0.1_wp*kept, 'normals')
       call check_close(new%normal_v(6, :4) - new%shear_e(1, :4), real(kept, wp), 'rows')
    end subroutine met_too_deep

@@ -37,6 +37,7 @@ contains
       call defaults()
       call published_defaults()
       call substances()
+      call edge_joints()
       call generators()
       call points()
       call motions()
@@ -183,12 +184,37 @@ contains
          call check_close([j%friction_angle, j%cohesion, j%tensile_strength], &
             [10.0_wp, 11.0_wp, 12.0_wp], 'joint')
       end associate
-      call check(all(model%blocks%material == [1, 2]) .and. all(model%blocks%joint == [1, 2]), &
-         'named or the first')
+      call check(all(model%blocks%material == [1, 2]) .and. &
+         all(model%blocks%joint == [1, 1, 1, 1, 2, 2, 2]), 'named or the first')
+      call check(.not. any(model%blocks%mixed), 'one joint a block')
       call check(model%block_names(2) == 'b', 'name of a block')
       call check_close(model%blocks%velocity(1:3, 1), [4.0_wp, 5.0_wp, 6.0_wp], 'first velocity')
       call check_close(model%blocks%mass, [1000.0_wp, 1250.0_wp], 'masses', relative=1.0e-14_wp)
    end subroutine substances
+
+   !> One joint an edge; those left out, blank or missing take the block's.
+   subroutine edge_joints()
+      type(model_type) :: model
+      character(len=*), parameter :: three = control//rock//'&joint name = ''a'' friction_angle '// &
+         '= 10.0 / &joint name = ''b'' friction_angle = 20.0 / &joint name = ''c'' '// &
+         'friction_angle = 30.0 / &block vertices = 0 0 1 0 1 1 0 1 '
+      character(len=*), parameter :: place = 'group &block (line 2): '
+
+      call case('edge joints')
+      call accept(model, three//'joint = ''b'' edge_joints = ''c'', '''', ''a'' /'// &
+         '&block vertices = 2 0 3 0 3 1 edge_joints = , , ''b'' /'// &
+         '&layers joint = ''c'' bottom = 2.0 width = 1.0 thickness = 1.0 /'// &
+         '&block vertices = 5 0 6 0 6 1 edge_joints = 3*''c'' /')
+      call check(all(model%blocks%joint == [3, 2, 1, 2, 1, 1, 2, 3, 3, 3, 3, 3, 3, 3]), 'joints')
+      call check(all(model%blocks%mixed .eqv. [.true., .true., .false., .false.]), 'mixed')
+      call refuse(three//'edge_joints = 5*''a'' /', place//'edge_joints: 5 names, but the block '// &
+         'has 4 edges')
+      call refuse(three//'edge_joints = ''a'', ''x'' /', place//'edge_joints(2) = ''x'' is not '// &
+         'the name of a &joint')
+      call refuse(three//'edge_joints(600) = ''a'' /', place)
+      call refuse(three//'edge_joints = 512*''a'', ''b'' /', place)
+      call refuse(three//'edge_joints = 1, 2 /', place//'edge_joints(1) = ''1'' is not')
+   end subroutine edge_joints
 
    subroutine generators()
       type(model_type) :: model

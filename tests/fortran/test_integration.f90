@@ -1,6 +1,6 @@
-!> The engine's time integration of one coordinate, against the closed forms of its members: a bonded
-!> contact has the roots of (θ, χ), a closed unilateral contact those of (1, χ), a support those of
-!> backward Euler, 1/(1 ± iΩ), in every member.
+!> The engine's time integration of one coordinate, against the closed forms of its members: a
+!> bonded contact has the roots of (θ, χ), a closed unilateral contact those of (1, χ), a support
+!> those of backward Euler, 1/(1 ± iΩ), in every member.
 !>
 !> Two equal, almost rigid blocks that nothing holds face each other in y; their distance is one
 !> oscillator, ω² = 2k/m with the sum k of the normal springs.  A block on a fixed point at its
@@ -63,8 +63,8 @@ contains
       integer, intent(in) :: what, member
       real(wp), intent(in) :: dt, push
       type(simulation_type), intent(out) :: simulation
-      character(len=*), parameter :: stiff = ' &material density = 2500.0 young_modulus = 1.0e14'// &
-         ' poisson_ratio = 0.25 /'
+      character(len=*), parameter :: stiff = &
+         ' &material density = 2500.0 young_modulus = 1.0e14 poisson_ratio = 0.25 /'
       character(len=:), allocatable :: text
 
       text = control_text(dt, 100, member_text(member))//stiff
@@ -79,9 +79,9 @@ contains
          if (what == on_contact) text = text//joint_text(0.0_wp, 0.0_wp, 0.0_wp)
          text = text//block_text('low', rectangle(-0.5_wp, -1.0_wp, 0.5_wp, 0.0_wp))// &
             block_text('high', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))
-         if (what == on_contact) text = text//' &load x = 0.0 y = -0.5 time = 0.0 1.0e9 force_y ='// &
-            ' 2*'//number(push)//' / &load x = 0.0 y = 0.5 time = 0.0 1.0e9 force_y = 2*'// &
-            number(-push)//' /'
+         if (what == on_contact) text = text//' &load x = 0.0 y = -0.5 time = 0.0 1.0e9 '// &
+            'force_y = 2*'//number(push)//' / &load x = 0.0 y = 0.5 time = 0.0 1.0e9 '// &
+            'force_y = 2*'//number(-push)//' /'
       end select
       call begin(simulation, text)
    end subroutine begin_on
@@ -100,8 +100,8 @@ contains
       end associate
    end function spring_of
 
-   !> Start with a displacement from rest and a velocity of the coordinate; a unilateral contact rests
-   !> where its spring bears the push.
+   !> Start with a displacement from rest and a velocity of the coordinate; a unilateral contact
+   !> rests where its spring bears the push.
    subroutine begin_from(what, member, dt, push, x, v, simulation)
       integer, intent(in) :: what, member
       real(wp), intent(in) :: dt, push
@@ -224,7 +224,8 @@ contains
       moved(:last) = x(1:last) - x(:last - 1)
       rest = moved(3:last) - real(roots(1) + roots(2))*moved(2:last - 1) &
          + real(roots(1)*roots(2))*moved(:last - 2)
-      call check_close(rest, 0.0_wp*rest, 'displacements', absolute=allowed*maxval(abs(moved(:last))))
+      call check_close(rest, 0.0_wp*rest, 'displacements', &
+         absolute=allowed*maxval(abs(moved(:last))))
    end subroutine check_sequence
 
    !> Two bonded blocks fly apart: in the step in which the bond breaks, taken again, the contact

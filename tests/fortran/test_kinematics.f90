@@ -83,9 +83,9 @@ contains
       if (resolution <= 0.1_wp) call check_close(phase, resolution, 'phase', relative=1.0e-2_wp)
    end subroutine free_vibration
 
-   !> Steady state: M ω̃ i (1 − 1/z)/Δt x = −k (x − u) − c (iω̃ x − u̇), c = kΔt/2, with z = exp(iωΔt),
-   !> ω̃ = (2/Δt) tan(ωΔt/2) and the velocity of the motion as the curve differentiates its samples,
-   !> u̇ = i (8 sin ωΔt − sin 2ωΔt)/(6Δt) u.
+   !> Steady state: M ω̃ i (1 − 1/z)/Δt x = −k (x − u) − c (iω̃ x − u̇), c = kΔt/2, with
+   !> z = exp(iωΔt), ω̃ = (2/Δt) tan(ωΔt/2) and the velocity of the motion as the curve
+   !> differentiates its samples, u̇ = i (8 sin ωΔt − sin 2ωΔt)/(6Δt) u.
    subroutine harmonic(step, frequency)
       real(wp), intent(in) :: step, frequency   !< s, /s
       type(simulation_type) :: simulation
@@ -179,7 +179,8 @@ contains
       blocks%velocity = v
       call integrate(blocks, d, step_type(scheme_type(1.0_wp, chi), 0.0_wp, step))
       call check_close(blocks%position, q + d, 'coordinates', relative=1.0e-15_wp)
-      call check_close(blocks%velocity, (d/step - (1.0_wp - chi)*v)/chi, 'rates', relative=1.0e-14_wp)
+      call check_close(blocks%velocity, (d/step - (1.0_wp - chi)*v)/chi, 'rates', &
+         relative=1.0e-14_wp)
       call check_close(blocks%position, q + step*((1.0_wp - chi)*v + chi*blocks%velocity), &
          'd = Δt [(1 − χ) v₀ + χ v₁]', relative=1.0e-14_wp)
       call check_close(blocks%acceleration, (d - v*step)/(chi*step**2), 'accelerations', &

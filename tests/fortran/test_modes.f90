@@ -90,8 +90,8 @@ contains
 
    !> Start with the velocities of a mode: each shows its frequency and damping in time stepping.
    !>
-   !> DDA damps an elastic spring by ζ = Ω/4, a support by Ω/2: a mode with a share s of its energy in
-   !> supports has (1 + s) times the damping of the scheme.
+   !> DDA damps an elastic spring by ζ = Ω/4, a support by Ω/2: a mode with a share s of its energy
+   !> in supports has (1 + s) times the damping of the scheme.
    subroutine free_vibration(text, count)
       character(len=*), intent(in) :: text
       integer, intent(in) :: count
@@ -187,7 +187,7 @@ contains
       call check(linear%closed == 20 .and. modes%rigid == 0, 'all closed')
       call check_close(modes%frequency(1), closed, 'first frequency', relative=2.0e-3_wp)
       call check(linear%dynamic_factor == 1.0_wp .and. simulation%step == 0, 'the run is as it was')
-      call check(index(modes%words, 'settled') > 0, 'said in words')
+      call check(index(modes%words, 'at rest') > 0, 'said in words')
    end subroutine under_gravity
 
    !> Models without enough support are answered in words.

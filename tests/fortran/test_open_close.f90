@@ -9,7 +9,7 @@ module test_open_close
    use dda_open_close, only: close_contacts, open_close_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use models, only: random, sow
-   use systems, only: flat, gap_row, random_system, slip_row, stiffness, unknowns
+   use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
    private
@@ -84,15 +84,12 @@ contains
       real(wp), intent(out) :: d(unknowns)
       integer, intent(out) :: solutions
       real(wp) :: k(unknowns, unknowns), x(unknowns), row(unknowns)
-      integer :: closed, c, b, info
+      integer :: closed, c, info
       logical :: right
 
       solutions = 0
       do closed = 0, 2**contacts%n - 1
-         k = 0.0_wp
-         do b = 1, 2
-            k(6*b - 5:6*b, 6*b - 5:6*b) = system%linear%diagonal(:, :, b)
-         end do
+         k = linear_matrix(system)
          x = flat(system%load)
          do c = 1, contacts%n
             if (.not. btest(closed, c - 1)) cycle
@@ -175,11 +172,9 @@ contains
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: mu
       real(wp) :: rest(unknowns), normal, shear, largest
-      integer :: b, c
+      integer :: c
 
-      do b = 1, 2
-         rest(6*b - 5:6*b) = system%load(:, b) - matmul(system%linear%diagonal(:, :, b), system%d(:, b))
-      end do
+      rest = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
       largest = maxval(abs(system%load))
       do c = 1, contacts%n
          normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), &
@@ -199,7 +194,6 @@ contains
       type(laws_type) :: laws
       type(open_close_type) :: iteration
       type(error_type), allocatable :: error
-      integer :: b
 
       call case('no contacts')
       call random_system(system, contacts, laws, 1, 0.0_wp)
@@ -207,10 +201,8 @@ contains
       call close_all(system, contacts, laws, iteration, error)
       call check_no_error(error, 'converges')
       call check(iteration%iterations == 1, 'at once')
-      do b = 1, 2
-         call check_close(matmul(system%linear%diagonal(:, :, b), system%d(:, b)), system%load(:, b), &
-            'K d = f', relative=1.0e-12_wp)
-      end do
+      call check_close(matmul(linear_matrix(system), flat(system%d)), flat(system%load), &
+         'K d = f', relative=1.0e-12_wp)
    end subroutine no_contacts
 
    subroutine too_few_iterations()

@@ -65,8 +65,8 @@ contains
       end do
       kept = outlines%n == 100
       do i = 1, 100
-         kept = kept .and. outlines%material(i) == i .and. outlines%joint(i) == 2*i &
-            .and. outlines%source(i) == 3*i
+         kept = kept .and. outlines%material(i) == i .and. outlines%source(i) == 3*i
+         kept = kept .and. all(outlines%joint(outlines%first(i):outlines%first(i + 1) - 1) == 2*i)
          kept = kept .and. outlines%name(i) == 'b'//to_text(i)
          kept = kept .and. outlines%first(i + 1) - outlines%first(i) == 3 + modulo(i, 10)
          kept = kept .and. all(outline(outlines, i) == vertices(:, :3 + modulo(i, 10), i))
@@ -86,7 +86,7 @@ contains
             14.0_wp, 2.0_wp + 0.5_wp*i), 'layer', relative=1.0e-15_wp)
       end do
       call check(outlines%name(20) == 'layer_20', 'named')
-      call check(all(outlines%material(:20) == 3) .and. all(outlines%joint(:20) == 4) .and. &
+      call check(all(outlines%material(:20) == 3) .and. all(outlines%joint(:80) == 4) .and. &
          all(outlines%source(:20) == 5), 'of what they are')
    end subroutine layers
 

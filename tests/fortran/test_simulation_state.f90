@@ -24,6 +24,8 @@ contains
       call goes_on(gravity//" solver = 'sor'", '', 2)
       call goes_on(gravity, '', 9)
       call goes_on(gravity//" time_step_control = 'adaptive' dynamic_factor = 0.9", '', 3)
+      call goes_on(gravity//" integration = 'theta'", '', 3)
+      call goes_on(gravity//" integration = 'midpoint'", '', 2)
       call goes_on(gravity, 'penetration_tolerance = 1.0e-6', 3)
       call goes_on(gravity, "contact_rules = 'original'", 3)
       call at_the_start()

@@ -4,7 +4,8 @@ module test_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_spectrum, only: spectral_peak_type, fourier_spectrum, fourier_amplitude, amplification, find_peak
+   use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, &
+      find_peak
    use testing, only: case, check, check_close, check_no_error, check_fails
    implicit none
    private
@@ -28,19 +29,20 @@ contains
    !> Whole cycles fall into one bin: |S| = A T/2.
    subroutine sine_and_constant()
       integer, parameter :: n = 200
-      real(wp), allocatable :: frequency(:), amplitude(:)
+      real(wp), allocatable :: frequency(:)
+      complex(wp), allocatable :: spectrum(:)
       real(wp) :: expected(n/2 + 1)
       type(error_type), allocatable :: error
       integer :: i
 
       call case('sine and constant')
-      call fourier_amplitude([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, wp)), i=0, &
-         n - 1)], step, frequency, amplitude, error)
+      call fourier_spectrum([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, wp)), i=0, &
+         n - 1)], step, frequency, spectrum, error)
       call check_no_error(error, 'spectrum')
       expected = 0.0_wp
       expected(1) = 5.0_wp*step*real(n, wp)
       expected(9) = 1.5_wp*step*real(n, wp)
-      call check_close(amplitude, expected, 'amplitudes', absolute=1.0e-13_wp)
+      call check_close(abs(spectrum), expected, 'amplitudes', absolute=1.0e-13_wp)
       call check_close(frequency(9), 4.0_wp, 'frequency', relative=1.0e-15_wp)
       call check_close(frequency(n/2 + 1), 50.0_wp, 'Nyquist frequency', relative=1.0e-15_wp)
    end subroutine sine_and_constant
@@ -74,16 +76,17 @@ contains
    !> Parseval: Σ x² Δt = Δf Σ |S|² over both sides.
    subroutine energy()
       integer, parameter :: n = 256
-      real(wp), allocatable :: frequency(:), amplitude(:)
+      real(wp), allocatable :: frequency(:)
+      complex(wp), allocatable :: spectrum(:)
       real(wp) :: x(n), both
       type(error_type), allocatable :: error
       integer :: i
 
       call case('energy')
       x = [(sin(0.01_wp*real(i, wp)**2), i=1, n)]
-      call fourier_amplitude(x, step, frequency, amplitude, error)
+      call fourier_spectrum(x, step, frequency, spectrum, error)
       call check_no_error(error, 'spectrum')
-      both = 2.0_wp*sum(amplitude**2) - amplitude(1)**2 - amplitude(n/2 + 1)**2
+      both = sum(abs([spectrum, spectrum(2:n/2)])**2)
       call check_close(frequency(2)*both, step*sum(x**2), 'Parseval', relative=1.0e-13_wp)
    end subroutine energy
 
@@ -204,10 +207,11 @@ contains
       real(wp), intent(in) :: series(:), time_step, taper
       integer, intent(in) :: padding
       character(len=*), intent(in) :: names
-      real(wp), allocatable :: frequency(:), amplitude(:)
+      real(wp), allocatable :: frequency(:)
+      complex(wp), allocatable :: spectrum(:)
       type(error_type), allocatable :: error
 
-      call fourier_amplitude(series, time_step, frequency, amplitude, error, padding, taper)
+      call fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
       call check_fails(error, names)
    end subroutine refused
 

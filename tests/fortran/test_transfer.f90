@@ -193,8 +193,8 @@ contains
       end do
    end subroutine ritz_vectors
 
-   !> [K + iω̃ C + ω̃ i (1 − 1/z)/Δt M] x = F + iω̃ F_c by LAPACK, dense and complex: DDA with supports
-   !> whose dashpots C act on the velocity at the end of the step.
+   !> [K + iω̃ C + ω̃ i (1 − 1/z)/Δt M] x = F + iω̃ F_c by LAPACK, dense and complex: DDA with
+   !> supports whose dashpots C act on the velocity at the end of the step.
    subroutine solve_directly(linear, frequency, ratio)
       type(linear_model_type), intent(in) :: linear
       real(wp), intent(in) :: frequency
@@ -232,7 +232,8 @@ contains
             b = term%block_a
             factor = term%coefficient*merge(rate, (1.0_wp, 0.0_wp), term%instant == end_dashpot)
             if (term%instant == end_dashpot) a(6*b - 5:6*b, 6*b - 5:6*b) = &
-               a(6*b - 5:6*b, 6*b - 5:6*b) + factor*spread(term%row_a, 2, 6)*spread(term%row_a, 1, 6)
+               a(6*b - 5:6*b, 6*b - 5:6*b) + factor*spread(term%row_a, 2, 6) &
+               *spread(term%row_a, 1, 6)
             if (term%row_a(1) == 1.0_wp) x(:, b) = x(:, b) + factor*term%row_a
          end associate
       end do

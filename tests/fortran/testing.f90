@@ -1,6 +1,6 @@
 !> The project's own small test framework: named cases, checks that keep going, one verdict.
 !>
-!> A suite is a module `test_<room>` with one public subroutine that calls `case('…')` and then
+!> A suite is a module `test_<name>` with one public subroutine that calls `case('…')` and then
 !> checks.  The tester runs suites by name and ends with status 1 if any check failed.
 module testing
    use dda_kinds, only: wp

@@ -13,7 +13,8 @@ from sitedda.namelist import Namelist
 
 NOTHING = "there is no variable"
 # One value of each kind, which every variable of the kind can be read from.
-VALUES = {"real": 1.0, "integer": 1, "text": "x", "real list": [1.0, 2.0], "logical": True}
+VALUES = {"real": 1.0, "integer": 1, "text": "x", "logical": True}
+VALUES |= {"real list": [1.0, 2.0], "text list": ["x"]}
 
 
 def declared(root) -> set:

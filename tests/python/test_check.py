@@ -8,6 +8,7 @@ import pytest
 from model_text import changed, flying_block, rectangle, tower
 
 import sitedda
+from sitedda.scheme import Scheme
 
 
 def finding(text: str, what: str) -> str:
@@ -103,6 +104,38 @@ def test_the_spring_that_governs_is_named(write_input, ratio, kind):
     )
     line = finding(sitedda.check(write_input(stiff)).text, "highest frequency")
     assert f"governed by the {kind} contact spring between" in line
+
+
+# --- Members of the time integration --------------------------------------------------------------
+
+MEMBERS = ("dda", "midpoint", "theta", "backward_euler")
+
+
+def test_ringing_is_told_in_steps(write_input):
+    report = sitedda.check(write_input(tower()))
+    line = finding(report.text, "ringing")
+    assert "normal contact springs" in line  # supports have a dashpot and do not ring
+    turn, steps = map(float, re.search(r"dt = ([\d.]+)\).* in ([\d.]+) steps", line).groups())
+    assert report.ringing == pytest.approx(steps, rel=1e-5)
+    expected = Scheme().vibration(turn / (2 * math.pi * 1e-3), 1e-3).ringing
+    assert report.ringing == pytest.approx(float(expected), rel=1e-4)
+
+
+def test_ringing_of_other_members(write_input):
+    file = write_input(tower())
+    endless = sitedda.check(file, integration="midpoint")
+    assert endless.ringing > 1e12 and finding(endless.text, "ringing").startswith("warn")
+    assert 0.0 < sitedda.check(file, integration="theta").ringing < 1.0  # root -1/3
+    # roots 1/(1 ± iΩ) have a real part that stays positive
+    assert sitedda.check(file, integration="backward_euler").ringing == 0.0
+
+
+@pytest.mark.parametrize("integration", MEMBERS)
+def test_modes_have_damping_and_period_of_the_member(write_input, integration):
+    found = sitedda.modes(write_input(tower()), 3, integration=integration)
+    expected = Scheme.named(integration).vibration(found.frequency, 1e-3)
+    assert found.damping == pytest.approx(expected.damping, rel=1e-9, abs=1e-12)
+    assert found.elongation == pytest.approx(expected.elongation, rel=1e-9)
 
 
 # --- The commands ---------------------------------------------------------------------------------

@@ -194,6 +194,14 @@ def test_too_many_blocks_are_refused_before_the_work(joints, words):
     assert time.process_time() - begun < 1.0
 
 
+def test_no_more_blocks_than_asked_for():
+    sets = [JointSet(angle=0, spacing=1.0), JointSet(angle=90, spacing=1.0)]
+    assert len(cut([Region(outline=SQUARE)], sets, settings=Cutting(most_blocks=100))) == 100
+    for most, words in ((99, "make 100 blocks"), (50, "cross about")):
+        with pytest.raises(InputError, match=words):
+            cut([Region(outline=SQUARE)], sets, settings=Cutting(most_blocks=most))
+
+
 BAD = {
     "zero spacing": (lambda: JointSet(angle=0), "spacing = 0"),
     "no angle": (lambda: JointSet(spacing=1), "either angle or dip"),

@@ -57,6 +57,17 @@ def test_the_tree_was_read_whole():
     assert 0 <= ends - len(PROCEDURES) < ends / 20  # interfaces of C and LAPACK
 
 
+def test_every_source_file_names_its_licence():
+    """SPDX-License-Identifier in the first lines, so that a single file can be told apart."""
+    tag = "SPDX-License-Identifier: GPL-3.0-or-later"
+    folders = ("fortran", "python", "tests")
+    kinds = (".f90", ".inc", ".py", ".in")
+    files = [f for name in folders for f in (ROOT / name).rglob("*") if f.suffix in kinds]
+    assert len(files) > 300
+    missing = [str(f) for f in files if tag not in "".join(f.open().readlines()[:3])]
+    assert not missing
+
+
 def test_folders_are_layers():
     """No folder depends on another that depends on it, directly or by way of others."""
     home = {module: source.file.parent for source in TREE for module in source.modules}

@@ -43,8 +43,7 @@ def test_groups_and_variables_are_those_of_the_engine(root):
         text = re.sub(r"&\s*\n\s*&?", "", file.read_text())
         for group, names in re.findall(r"namelist /(\w+)/ ([\w, ]+)", text):
             found[group] = {name.strip() for name in names.split(",")}
-    known = {name: set(variables()[name]) - {"edge_joints"} for name in engine_names("groups")}
-    assert found and known == {name: names - {"edge_joints"} for name, names in found.items()}
+    assert found and found == {name: set(variables()[name]) for name in engine_names("groups")}
 
 
 # --- Reading and writing -------------------------------------------------------------------------
@@ -205,10 +204,9 @@ def test_build_turns_groups_into_blocks():
     assert not any(is_made(group._name) for group in built.groups)
     blocks = built["block"]
     assert len(blocks) == 10 and blocks[0].name == "base" and blocks[1].name == "rock_1"
-    assert {name for block in blocks[1:] for name in block.edge_joints} == {"bedding", "cross"}
-    text = built.to_namelist(edge_joints=True)
-    assert Model.from_namelist(text) == built
-    assert "edge_joints" not in built.to_namelist()
+    joints = [block.edge_joints or {block.joint} for block in blocks[1:]]
+    assert set().union(*joints) == {"bedding", "cross"}
+    assert Model.from_namelist(built.to_namelist()) == built
     assert len(model["block"]) == 1  # the model itself is as it was
 
 
@@ -343,6 +341,18 @@ def test_groups_name_each_other_and_defaults():
 
 def test_report_of_a_model():
     assert "blocks" in str(small_slope().check())
+
+
+def test_edges_without_a_joint_have_the_first_of_the_model():
+    model = Model(time_step=1e-3, steps=1)
+    model.joint("first", 30.0)
+    model.joint("second", 30.0)
+    model.region(outline=[0, 0, 4, 0, 4, 4, 0, 4])
+    model.joint_line([0, 2, 4, 2.5], "second")
+    lower, upper = model.build()["block"]
+    assert (lower.joint, upper.joint) == ("second", "second")
+    assert lower.edge_joints == ("first", "first", "second", "first")
+    assert upper.edge_joints == ("second", "first", "first", "first")
 
 
 def test_groups_compare_by_value():

@@ -43,6 +43,11 @@ def test_nothing_accidental_is_in_the_package():
         sitedda.simulate  # noqa: B018
 
 
+def test_a_wheel_is_built_for_any_processor():
+    args = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["meson-python"]["args"]
+    assert "-Dnative_arch=false" in args["setup"]
+
+
 def test_the_package_says_that_it_is_typed():
     assert (Path(sitedda.__file__).parent / "py.typed").exists()
 

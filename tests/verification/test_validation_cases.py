@@ -19,6 +19,7 @@ def test_issue_5_is_covered():
     wanted = {
         "incline", "newmark", "shaking_base", "rocking_decay", "rocking_onset", "overturning",
         "bounce", "bars", "slip_joint", "rotation", "tilt", "toppling", "arch", "many_blocks",
-        "edge", "packing", "settlement", "damping", "cantilever",
+        "edge", "packing", "settlement", "damping", "cantilever", "supports",
+        "integration",
     }  # fmt: skip
     assert wanted <= set(CASES)

@@ -48,47 +48,22 @@ contains
       allocate (permuted(graph%n))
       permuted(order) = [(k, k=1, graph%n)]
       allocate (clusters%parent(graph%n), clusters%rows(graph%n))
-      call elimination_parents(graph, order, permuted, clusters%parent)
       call count_rows(graph, order, permuted, clusters%parent, clusters%rows)
       call gather_columns(graph%n, clusters)
       call number_fronts(graph%n, order, clusters, tree)
    end subroutine tree_of_fronts
 
-   !> Liu's algorithm with path compression.
-   pure subroutine elimination_parents(graph, order, permuted, parent)
+   !> The elimination tree, and the blocks in each column of the factor, the diagonal included: row
+   !> i of the factor is the part of the tree between i and its neighbours, and the top of each path
+   !> so walked is a child of i.
+   pure subroutine count_rows(graph, order, permuted, parent, rows)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       integer, intent(in) :: order(graph%n), permuted(graph%n)  !< permutation and its inverse
       integer, intent(out) :: parent(graph%n)  !< of each column, 0 for a root
-      integer :: ancestor(graph%n), i, j, e, above
-
-      ancestor = 0
-      parent = 0
-      do i = 1, graph%n
-         do e = graph%start(order(i)), graph%start(order(i) + 1) - 1
-            j = permuted(graph%neighbour(e))
-            if (j > i) cycle
-            do while (j /= i)
-               above = ancestor(j)
-               ancestor(j) = i
-               if (above == 0) then
-                  parent(j) = i
-                  exit
-               end if
-               j = above
-            end do
-         end do
-      end do
-   end subroutine elimination_parents
-
-   !> Blocks in each column of the factor, the diagonal included: row i of the factor is the part
-   !> of the elimination tree between i and its neighbours.
-   pure subroutine count_rows(graph, order, permuted, parent, rows)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
-      !> permutation, its inverse, tree
-      integer, intent(in) :: order(graph%n), permuted(graph%n), parent(graph%n)
       integer, intent(out) :: rows(graph%n)  !< of each column
       integer :: mark(graph%n), i, j, e
 
+      parent = 0
       rows = 1
       mark = 0
       do i = 1, graph%n
@@ -97,6 +72,7 @@ contains
             j = permuted(graph%neighbour(e))
             if (j > i) cycle
             do while (mark(j) /= i)
+               if (parent(j) == 0) parent(j) = i
                mark(j) = i
                rows(j) = rows(j) + 1
                j = parent(j)

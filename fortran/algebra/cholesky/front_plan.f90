@@ -10,6 +10,7 @@
 !> References: I. S. Duff, J. K. Reid, ACM TOMS 9 (1983) 302 (multifrontal);
 !> J. W. H. Liu, SIAM Review 34 (1992) 82.
 module dda_front_plan
+   use dda_growth, only: grow
    use dda_kinds, only: long, wp
    use dda_block_graph, only: block_graph_type
    use dda_counting_sort, only: counting_sort
@@ -98,35 +99,17 @@ contains
    end subroutine list_children
 
    !> Rows below each front: row i belongs to every front between it and its neighbours in the tree.
+   !> They are noted row by row, so that each list ascends.
    pure subroutine list_rows(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< of the block matrix
       !> index in the order; front of each index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
       type(front_plan_type), intent(inout) :: plan  !< being made
-      integer :: next(plan%fronts), pass
-
-      allocate (plan%row_start(plan%fronts + 1), source=0)
-      do pass = 1, 2
-         if (pass == 2) then
-            call accumulate(plan%row_start)
-            allocate (plan%row(plan%row_start(plan%fronts + 1) - 1))
-            next = plan%row_start(:plan%fronts)
-         end if
-         call walk_rows(graph, permuted, front_at, plan, next, counting=pass == 1)
-      end do
-   end subroutine list_rows
-
-   !> Count or note the rows of all fronts, row by row, so that each list ascends.
-   pure subroutine walk_rows(graph, permuted, front_at, plan, next, counting)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
-      !> index in the order; front of each index
-      integer, intent(in) :: permuted(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan  !< being made
-      integer, intent(inout) :: next(:)  !< [fronts] where the next row of each front goes
-      logical, intent(in) :: counting  !< count the rows, or note them
-      integer :: mark(plan%fronts), i, e, front
+      integer, allocatable :: of_front(:), row(:), order(:)
+      integer :: mark(plan%fronts), i, e, front, noted
 
       mark = 0
+      noted = 0
       do i = 1, plan%n
          mark(front_at(i)) = i
          do e = graph%start(plan%order(i)), graph%start(plan%order(i) + 1) - 1
@@ -134,17 +117,20 @@ contains
             front = front_at(permuted(graph%neighbour(e)))
             do while (mark(front) /= i)
                mark(front) = i
-               if (counting) then
-                  plan%row_start(front + 1) = plan%row_start(front + 1) + 1
-               else
-                  plan%row(next(front)) = i
-                  next(front) = next(front) + 1
-               end if
+               noted = noted + 1
+               call grow(of_front, noted)
+               call grow(row, noted)
+               of_front(noted) = front
+               row(noted) = i
                front = plan%parent(front)
             end do
          end do
       end do
-   end subroutine walk_rows
+      call grow(row, noted)
+      call grow(of_front, noted)
+      call counting_sort(plan%fronts, of_front(:noted), plan%row_start, order)
+      plan%row = row(order)
+   end subroutine list_rows
 
    !> Find each front's rows in its parent, and where they follow one another without a gap.
    pure subroutine relate_to_parents(plan)
@@ -240,10 +226,12 @@ contains
    end subroutine share_fronts
 
    !> Columns of the factor are stored front by front, in the order in which a solve reads them;
-   !> each task, and the root fronts, eliminate in a panel of their own.
+   !> each task, and the root fronts, eliminate in a panel of their own, as large as the largest of
+   !> their fronts needs.
    pure subroutine plan_panels(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
-      integer :: front, t
+      integer(long) :: largest
+      integer :: front, t, i
 
       allocate (plan%factor_start(plan%fronts + 1), plan%panel_start(plan%fronts))
       plan%factor_start(1) = 1
@@ -255,29 +243,17 @@ contains
          end associate
       end do
       plan%panel_size = 0
-      do t = 1, plan%sharing%tasks
-         call share_panel([(front, front=plan%sharing%first(t), plan%sharing%last(t))], plan)
+      do t = 1, plan%sharing%tasks + 1
+         largest = 0
+         do i = plan%sharing%start(t), plan%sharing%start(t + 1) - 1
+            front = plan%sharing%front(i)
+            plan%panel_start(front) = plan%panel_size + 1
+            largest = max(largest, 36*int(pivot_columns(plan, front), long) &
+               *(pivot_columns(plan, front) + rows_below(plan, front)))
+         end do
+         plan%panel_size = plan%panel_size + largest
       end do
-      call share_panel(plan%sharing%root_fronts, plan)
    end subroutine plan_panels
-
-   !> One panel for some fronts, as large as the largest of them needs.
-   pure subroutine share_panel(fronts, plan)
-      integer, intent(in) :: fronts(:)  !< those that one thread or team eliminates
-      type(front_plan_type), intent(inout) :: plan  !< being made
-      integer(long) :: largest
-      integer :: i
-
-      largest = 0
-      do i = 1, size(fronts)
-         associate (pivots => int(pivot_columns(plan, fronts(i)), long), below => rows_below(plan, &
-            fronts(i)))
-            plan%panel_start(fronts(i)) = plan%panel_size + 1
-            largest = max(largest, 36*pivots*(pivots + below))
-         end associate
-      end do
-      plan%panel_size = plan%panel_size + largest
-   end subroutine share_panel
 
    !> Most numbers in a front vector: pivot rows and rows below, each padded to whole packed panels.
    pure integer function longest_front_vector(plan)
@@ -289,7 +265,7 @@ contains
    !> Give each task, and the root fronts, a workspace of their own for updates.
    pure subroutine plan_updates(plan)
       type(front_plan_type), intent(inout) :: plan  !< being made
-      integer :: region(plan%fronts), level(plan%fronts), t, front
+      integer :: level(plan%fronts), t, front
 
       allocate (plan%update_start(plan%fronts))
       plan%update_size = 0
@@ -297,20 +273,17 @@ contains
          level(front) = 0
          if (plan%parent(front) > 0) level(front) = level(plan%parent(front)) + 1
       end do
-      region = 0
-      do t = 1, plan%sharing%tasks
-         region(plan%sharing%first(t):plan%sharing%last(t)) = t
-         call stack_updates([(front, front=plan%sharing%first(t), plan%sharing%last(t))], region, &
-            level, plan)
+      do t = 1, plan%sharing%tasks + 1
+         call stack_updates(plan%sharing%front(plan%sharing%start(t):plan%sharing%start(t + 1) &
+            - 1), level, plan)
       end do
-      call stack_updates(plan%sharing%root_fronts, region, level, plan)
    end subroutine plan_updates
 
-   !> Stack the updates of a region's fronts.  An update is made while those of the children still
-   !> live; odd and even levels of the tree therefore use two stacks, each last in, first out.
-   pure subroutine stack_updates(fronts, region, level, plan)
-      integer, intent(in) :: fronts(:)  !< a region's fronts, in postorder
-      integer, intent(in) :: region(:)  !< [fronts] region of each front of the tree
+   !> Stack the updates of a task's fronts, or of the root fronts.  An update is made while those of
+   !> the children still live; odd and even levels of the tree therefore use two stacks, each last
+   !> in, first out.
+   pure subroutine stack_updates(fronts, level, plan)
+      integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
       type(front_plan_type), intent(inout) :: plan  !< being made
       integer(long) :: height(0:1), peak(0:1)
@@ -322,8 +295,8 @@ contains
          associate (front => fronts(i), mine => mod(level(fronts(i)), 2))
             do c = plan%child_start(front), plan%child_start(front + 1) - 1
                child = plan%child(c)
-               if (region(child) == region(front)) height(1 - mine) = height(1 - mine) &
-                  - update_length(plan, child)
+               if (plan%sharing%is_root_front(child) .eqv. plan%sharing%is_root_front(front)) &
+                  height(1 - mine) = height(1 - mine) - update_length(plan, child)
             end do
             plan%update_start(front) = height(mine)
             height(mine) = height(mine) + update_length(plan, front)
@@ -398,16 +371,5 @@ contains
 
       update_length = 36*int(rows_below(plan, front), long)**2
    end function update_length
-
-   !> Turn counts kept one permuted late into starts.
-   pure subroutine accumulate(start)
-      integer, intent(inout) :: start(:)  !< [any+1] start(i+1) holds the count of i
-      integer :: i
-
-      start(1) = 1
-      do i = 2, size(start)
-         start(i) = start(i) + start(i - 1)
-      end do
-   end subroutine accumulate
 
 end module dda_front_plan

@@ -5,7 +5,7 @@
 !> panel by one thread: bits depend neither on threads nor on the other columns of a panel.
 module dda_low_rank_columns
    use dda_kinds, only: wp, sp
-   use dda_blas, only: sgemm
+   use dda_lapack, only: sgemm
    use dda_cholesky_single, only: factor_type
    use dda_front_plan, only: front_plan_type, longest_front_vector
    use dda_rank_one, only: rank_one_type, most_changes

@@ -9,7 +9,9 @@
 !> A. George, J. W. H. Liu, ACM TOMS 5 (1979) 284 (start vertex of Cuthill–McKee).
 module dda_ordering
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int32_t, c_null_ptr, c_ptr
+   use dda_kinds, only: wp
    use dda_block_graph, only: block_graph_type
+   use dda_sorting, only: ascending_order
    implicit none
    private
    public :: fill_order, bandwidth_order, minimum_degree_order, dissection_order
@@ -152,28 +154,12 @@ contains
             list(filled) = w
             mark(w) = mark(v) + 1
          end do
-         call sort_by_degree(graph, list(found:filled))
+         associate (met => list(found:filled))
+            met = met(ascending_order(real(degree(graph, met), wp)))
+         end associate
          head = head + 1
       end do
    end subroutine breadth_first
-
-   !> Insertion sort: a block has a handful of neighbours.
-   pure subroutine sort_by_degree(graph, list)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
-      integer, intent(inout) :: list(:)  !< vertices
-      integer :: i, j, moving
-
-      do i = 2, size(list)
-         moving = list(i)
-         j = i - 1
-         do while (j >= 1)
-            if (degree(graph, list(j)) <= degree(graph, moving)) exit
-            list(j + 1) = list(j)
-            j = j - 1
-         end do
-         list(j + 1) = moving
-      end do
-   end subroutine sort_by_degree
 
    !> Couplings of a block row.
    elemental integer function degree(graph, v)

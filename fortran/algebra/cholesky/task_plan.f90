@@ -5,6 +5,8 @@
 !> the number of threads: sums then run in the same order, and results agree to the last bit.
 module dda_task_plan
    use dda_kinds, only: wp
+   use dda_counting_sort, only: counting_sort
+   use dda_sorting, only: ascending_order
    implicit none
    private
    public :: task_plan_type, plan_tasks
@@ -12,9 +14,10 @@ module dda_task_plan
    !> Which fronts a thread may take alone, and which need all.
    type :: task_plan_type
       integer :: tasks = 0               !< independent ranges of fronts
-      integer, allocatable :: first(:)   !< [tasks] first front of each, the costliest task first
-      integer, allocatable :: last(:)    !< [tasks] last front of each
-      integer, allocatable :: root_fronts(:)     !< [any] fronts above the tasks, in postorder
+      !> [tasks+2] where the fronts of each task begin, the costliest task first; the last are the
+      !> fronts above the tasks
+      integer, allocatable :: start(:)
+      integer, allocatable :: front(:)   !< [fronts] task by task, each in postorder
       logical, allocatable :: is_root_front(:)  !< [fronts]
       logical :: is_shared = .false.     !< is there work for more than one thread?
    end type task_plan_type
@@ -42,7 +45,6 @@ contains
       plan%is_shared = sum(cost) >= worth_sharing
       if (plan%is_shared) limit = largest_share*sum(cost)
       plan%is_root_front = subtree > limit
-      plan%root_fronts = pack([(front, front=1, size(cost))], plan%is_root_front)
       call bind_tasks(parent, subtree, limit, plan)
    end subroutine plan_tasks
 
@@ -52,7 +54,9 @@ contains
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
       real(wp), intent(in) :: limit       !< most that a task may cost
       type(task_plan_type), intent(inout) :: plan  !< gets its tasks
-      integer :: first(size(parent)), last(size(parent)), front, begin
+      integer, dimension(size(parent)) :: first, last, task
+      integer :: front, begin, t
+      integer, allocatable :: costliest_first(:)
       real(wp) :: load(size(parent))
       logical :: open  ! the last task reaches up to the front before `begin`
 
@@ -75,9 +79,13 @@ contains
             begin = front + 1
          end if
       end do
-      plan%first = first(:plan%tasks)
-      plan%last = last(:plan%tasks)
-      call costliest_first(load(:plan%tasks), plan)
+      ! Threads that take the costliest tasks first finish together.
+      costliest_first = ascending_order(-load(:plan%tasks))
+      task = plan%tasks + 1
+      do t = 1, plan%tasks
+         task(first(costliest_first(t)):last(costliest_first(t))) = t
+      end do
+      call counting_sort(plan%tasks + 1, task, plan%start, plan%front)
 
    contains
 
@@ -89,21 +97,5 @@ contains
       end function is_task_root
 
    end subroutine bind_tasks
-
-   !> Threads that take the costliest tasks first finish together.
-   pure subroutine costliest_first(load, plan)
-      real(wp), intent(in) :: load(:)  !< [tasks] cost of each
-      type(task_plan_type), intent(inout) :: plan  !< its tasks are sorted
-      integer :: order(size(load)), i
-      logical :: listed(size(load))
-
-      listed = .false.
-      do i = 1, size(load)
-         order(i) = maxloc(load, 1, mask=.not. listed)
-         listed(order(i)) = .true.
-      end do
-      plan%first = plan%first(order)
-      plan%last = plan%last(order)
-   end subroutine costliest_first
 
 end module dda_task_plan

@@ -9,7 +9,7 @@ module dda_arnoldi
    use dda_text, only: to_text
    implicit none
    private
-   public :: operator_type, largest_pairs, irregular_vector
+   public :: operator_type, largest_pairs
 
    !> A symmetric linear operator.
    type, abstract :: operator_type

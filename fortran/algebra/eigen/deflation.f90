@@ -5,11 +5,11 @@
 !> orthonormal in the coordinates of the standard problem (`dda_mass_factor`).
 module dda_deflation
    use dda_kinds, only: wp
-   use dda_mass_factor, only: mass_factor_type, from_places
+   use dda_growth, only: grow
+   use dda_mass_factor, only: mass_factor_type, multiply_transposed
    implicit none
    private
-   public :: null_space_type, deflation_type, prepare_deflation, keep_vector, project_out, &
-      project_known
+   public :: null_space_type, deflation_type, prepare_deflation, keep_vector, project_out
 
    !> Null vectors of a stiffness matrix, mass-orthonormal, each on one group of block rows.
    type :: null_space_type
@@ -36,12 +36,11 @@ contains
       type(null_space_type), intent(in), optional :: known  !< in coordinates of the blocks
       integer :: i
 
-      allocate (deflation%vector(6*size(mass%g, 3), 0))
       if (.not. present(known)) return
       if (known%dimension == 0) return
       deflation%known = known
       do i = 1, 3
-         call from_places(mass, known%basis(:, i, :), deflation%known%basis(:, i, :))
+         call multiply_transposed(mass%g, known%basis(:, i, :), deflation%known%basis(:, i, :))
       end do
    end subroutine prepare_deflation
 
@@ -49,13 +48,8 @@ contains
    pure subroutine keep_vector(deflation, vector)
       type(deflation_type), intent(inout) :: deflation  !< gets one more
       real(wp), intent(in) :: vector(:)  !< [6n] of length 1
-      real(wp), allocatable :: larger(:,:)
 
-      if (deflation%kept == size(deflation%vector, 2)) then
-         allocate (larger(size(vector), 2*deflation%kept + 4))
-         larger(:, :deflation%kept) = deflation%vector(:, :deflation%kept)
-         call move_alloc(larger, deflation%vector)
-      end if
+      call grow(deflation%vector, size(vector), deflation%kept + 1)
       deflation%kept = deflation%kept + 1
       deflation%vector(:, deflation%kept) = vector
    end subroutine keep_vector

@@ -5,20 +5,20 @@
 !> LAPACK.
 module dda_eigen
    use dda_kinds, only: wp, long
-   use dda_arnoldi, only: operator_type, largest_pairs, irregular_vector
+   use dda_arnoldi, only: operator_type, largest_pairs
    use dda_cholesky_double, only: factor_type, analyse, factorise, solve
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_deflation, only: deflation_type, null_space_type, prepare_deflation, project_out, &
       keep_vector
    use dda_dense_eigen, only: symmetric_eigen
    use dda_errors, only: error_type, error_solver, fail
-   use dda_mass_factor, only: mass_factor_type, factor_mass, scale_matrix, to_places, from_places, &
-      apply_factor
+   use dda_mass_factor, only: mass_factor_type, factor_mass, scale_matrix, apply_factor, &
+      multiply_transposed
    use dda_text, only: to_text
    implicit none
    private
    public :: eigenpairs_type, largest_eigenvalue, lowest_eigenvalues, all_eigenvalues, &
-      suggested_tolerance
+      suggested_tolerance, select_pairs
    public :: shifted_inverse_type, prepare_inverse
 
    integer, parameter :: dense_blocks = 8          !< up to here LAPACK is asked
@@ -77,7 +77,7 @@ contains
 
       if (stiffness%n <= dense_blocks) then
          call all_eigenvalues(stiffness, mass, pairs, error)
-         if (.not. allocated(error)) call keep_range(pairs, pairs%n, pairs%n)
+         if (.not. allocated(error)) call select_pairs(pairs, [pairs%n])
          return
       end if
       call factor_mass(factor, mass, error)
@@ -101,7 +101,7 @@ contains
       type(null_space_type), intent(in), optional :: known  !< null vectors of K, left out
       type(shifted_inverse_type) :: operator
       real(wp), allocatable :: values(:), vectors(:,:)
-      integer :: left, wanted
+      integer :: left, wanted, i
 
       left = 6*stiffness%n
       if (present(known)) left = left - known%dimension
@@ -109,7 +109,7 @@ contains
       if (stiffness%n <= dense_blocks &
          .or. (wanted > left/2 .and. stiffness%n <= most_dense_blocks)) then
          call all_eigenvalues(stiffness, mass, pairs, error, known)
-         if (.not. allocated(error)) call keep_range(pairs, 1, min(wanted, pairs%n))
+         if (.not. allocated(error)) call select_pairs(pairs, [(i, i=1, min(wanted, pairs%n))])
          return
       else if (wanted > left/2) then
          call fail(error, error_solver, to_text(wanted)//' of '//to_text(left)// &
@@ -275,20 +275,20 @@ contains
       pairs%value = values
       allocate (pairs%vector(6, blocks, pairs%n))
       do i = 1, pairs%n
-         call to_places(factor, reshape(vectors(:, i), [6, blocks]), pairs%vector(:, :, i))
+         call multiply_transposed(factor%inverse, vectors(:, i), pairs%vector(:, :, i))
       end do
    end subroutine unscale
 
-   !> Keep only some of the pairs.
-   subroutine keep_range(pairs, first, last)
-      type(eigenpairs_type), intent(inout) :: pairs  !< shortened
-      integer, value :: first, last  !< copies: pairs%n itself may be given
+   !> Keep some of the pairs, in a given order.
+   pure subroutine select_pairs(pairs, order)
+      type(eigenpairs_type), intent(inout) :: pairs  !< sorted, shortened
+      integer, intent(in) :: order(:)  !< [any] which pairs
 
-      pairs%n = last - first + 1
-      pairs%value = pairs%value(first:last)
-      pairs%residual = pairs%residual(first:last)
-      pairs%vector = pairs%vector(:, :, first:last)
-   end subroutine keep_range
+      pairs%value = pairs%value(order)
+      pairs%residual = pairs%residual(order)
+      pairs%vector = pairs%vector(:, :, order)
+      pairs%n = size(order)
+   end subroutine select_pairs
 
    subroutine apply_scaled(self, x, y)
       class(scaled_stiffness_type), intent(inout) :: self  !< S
@@ -308,7 +308,7 @@ contains
       call project_out(self%deflation, clean)
       call apply_factor(self%mass, clean, self%force)
       call solve(self%factor, self%force, self%force)
-      call from_places(self%mass, self%force, y)
+      call multiply_transposed(self%mass%g, self%force, y)
       call project_out(self%deflation, y)
    end subroutine apply_inverse
 

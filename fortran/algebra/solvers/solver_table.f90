@@ -1,8 +1,7 @@
 !> The linear solvers by name.
 module dda_solver_table
    use dda_abstract_solver, only: linear_solver_type
-   use dda_banded_solver, only: banded_solver_type
-   use dda_direct_solver, only: direct_solver_type
+   use dda_factor_solver, only: factor_solver_type
    use dda_jacobi_solver, only: jacobi_solver_type
    use dda_lagged_solver, only: lagged_solver_type
    use dda_sor_solver, only: sor_solver_type
@@ -42,12 +41,10 @@ contains
          allocate (lagged_solver_type :: solver)
       case ('jacobi')
          allocate (jacobi_solver_type :: solver)
-      case ('banded')
-         allocate (banded_solver_type :: solver)
       case ('sor')
          allocate (sor_solver_type :: solver)
       case default
-         allocate (direct_solver_type :: solver)
+         allocate (factor_solver_type :: solver)
       end select
       solver%name = name
    end subroutine make_solver

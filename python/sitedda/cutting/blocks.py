@@ -43,6 +43,7 @@ _SLIVER_AREA = 1e-3  # of the mean area of the blocks
 _SLIVER_EDGE = 1e-3  # of its root
 _BYTES = 4000  # of memory that a block takes while it is cut
 MOST_CORNERS = 512  # of one block
+_MARGIN = 1.25  # of the estimate of crossings; the blocks themselves are counted afterwards
 _NAMED = 5  # places in a message
 _STRAIGHT = 1e-13  # of the size of the regions: corners closer to a straight line are left out
 _LEVEL = 1e-9  # of the size of the regions: corners closer in height are equally low
@@ -259,7 +260,7 @@ class _Cut:
         crossings = 0.5 * float(length @ sine @ length) / self.domain.area
         expected = crossings + len(joints) + len(self.regions)
         most = self.settings.most_blocks
-        if crossings > 2 * most:
+        if crossings > _MARGIN * most:
             raise InputError(
                 f"the joints would cross about {crossings:.2g} times and make as many blocks, more "
                 f"than most_blocks = {most}; choose larger spacings, or a smaller region"
@@ -276,6 +277,11 @@ class _Cut:
         network = split_segments(self.segments, self.labels, self.outline, self.tolerance)
         network, dead, loops = without_dead_ends(network)
         faces = trace_faces(network)
+        if len(faces.cycles) > self.settings.most_blocks:
+            raise InputError(
+                f"the joints make {len(faces.cycles)} blocks, more than most_blocks = "
+                f"{self.settings.most_blocks}; choose larger spacings, or a smaller region"
+            )
         network, faces = self._without_short_edges(network, faces)
         self._tell_loops(loops)
         polygons = _shapes(network, faces.cycles)

@@ -74,7 +74,7 @@ def _pulse(shape: str, period: float) -> tuple[np.ndarray, float]:
 
 def _width(shape: str) -> dict:
     """The change of input that a wide stack needs."""
-    return {"layers": {"width": _WIDE["width"]}} if shape.startswith("wide") else {}
+    return {"layers[*].width": _WIDE["width"]} if shape.startswith("wide") else {}
 
 
 def _changes(case: tuple) -> dict:
@@ -136,9 +136,10 @@ def _exact(case: tuple, point: str, steps: int) -> np.ndarray:
 
 def _slopes(values: np.ndarray, spacing: float) -> np.ndarray:
     """Velocity at the samples of a displacement as the engine takes it: differences of fourth
-    order, of second order next to the ends and at them."""
+    order, of second order next to the ends; at rest at both ends."""
     slope = np.gradient(values, spacing, edge_order=2)
     slope[2:-2] = (values[:-4] - 8 * values[1:-3] + 8 * values[3:-1] - values[4:]) / (12 * spacing)
+    slope[[0, -1]] = 0.0
     return slope
 
 

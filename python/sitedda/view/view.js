@@ -343,8 +343,8 @@
         const dx = bx - ax, dy = by - ay;
         out[0] = Math.max(out[0], Math.abs(nx * dy - ny * dx));
         out[1] = Math.max(out[1], nx * dx + ny * dy);
-        out[2 + 2 * end] = 0.5 * (ax + bx);
-        out[3 + 2 * end] = 0.5 * (ay + by);
+        out[2 + 2 * end] = ax;
+        out[3 + 2 * end] = ay;
       }
       return out;
     }
@@ -860,7 +860,7 @@
         words.push(`${this.model.frames.toLocaleString("en")} of `
           + `${m.all_frames.toLocaleString("en")} frames are in this file, to keep it small.`);
       }
-      if (m.coarse) words.push("Quantities are rounded to 1/255 of their largest value.");
+      if (m.coarse) words.push("Velocities and stresses are coarse here, places are not.");
       if (m.no_forces) words.push(`Without ${m.no_forces}.`.replace("contact forces would",
         "contact forces: they would"));
       this.note.textContent = words.filter(Boolean).join(" ");

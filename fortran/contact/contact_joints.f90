@@ -1,0 +1,147 @@
+!> The joint material of each contact, from the edges that touch.
+!>
+!> Each edge of a block names a joint.  A contact lies on the edge touched, and on that of the two
+!> edges at its vertex which is more nearly parallel to it; of the joints of these two edges the
+!> weaker one governs (`weaker_joint`).  Where both edges at the vertex make the same angle with the
+!> edge touched, the weakest of the three joints governs.  Neither the order of the blocks nor which
+!> of two faces gives the vertex enters: two faces that touch are each other's nearest parallel.
+!>
+!> A closed contact keeps its joint, as part of its history, until other edges are clearly in touch:
+!>
+!> - while it is bonded;
+!> - on the other edge at the vertex, until the angle of that edge is more than twice that of the
+!>   nearer one: a block that rocks on a corner changes its joint once, when it topples;
+!> - on the neighbour of the edge touched, while the vertex is within the corner that the two edges
+!>   share: so far as it slides, within twice the penetration; so far as it sticks and has moved by
+!>   elastic shear alone, within the size of the corner.
+!>
+!> A vertex that slides on therefore takes the joint of the new edge; one that only vibrates about
+!> the end of an edge, or whose vertex–vertex test chooses now one edge and now the other, does not
+!> change it.  An edge that continues another one straight on is touched where it holds the foot.
+module dda_contact_joints
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type, contact_open, contact_stick
+   use dda_detection, only: detection_type, tolerance_of
+   use dda_entrance, only: choice_type, project
+   use dda_friction, only: laws_type, weaker_joint
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   implicit none
+   private
+   public :: set_joints
+
+   real(wp), parameter :: same_angle = 1.0e-6_wp  !< sines that differ by less are equal
+   real(wp), parameter :: straight = 0.9986_wp    !< cosine of 3°
+
+contains
+
+   !> Set the joints of all contacts; `joint` comes as that of the history, 0 where there is none.
+   subroutine set_joints(contacts, blocks, laws, detection)
+      type(contacts_type), intent(inout) :: contacts  !< with history
+      type(blocks_type), intent(in) :: blocks         !< present geometry
+      type(laws_type), intent(in) :: laws             !< strengths of the joint materials
+      type(detection_type), intent(in) :: detection   !< penetrations and sizes of corners
+      integer :: p
+
+      if (contacts%n < parallel_from) then
+         call set_joints_range(contacts, blocks, laws, detection, 1, contacts%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         call set_joints_range(contacts, blocks, laws, detection, first_of(p, contacts%n), &
+            last_of(p, contacts%n))
+      end do
+   end subroutine set_joints
+
+   !> The joints of some contacts: where all edges of both blocks name one joint, no edge is sought.
+   pure subroutine set_joints_range(contacts, blocks, laws, detection, first, last)
+      type(contacts_type), intent(inout) :: contacts  !< with history
+      type(blocks_type), intent(in) :: blocks         !< present geometry
+      type(laws_type), intent(in) :: laws             !< strengths of the joint materials
+      type(detection_type), intent(in) :: detection   !< penetrations and sizes of corners
+      integer, intent(in) :: first, last              !< contacts
+      integer :: c
+
+      do c = first, last
+         if (blocks%mixed(contacts%block_v(c)) .or. blocks%mixed(contacts%block_e(c))) then
+            contacts%joint(c) = joint_of(contacts, c, blocks, laws, detection)
+         else
+            contacts%joint(c) = weaker_joint(laws, blocks%joint(contacts%vertex(c)), &
+               blocks%joint(contacts%edge(c)))
+         end if
+      end do
+   end subroutine set_joints_range
+
+   !> The joint of a contact, from the edges in touch and its history.
+   pure integer function joint_of(contacts, c, blocks, laws, detection) result(joint)
+      type(contacts_type), intent(in) :: contacts    !< with history
+      integer, intent(in) :: c                       !< contact
+      type(blocks_type), intent(in) :: blocks        !< present geometry
+      type(laws_type), intent(in) :: laws            !< strengths of the joint materials
+      type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
+      integer :: touched(2), own(2), kept, i, k, n_touched, n_own
+      real(wp) :: sine(2)
+
+      kept = contacts%joint(c)
+      call list_touched(contacts, c, blocks, detection, touched, n_touched)
+      call list_own(contacts, c, blocks, own, sine)
+      joint = weaker_joint(laws, blocks%joint(touched(1)), blocks%joint(own(1)))
+      if (sine(2) - sine(1) <= same_angle) joint = weaker_joint(laws, joint, blocks%joint(own(2)))
+      if (kept == 0 .or. contacts%state(c) == contact_open) return
+      n_own = merge(2, 1, sine(2) <= 2*sine(1) + same_angle)
+      if (contacts%bonded(c)) joint = kept
+      do i = 1, n_touched
+         do k = 1, n_own
+            if (weaker_joint(laws, blocks%joint(touched(i)), blocks%joint(own(k))) == kept) &
+               joint = kept
+         end do
+      end do
+   end function joint_of
+
+   !> The edge touched, and its neighbour if the vertex is within the corner that they share.
+   pure subroutine list_touched(contacts, c, blocks, detection, edge, n)
+      type(contacts_type), intent(in) :: contacts    !< with history
+      integer, intent(in) :: c                       !< contact
+      type(blocks_type), intent(in) :: blocks        !< present geometry
+      type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
+      integer, intent(out) :: edge(2)                !< the first is touched
+      integer, intent(out) :: n                      !< 2 if the second may be so
+      type(choice_type) :: choice
+      real(wp) :: size
+      integer :: corner
+
+      call project(blocks, contacts%vertex(c), contacts%edge(c), choice)
+      edge = [choice%edge, blocks%previous(choice%edge)]
+      corner = choice%edge
+      if (choice%past_end) corner = blocks%next(choice%edge)
+      if (choice%past_end) edge(2) = corner
+      if (choice%overshoot > 0.0_wp) then
+         if (dot_product(blocks%along(:, edge(1)), blocks%along(:, edge(2))) > straight) &
+            edge = edge([2, 1])
+      end if
+      size = tolerance_of(detection, choice%vertex, corner)
+      if (contacts%state(c) == contact_stick) &
+         size = min(detection%corner(choice%vertex), detection%corner(corner))
+      n = merge(2, 1, abs(choice%overshoot) <= size)
+   end subroutine list_touched
+
+   !> The two edges at the vertex, the one more nearly parallel to the edge touched first.
+   pure subroutine list_own(contacts, c, blocks, edge, sine)
+      type(contacts_type), intent(in) :: contacts  !< with geometry
+      integer, intent(in) :: c                     !< contact
+      type(blocks_type), intent(in) :: blocks      !< present geometry
+      integer, intent(out) :: edge(2)              !< named by their first vertices
+      real(wp), intent(out) :: sine(2)             !< of their angles with the edge touched, ≥ 0
+      integer :: k
+
+      edge = [contacts%vertex(c), blocks%previous(contacts%vertex(c))]
+      do k = 1, 2
+         sine(k) = abs(dot_product(contacts%normal(:, c), blocks%along(:, edge(k))))
+      end do
+      if (sine(2) >= sine(1)) return
+      edge = edge([2, 1])
+      sine = sine([2, 1])
+   end subroutine list_own
+
+end module dda_contact_joints

@@ -1,0 +1,195 @@
+!> The joint of a contact: from both edges, whichever block gives the vertex, and from its history.
+module test_contact_joints
+   use dda_kinds, only: wp, pi
+   use dda_blocks, only: update_geometry
+   use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
+   use dda_contact_joints, only: set_joints
+   use dda_friction, only: laws_type, set_laws, weaker_joint
+   use dda_material, only: joint_type
+   use dda_simulation, only: simulation_type
+   use models, only: begin, block_text, contact_text, control_text, rectangle, rock, turned
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: contact_joints_suite
+
+   !> A wrong edge would give the weak joint, or one that is too strong.
+   character(len=*), parameter :: joints = " &joint name = 'weak' friction_angle = 5.0 /"// &
+      " &joint name = 'base' friction_angle = 20.0 / &joint name = 'side' friction_angle = 40.0 /"// &
+      " &joint name = 'floor' friction_angle = 50.0 / &joint name = 'next' friction_angle = 10.0 /"
+   integer, parameter :: weak = 1, base = 2, side = 3, floor = 4, next = 5
+   integer, parameter :: contact_vertex = 6, lower_edge = 4  !< of `tilted` and `end_of_edge`
+
+contains
+
+   subroutine contact_joints_suite()
+      call weaker()
+      call faces()
+      call corner_between_edges()
+      call toppling()
+      call end_of_edge()
+   end subroutine contact_joints_suite
+
+   !> Friction, then cohesion, then tensile strength, then the number; both ways round.
+   subroutine weaker()
+      type(laws_type) :: laws
+      type(joint_type) :: list(6)
+      integer :: i, j
+
+      call case('the weaker of two')
+      list%friction_angle = [10.0_wp, 20.0_wp, 20.0_wp, 20.0_wp, 20.0_wp, 30.0_wp]
+      list%cohesion = [9.0_wp, 1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp, 0.0_wp]
+      list%tensile_strength = [9.0_wp, 9.0_wp, 3.0_wp, 4.0_wp, 4.0_wp, 0.0_wp]
+      call set_laws(laws, list, 1.0e9_wp, 2.5_wp)
+      do i = 1, 6
+         do j = 1, 6
+            call check(weaker_joint(laws, i, j) == min(i, j), 'the first of the two')
+         end do
+      end do
+   end subroutine weaker
+
+   !> All contacts of two faces have the weaker joint of these faces, at any inclination, with
+   !> either block first and with vertices of either.
+   subroutine faces()
+      type(simulation_type) :: simulation
+      character(len=:), allocatable :: lower, upper
+      real(wp), parameter :: shift(5) = [0.0_wp, 0.3_wp, -0.4_wp, 0.001_wp, -0.001_wp]
+      real(wp) :: left, angle
+      integer :: i, k
+
+      call case('faces')
+      do i = 0, 6
+         angle = 0.45_wp*i
+         do k = 1, 5
+            left = shift(k)
+            lower = block_text('lower', turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
+               "edge_joints = 'weak', 'weak', 'floor', 'weak'")
+            upper = block_text('upper', turned(rectangle(left, 1.0_wp, left + 2.0_wp, 2.0_wp), &
+               angle), "joint = 'weak' edge_joints = 'side'")
+            call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')// &
+               rock//joints//lower//upper)
+            associate (contacts => simulation%contacts(simulation%now))
+               call check(contacts%n == 2 .and. all(contacts%joint(:contacts%n) == side), &
+                  'the joint of the faces')
+            end associate
+            call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')// &
+               rock//joints//upper//lower)
+            associate (contacts => simulation%contacts(simulation%now))
+               call check(contacts%n == 2 .and. all(contacts%joint(:contacts%n) == side), &
+                  'in the other order')
+            end associate
+         end do
+      end do
+   end subroutine faces
+
+   !> A block over a floor of three edges, two of them in line, with one contact between the block's
+   !> lower left corner and the edge `lower_edge`.
+   subroutine tilted(simulation, contacts)
+      type(simulation_type), intent(out) :: simulation
+      type(contacts_type), intent(out) :: contacts
+
+      call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')//rock// &
+         joints//block_text('floor', reshape([-9.0_wp, -1.0_wp, 9.0_wp, -1.0_wp, 9.0_wp, 0.0_wp, &
+         0.0_wp, 0.0_wp, -9.0_wp, 0.0_wp], [2, 5]), &
+         "edge_joints = 'weak', 'weak', 'next', 'floor', 'weak'")// &
+         block_text('block', rectangle(-5.0_wp, 0.0_wp, -4.0_wp, 1.0_wp), &
+         "edge_joints = 'base', 'weak', 'weak', 'side'"))
+      call reserve(contacts, 1)
+      contacts%n = 1
+      contacts%vertex(1) = contact_vertex
+      contacts%edge(1) = lower_edge
+      contacts%block_v(1) = 2
+      contacts%block_e(1) = 1
+      contacts%normal(:, 1) = [0.0_wp, 1.0_wp]
+      contacts%state(1) = contact_stick
+      simulation%detection%depth = 0.0_wp
+   end subroutine tilted
+
+   !> Joint of the contact with the block turned by an angle.
+   integer function joint_at(simulation, contacts, degrees) result(joint)
+      type(simulation_type), intent(inout) :: simulation
+      type(contacts_type), intent(inout) :: contacts
+      real(wp), intent(in) :: degrees
+
+      simulation%blocks%position(3, 2) = degrees*pi/180.0_wp
+      call update_geometry(simulation%blocks)
+      call set_joints(contacts, simulation%blocks, simulation%laws, simulation%detection)
+      joint = contacts%joint(1)
+   end function joint_at
+
+   !> Without history the nearer parallel counts; both where neither is.
+   subroutine corner_between_edges()
+      type(simulation_type) :: simulation
+      type(contacts_type) :: contacts
+      integer :: i, k
+
+      call case('a corner between two edges')
+      call tilted(simulation, contacts)
+      do k = 1, 2
+         do i = -80, -10, 5
+            contacts%joint(1) = merge(0, merge(base, side, i < -45), k == 1)
+            contacts%state(1) = merge(contact_stick, contact_open, k == 1)
+            call check(joint_at(simulation, contacts, real(i, wp)) == merge(side, base, i < -45), &
+               'the edge more nearly parallel')
+         end do
+      end do
+   end subroutine corner_between_edges
+
+   !> A block that rocks on its corner keeps its joint until sin(90° − α) < sin(α)/2, on the way back
+   !> likewise; a bonded one keeps it.
+   subroutine toppling()
+      type(simulation_type) :: simulation
+      type(contacts_type) :: contacts
+      real(wp) :: limit
+      integer :: i
+
+      call case('toppling')
+      limit = atan(2.0_wp)*180.0_wp/pi
+      call tilted(simulation, contacts)
+      contacts%joint(1) = base
+      do i = 1, 89
+         call check(joint_at(simulation, contacts, -real(i, wp)) == merge(base, side, i < limit), &
+            'falls on its side')
+      end do
+      do i = 89, 1, -1
+         call check(joint_at(simulation, contacts, -real(i, wp)) == merge(side, base, i > 90 - limit), &
+            'stands up again')
+      end do
+      contacts%bonded(1) = .true.
+      call check(joint_at(simulation, contacts, -85.0_wp) == base, 'a bond keeps its joint')
+   end subroutine toppling
+
+   !> The vertex passes from the edge `floor` to the next one, `next`, and back: it changes its joint
+   !> where it is twice the penetration beyond the end if it slides, a corner's size if it sticks.
+   subroutine end_of_edge()
+      type(simulation_type) :: simulation
+      type(contacts_type) :: contacts
+      real(wp), parameter :: depth = 1.0e-4_wp
+      real(wp) :: x, tolerance
+      integer :: i, pass, way, expected
+
+      call case('the end of an edge')
+      do pass = 1, 2
+         call tilted(simulation, contacts)
+         simulation%detection%depth(contact_vertex) = depth
+         contacts%state(1) = merge(contact_slide, contact_stick, pass == 1)
+         tolerance = merge(2*depth, simulation%detection%corner(contact_vertex), pass == 1)
+         call check(tolerance <= simulation%detection%corner(contact_vertex), 'inside the corner')
+         contacts%joint(1) = base
+         do way = 1, -1, -2
+            do i = -99, 99, 2
+               x = way*i*tolerance/20.0_wp
+               simulation%blocks%position(1, 2) = x + 0.5_wp - simulation%model%origin(1)
+               contacts%edge(1) = merge(lower_edge, lower_edge - 1, x <= 0.0_wp)
+               ! Where the edge that it has left is still listed, it counts like the other one.
+               if (modulo(i, 4) == 1 .and. abs(x) < 0.5_wp) contacts%edge(1) = lower_edge
+               expected = merge(base, next, way*x <= tolerance .eqv. way == 1)
+               call check(joint_at(simulation, contacts, 0.0_wp) == expected, &
+                  'one change on the way')
+            end do
+         end do
+      end do
+      call check_close(simulation%blocks%length(lower_edge), 9.0_wp, 'the edges in line')
+   end subroutine end_of_edge
+
+end module test_contact_joints

@@ -1,0 +1,415 @@
+!> Elements: the energy of supports, first velocities, and a kind of elements that only this tester
+!> knows, from the pattern of K̂ to the transfer function.
+module test_elements
+   use dda_kinds, only: wp, pi
+   use bolts, only: bolt_type, put_bolts
+   use dda_block_matrix, only: entry_of
+   use dda_blocks, only: update_geometry
+   use dda_elements, only: match_velocities, update_stored
+   use dda_energy, only: balance, energy_type, energy_geometric, energy_damping, energy_input, &
+      energy_kinetic, total_energy, turnover
+   use dda_energy_budget, only: start_energy_budget
+   use dda_errors, only: error_type
+   use dda_kinematics, only: kinetic_energy
+   use dda_linear_model, only: linear_model_type, linearise
+   use dda_linear_terms, only: at_end, at_theta
+   use dda_modes, only: find_modes, modes_type
+   use dda_scheme, only: scheme_type
+   use dda_scheme_response, only: amplification_roots, steady_type, steady_weights
+   use dda_simulation, only: next_step, simulation_type
+   use dda_start, only: set_rates
+   use dda_time_step, only: advance
+   use dda_transfer, only: prepare_transfer, transfer_at, transfer_type
+   use eigenvalues, only: distance_of, roots_of
+   use models, only: begin, block_text, contact_text, control_text, joint_text, number, random, &
+      random_vector, rectangle, rock, run, sow
+   use testing, only: case, check, check_close, check_no_error
+   implicit none
+   private
+   public :: elements_suite
+
+   character(len=*), parameter :: members(5) = [character(len=40) :: "integration = 'dda'", &
+      "integration = 'midpoint'", "integration = 'theta'", "integration = 'theta' theta = 0.55", &
+      "integration = 'backward_euler'"]
+   real(wp), parameter :: chi(5) = [0.5_wp, 0.5_wp, 0.75_wp, 0.55_wp, 1.0_wp]
+   real(wp), parameter :: theta(5) = [1.0_wp, 0.5_wp, 0.75_wp, 0.55_wp, 1.0_wp]
+   real(wp), parameter :: mass = 2500.0_wp
+
+contains
+
+   subroutine elements_suite()
+      integer :: i
+
+      call sow(45)
+      do i = 1, size(members)
+         call supports_at_rest(members(i))
+         call moved_supports(members(i))
+         call first_velocities(members(i), chi(i))
+         call static_stretch(members(i))
+         call bolted_pair(i, 0.0_wp)
+         call bolted_pair(i, 4.0e3_wp)
+         call bolts_and_contacts(members(i))
+         call bolted_transfer(i)
+      end do
+      call linear_solvers()
+      call bolted_modes()
+   end subroutine elements_suite
+
+   !> One block of 1 m × 1 m on supports of stiffness `stiffness` at some places.
+   subroutine begin_supported(simulation, member, stiffness, places, more)
+      type(simulation_type), intent(out) :: simulation
+      character(len=*), intent(in) :: member   !< in &control
+      real(wp), intent(in) :: stiffness        !< N/m
+      real(wp), intent(in) :: places(:,:)      !< [2,points] m
+      character(len=*), intent(in) :: more     !< in each &fixed_point and before them
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = ''
+      do i = 1, size(places, 2)
+         text = text//' &fixed_point x = '//number(places(1, i))//' y = '//number(places(2, i))
+         if (more /= '') text = text//" motion_x = 'm' motion_y = 'm'"
+         text = text//' /'
+      end do
+      call begin(simulation, control_text(1.0e-3_wp, 100, trim(member)// &
+         ' max_displacement_ratio = 0.1')//contact_text(stiffness, 'fixed_point_ratio = 1.0')// &
+         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//rock//more//block_text('b', rectangle(-0.5_wp, &
+         -0.5_wp, 0.5_wp, 0.5_wp))//text)
+   end subroutine begin_supported
+
+   !> From any place and velocity, at any Ω, the energy never grows and the budget closes.
+   subroutine supports_at_rest(member)
+      character(len=*), intent(in) :: member
+      real(wp), parameter :: centroid(2, 1) = 0.0_wp
+      type(simulation_type) :: simulation
+      type(energy_type) :: before
+      real(wp) :: growth, worst, turn
+      integer :: i, k
+
+      call case('supports at rest, '//trim(member))
+      growth = 0.0_wp
+      worst = 0.0_wp
+      do i = 1, 20
+         turn = 10.0_wp**random(-1.0_wp, 4.0_wp)
+         call begin_supported(simulation, member, mass*turn**2/1.0e-3_wp**2, centroid, '')
+         associate (blocks => simulation%blocks, energy => simulation%energy)
+            blocks%position(1:2, 1) = 1.0e-3_wp*random_vector(2)
+            blocks%velocity(1:2, 1) = min(turn, 10.0_wp)*random_vector(2)
+            call update_geometry(blocks)
+            call start_energy_budget(energy, blocks, simulation%contacts(simulation%now), &
+               simulation%laws, simulation%elements, next_step(simulation))
+            do k = 1, 20
+               before = energy
+               call run(simulation, 1)
+               growth = max(growth, (total_energy(energy) - total_energy(before)) &
+                  /total_energy(before))
+               worst = max(worst, abs(balance(energy))/turnover(energy))
+            end do
+         end associate
+      end do
+      call check(growth <= 1.0e-14_wp, 'it never grows: '//number(growth))
+      call check(worst <= 1.0e-12_wp, 'the budget closes: '//number(worst))
+   end subroutine supports_at_rest
+
+   !> Input, stored energy and losses of supports that move close.
+   subroutine moved_supports(member)
+      character(len=*), intent(in) :: member
+      type(simulation_type) :: simulation
+      character(len=:), allocatable :: motion
+      real(wp) :: worst, u
+      integer :: i, k
+
+      call case('moved supports, '//trim(member))
+      worst = 0.0_wp
+      do i = 1, 6
+         motion = " &motion name = 'm' quantity = 'displacement' time_step = 7.0e-3 values = 0.0"
+         u = 0.0_wp
+         do k = 1, 8
+            u = u + random(-1.0e-3_wp, 1.0e-3_wp)
+            motion = motion//' '//number(u)
+         end do
+         call begin_supported(simulation, member, 10.0_wp**(4 + i), reshape([0.0_wp, 0.0_wp], &
+            [2, 1]), motion//' /')
+         do k = 1, 60
+            call run(simulation, 1)
+            worst = max(worst, abs(balance(simulation%energy))/turnover(simulation%energy))
+         end do
+         call check(abs(simulation%energy%value(energy_input)) > 0.0_wp, 'it works')
+      end do
+      call check(worst <= 1.0e-10_wp, 'the budget closes: '//number(worst))
+   end subroutine moved_supports
+
+   !> A support takes a first velocity as a plastic impact on a mass W = (1 − χ)² k Δt² does:
+   !> v' = M v/(M + W) at the centroid; more supports never add energy.
+   subroutine first_velocities(member, chi)
+      character(len=*), intent(in) :: member
+      real(wp), intent(in) :: chi
+      real(wp), parameter :: stiffness(4) = [1.0e-3_wp, 1.0e6_wp, 1.0e9_wp, 1.0e16_wp]
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+      type(energy_type) :: energy
+      real(wp) :: rates(6, 1), after(6), weight, before
+      integer :: i
+
+      call case('first velocities, '//trim(member))
+      do i = 1, size(stiffness)
+         call begin_supported(simulation, member, stiffness(i), reshape([0.0_wp, 0.0_wp], [2, 1]), &
+            '')
+         rates(:, 1) = random_vector(6)
+         call set_rates(simulation, rates, error)
+         call check_no_error(error, 'rates')
+         weight = (1.0_wp - chi)**2*stiffness(i)*1.0e-3_wp**2
+         after = rates(:, 1)
+         after(1:2) = mass/(mass + weight)*after(1:2)
+         call check_close(simulation%blocks%velocity(:, 1), after, 'plastic impact', &
+            relative=1.0e-12_wp)
+         call begin_supported(simulation, member, stiffness(i), reshape([-0.4_wp, -0.3_wp, 0.4_wp, &
+            -0.2_wp, 0.1_wp, 0.45_wp], [2, 3]), '')
+         simulation%blocks%velocity = rates
+         before = kinetic_energy(simulation%blocks)
+         call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
+         call update_stored(simulation%elements, simulation%blocks, next_step(simulation), energy)
+         energy%value(energy_kinetic) = kinetic_energy(simulation%blocks)
+         call check(total_energy(energy) <= before*(1.0_wp + 1.0e-13_wp), 'no energy is gained')
+         if (i == 1 .or. chi == 1.0_wp) call check_close(simulation%blocks%velocity, rates, &
+            'a soft support leaves it alone', relative=1.0e-9_wp)
+         if (i == 4 .and. chi < 0.9_wp) call check(total_energy(energy) < 0.9_wp*before, &
+            'a stiff one does not')
+      end do
+   end subroutine first_velocities
+
+   !> Two blocks 1 m apart in x.
+   subroutine begin_pair(simulation, member, dt, more)
+      type(simulation_type), intent(out) :: simulation
+      character(len=*), intent(in) :: member, more
+      real(wp), intent(in) :: dt
+
+      call begin(simulation, control_text(dt, 1000, trim(member)// &
+         ' max_displacement_ratio = 0.1')//contact_text(1.0e9_wp, '')// &
+         joint_text(20.0_wp, 0.0_wp, 0.0_wp)//rock// &
+         block_text('a', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))// &
+         block_text('b', rectangle(2.0_wp, 0.0_wp, 3.0_wp, 1.0_wp))//more)
+   end subroutine begin_pair
+
+   !> A load on a bolt stretches it by F/k.
+   subroutine static_stretch(member)
+      character(len=*), intent(in) :: member
+      type(simulation_type) :: simulation
+      type(bolt_type) :: bolt
+      real(wp), parameter :: force = 1.0e4_wp
+      real(wp) :: first
+      integer :: entry
+
+      call case('static stretch, '//trim(member))
+      if (index(member, 'dda') + index(member, 'backward') == 0) return  ! no static steps
+      call begin_pair(simulation, trim(member)//' dynamic_factor = 0.0', 10.0_wp, &
+         ' &fixed_point x = 0.1 y = 0.1 / &fixed_point x = 0.1 y = 0.9 / &load x = 2.5 y = 0.5'// &
+         ' time = 0.0 1.0e9 force_x = 2*'//number(force)//' /')
+      bolt%reference(:, 1) = [0.4_wp, 0.0_wp]
+      bolt%reference(:, 2) = [-0.4_wp, 0.0_wp]
+      bolt%stiffness = 1.0e8_wp
+      call put_bolts(simulation, [bolt])
+      first = end_distance()
+      call run(simulation, 40)
+      call check_close(end_distance() - first, force/bolt%stiffness, 'F/k', relative=1.0e-9_wp)
+      entry = entry_of(simulation%system%matrix, 1, 2)
+      call check(entry > 0, 'K̂ couples blocks that do not touch')
+      if (entry > 0) call check_close(simulation%system%matrix%lower(1, 1, entry), &
+         -bolt%stiffness, 'by its stiffness', relative=1.0e-4_wp)
+
+   contains
+
+      !> From the end in block 1 to the one in block 2, m.
+      real(wp) function end_distance()
+         associate (q => simulation%blocks%position)
+            end_distance = q(1, 2) - 0.4_wp*(1.0_wp + q(4, 2)) - q(1, 1) - 0.4_wp*(1.0_wp + q(4, 1))
+         end associate
+      end function end_distance
+   end subroutine static_stretch
+
+   !> Two free blocks on a bolt between their centroids are one oscillator: its amplification matrix
+   !> against the roots of the scheme, with the dashpot against the recursion written down anew.
+   subroutine bolted_pair(member, viscosity)
+      integer, intent(in) :: member
+      real(wp), intent(in) :: viscosity  !< N s/m
+      real(wp), parameter :: turns(5) = [0.05_wp, 0.5_wp, 3.0_wp, 50.0_wp, 1.0e3_wp]
+      real(wp), parameter :: dt = 1.0e-2_wp
+      type(simulation_type) :: simulation
+      type(bolt_type) :: bolt
+      real(wp) :: matrix(2, 2), expected(2, 2), x, v, d, drag, wanted
+      integer :: i, column, entry
+
+      call case('two blocks on a bolt, '//trim(members(member)))
+      do i = 1, size(turns)
+         bolt%viscosity = viscosity
+         bolt%stiffness = 0.5_wp*mass*(turns(i)/dt)**2
+         drag = 2.0_wp*viscosity*dt/mass
+         do column = 1, 2
+            call begin_pair(simulation, members(member), dt, '')
+            call put_bolts(simulation, [bolt])
+            x = merge(1.0e-3_wp/max(1.0_wp, turns(i)), 0.0_wp, column == 1)
+            v = merge(1.0e-3_wp, 0.0_wp, column == 2)
+            simulation%blocks%position(1, :) = simulation%blocks%position(1, :) + 0.5_wp*x*[1, -1]
+            simulation%blocks%velocity(1, :) = 0.5_wp*v/dt*[1, -1]
+            call update_geometry(simulation%blocks)
+            call run(simulation, 1)
+            associate (q => simulation%blocks%position)
+               matrix(:, column) = [turns(i)*(q(1, 1) - q(1, 2) + 2.0_wp), &
+                  dt*(simulation%blocks%velocity(1, 1) - simulation%blocks%velocity(1, 2))] &
+                  /merge(turns(i)*x, v, column == 1)
+            end associate
+            associate (theta => theta(member), chi => chi(member), square => turns(i)**2)
+               x = merge(1.0_wp/turns(i), 0.0_wp, column == 1)
+               v = merge(1.0_wp, 0.0_wp, column == 2)
+               wanted = (v - square*(x + theta*(1.0_wp - chi)*v) - drag*(1.0_wp - chi)*v) &
+                  /(1.0_wp + theta*chi*square + drag*chi)
+               d = (1.0_wp - chi)*v + chi*wanted
+               expected(:, column) = [turns(i)*(x + d), wanted]
+            end associate
+         end do
+         call check_close(distance_of(roots_of(matrix), roots_of(expected)), 0.0_wp, 'roots', &
+            absolute=1.0e-7_wp)
+         if (viscosity == 0.0_wp) call check_close(distance_of(roots_of(matrix), &
+            amplification_roots(scheme_type(theta(member), chi(member)), turns(i), 1.0_wp)), &
+            0.0_wp, 'roots of the scheme', absolute=1.0e-7_wp)
+         entry = entry_of(simulation%system%matrix, 1, 2)
+         call check_close(simulation%system%matrix%lower(1, 1, entry), &
+            -theta(member)*bolt%stiffness - viscosity/dt, 'coupling', relative=1.0e-12_wp)
+      end do
+   end subroutine bolted_pair
+
+   !> Six blocks fall on a floor and on each other, tied by bolts that skip a block: states change,
+   !> the line search works, and the budget closes.
+   subroutine bolts_and_contacts(member)
+      character(len=*), intent(in) :: member
+      type(simulation_type) :: simulation
+      real(wp) :: worst
+      integer :: i
+
+      call case('bolts and contacts, '//trim(member))
+      call begin_heap(simulation, trim(member))
+      worst = 0.0_wp
+      do i = 1, 150
+         call run(simulation, 1)
+         worst = max(worst, abs(balance(simulation%energy))/turnover(simulation%energy))
+      end do
+      call check(worst <= 1.0e-8_wp, 'the budget closes: '//number(worst))
+      call check(simulation%counters%most_iterations > 3, 'states change')
+      call check(simulation%energy%value(energy_damping) > 0.0_wp, 'dashpots take energy')
+   end subroutine bolts_and_contacts
+
+   !> Blocks above a floor, each bolted to the next but one.
+   subroutine begin_heap(simulation, control)
+      type(simulation_type), intent(out) :: simulation
+      character(len=*), intent(in) :: control
+      type(bolt_type) :: bolt(5)
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: text
+      real(wp) :: rates(6, 7)
+      real(wp) :: left
+      integer :: i
+
+      text = control_text(2.0e-3_wp, 1000, 'gravity = 0.0 -9.81 max_displacement_ratio = 0.02 '// &
+         control)//contact_text(1.0e9_wp, '')//joint_text(30.0_wp, 0.0_wp, 0.0_wp)//rock// &
+         block_text('floor', rectangle(-3.0_wp, -1.0_wp, 3.0_wp, 0.0_wp))// &
+         ' &fixed_point x = -2.0 y = -0.5 / &fixed_point x = 2.0 y = -0.5 /'
+      do i = 1, 6
+         left = -0.5_wp + 0.1_wp*modulo(i, 3)
+         text = text//block_text('b', rectangle(left, 0.51_wp*i - 0.505_wp, left + 1.0_wp, &
+            0.51_wp*i - 0.005_wp))
+      end do
+      call begin(simulation, text)
+      rates = 0.0_wp
+      rates(2, 2:) = -1.0_wp
+      call set_rates(simulation, rates, error)
+      do i = 1, size(bolt)
+         bolt(i) = bolt_type([i, i + 2], reshape([0.2_wp, 0.1_wp, -0.3_wp, 0.0_wp], [2, 2]), &
+            [0.6_wp, 0.8_wp], 1.0e7_wp*i, 2.0e4_wp, 0.0_wp, merge(at_end, at_theta, i == 3))
+      end do
+      call put_bolts(simulation, bolt)
+   end subroutine begin_heap
+
+   !> All solvers give the same increments.
+   subroutine linear_solvers()
+      character(len=*), parameter :: names(6) = [character(len=6) :: 'direct', 'lagged', 'jacobi', &
+         'banded', 'sor', 'auto']
+      type(simulation_type) :: simulation
+      real(wp), allocatable :: first(:,:), moved(:,:)
+      integer :: i
+
+      call case('linear solvers')
+      do i = 1, size(names)
+         call begin_heap(simulation, "solver = '"//trim(names(i))//"'")
+         first = simulation%blocks%position
+         call run(simulation, 30)
+         if (i == 1) moved = simulation%blocks%position - first
+         call check_close(simulation%blocks%position - first, moved, trim(names(i)), &
+            relative=1.0e-9_wp)
+      end do
+   end subroutine linear_solvers
+
+   !> The lowest mode with stiffness of two free blocks on a bolt.
+   subroutine bolted_modes()
+      type(simulation_type) :: simulation
+      type(linear_model_type) :: linear
+      type(modes_type) :: modes
+      type(error_type), allocatable :: error
+      type(bolt_type) :: bolt
+
+      call case('modes of two blocks on a bolt')
+      call begin_pair(simulation, '', 1.0e-3_wp, '')
+      bolt%stiffness = 1.0e6_wp
+      call put_bolts(simulation, [bolt])
+      call linearise(linear, simulation, 'closed', error)
+      call check_no_error(error, 'linearise')
+      call find_modes(linear, 1, modes, error)
+      call check_no_error(error, 'modes')
+      call check_close(modes%omega(1), sqrt(2.0_wp*bolt%stiffness/mass), 'ω = √(2k/m)', &
+         relative=1.0e-9_wp)
+      call check(modes%rigid + modes%mechanisms == 5, 'all other rigid motions are free')
+   end subroutine bolted_modes
+
+   !> A block on a bolt to one that supports move: H = (k + w_c c)/(k + w_c c + w_m m), with the
+   !> spring at the end of the step w_e k in place of k.  A bolt is no support.
+   subroutine bolted_transfer(member)
+      integer, intent(in) :: member
+      real(wp), parameter :: dt = 4.0e-3_wp
+      type(simulation_type) :: simulation
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(error_type), allocatable :: error
+      type(steady_type) :: weights
+      type(bolt_type) :: bolt
+      complex(wp) :: pull, expected
+      real(wp) :: frequency
+      integer :: i, instant
+
+      call case('transfer function over a bolt, '//trim(members(member)))
+      do instant = at_theta, at_end
+         call begin_pair(simulation, members(member), dt, ' &fixed_point x = 0.1 y = 0.1 /'// &
+            ' &fixed_point x = 0.1 y = 0.9 / &fixed_point x = 0.9 y = 0.1 /'// &
+            " &fixed_point x = 2.5 y = 0.0 direction = 'y' /"// &
+            " &fixed_point x = 2.5 y = 1.0 direction = 'y' /"// &
+            " &measured_point name = 'a' x = 0.5 y = 0.5 /"// &
+            " &measured_point name = 'b' x = 2.5 y = 0.5 /")
+         bolt = bolt_type(block=[2, 1], stiffness=4.0e7_wp, viscosity=5.0e4_wp, instant=instant)
+         call put_bolts(simulation, [bolt])
+         call linearise(linear, simulation, 'closed', error)
+         call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 60.0_wp, error)
+         call check_no_error(error, 'transfer')
+         if (allocated(error)) return
+         call check(index(transfer%words, 'all fixed points move together') == 1, &
+            'only fixed points are supports')
+         do i = 1, 12
+            frequency = 5.0_wp*i
+            weights = steady_weights(linear%scheme, 2*pi*frequency, dt, 1.0_wp)
+            pull = bolt%stiffness*merge((1.0_wp, 0.0_wp), weights%end_stiffness, &
+               instant == at_theta) + bolt%viscosity*weights%mean_dashpot
+            expected = pull/(pull + mass*weights%inertia)
+            call check_close(abs(transfer_at(transfer, frequency) - expected), 0.0_wp, 'H', &
+               absolute=1.0e-8_wp*abs(expected))
+         end do
+      end do
+   end subroutine bolted_transfer
+
+end module test_elements
