@@ -33,8 +33,7 @@ contains
          + contact_columns*contacts
    end function frame_size
 
-   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity,
-   !> acceleration.
+   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity, acceleration.
    pure subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample

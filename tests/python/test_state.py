@@ -10,6 +10,7 @@ REMADE = {
         "model": "the input",
         "detection": "the input",
         "laws": "the input",
+        "scheme": "the input, by the stage",
         "history": "where old contacts are: made in each step",
     },
     ("model", "blocks_type"): {
