@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Set up everything on a Debian or Ubuntu machine, then run the main job or the tests.
 
 usage: python3 python/start.py site    the paper's layered site under a real earthquake

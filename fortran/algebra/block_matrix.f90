@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The symmetric matrix of DDA: one row of 6×6 blocks for each rock block (paper eq. 7).
 !>
 !> Only the diagonal blocks and the strictly lower blocks are kept, as contiguous 6×6

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Sorting by small integer keys, in linear time.
 module dda_counting_sort
    implicit none

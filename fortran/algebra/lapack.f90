@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Explicit interfaces of the BLAS and LAPACK routines in use.
 module dda_lapack
    use dda_kinds, only: sp, wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Sums in a fixed order: the same bits whatever the number of threads.
 !>
 !> Long loops are cut into pieces of fixed size, which threads take.  Short ones must not even open

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Changes of a symmetric matrix of 6×6 blocks, each a term k u uᵀ that enters or leaves,
 !> with a u of two blocks.
 module dda_rank_one

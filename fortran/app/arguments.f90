@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The command line of the native executable.
 module dda_arguments
    use dda_errors, only: error_type, error_input, fail

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The commands of the native executable.
 module dda_driver
    use dda_arguments, only: arguments_type, resume_command, usage

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> sitedda-native: run an input without Python.
 program sitedda_native
    use dda_arguments, only: arguments_type, read_arguments

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lines for the terminal or the log of a batch job, each visible at once and in the order in which
 !> things happen.
 module dda_messages

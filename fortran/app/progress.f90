@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Progress lines for a log file: share done, time left.
 module dda_progress
    use dda_kinds, only: wp, long

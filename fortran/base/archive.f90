@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Serialisation of a state: one list of calls both writes it to bytes and reads it back.
 !>
 !> `serialise` writes a value or an array while the archive is being written, and reads it while the

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> CRC-64 of bytes, as xz computes it (polynomial of ECMA-182, reflected): finds every burst of
 !> errors up to 64 bits.
 module dda_checksum

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Failure as a value: the library never stops its host.
 !>
 !> A procedure that can fail takes `type(error_type), allocatable, intent(out) :: error`;

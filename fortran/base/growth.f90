@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Allocatable arrays that grow: contents are kept, new elements are zero.
 !>
 !> `grow` does nothing if the array is large enough; else the array at least doubles, so that

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Number kinds and mathematical constants.
 module dda_kinds
    use, intrinsic :: iso_fortran_env, only: int64, real32, real64

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Rate limiter for a side task, such as writing a checkpoint: the pause after it is proportional to
 !> its cost, so that it takes a bounded share of the run time.
 module dda_rate_limiter

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Insertion sort, stable: for short lists, such as the crossings of an edge.
 module dda_sorting
    use dda_kinds, only: wp

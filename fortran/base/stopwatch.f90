@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Time spent in each phase of the steps; off unless it is asked for.
 module dda_stopwatch
    use, intrinsic :: iso_fortran_env, only: int64

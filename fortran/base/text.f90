@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Numbers and names as text, for messages.
 module dda_text
    use dda_kinds, only: wp, long

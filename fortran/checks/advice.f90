@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The inverse questions: which time step gives a wanted damping, which penalty a wanted first
 !> frequency.
 module dda_advice
@@ -30,10 +31,10 @@ contains
 
    !> First frequency with stiffness, Hz, at a penalty; all springs and fixed points scale with it.
    subroutine first_frequency(linear, normal_stiffness, frequency, error)
-      type(linear_model_type), intent(inout) :: linear
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< N/m per metre of thickness
-      real(wp), intent(out) :: frequency
-      type(error_type), allocatable, intent(out) :: error
+      real(wp), intent(out) :: frequency  !< Hz
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(eigenpairs_type) :: pairs
       integer :: rigid, mechanisms
 
@@ -55,9 +56,9 @@ contains
    !> proportion to 1/k: three stiff penalties and a parabola through them; the stiffest one alone
    !> where rounding leaves no parabola.
    subroutine stiff_limit(linear, frequency, error)
-      type(linear_model_type), intent(inout) :: linear
-      real(wp), intent(out) :: frequency
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      real(wp), intent(out) :: frequency  !< Hz
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: stiffest = 1.0e3_wp  !< of the modulus of the blocks × 1 m
       real(wp) :: f(3), softness(3), limit
       integer :: i
@@ -76,10 +77,10 @@ contains
    !> The penalty that keeps the first frequency within a percentage of its limit for k → ∞, or of a
    !> given frequency.
    subroutine penalty_for_shift(linear, percent, penalty, error, reference)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: percent                 !< above 0, below 100
-      type(penalty_type), intent(out) :: penalty
-      type(error_type), allocatable, intent(out) :: error
+      type(penalty_type), intent(out) :: penalty  !< a normal stiffness and what it gives
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), intent(in), optional :: reference     !< Hz; default: the limit
       type(linear_model_type) :: work
       real(wp) :: from
@@ -102,10 +103,10 @@ contains
    !> The penalty that makes the first frequency match a target (the paper's Avdat calibration,
    !> §3.2).
    subroutine penalty_for_frequency(linear, target, penalty, error)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: target  !< Hz
-      type(penalty_type), intent(out) :: penalty
-      type(error_type), allocatable, intent(out) :: error
+      type(penalty_type), intent(out) :: penalty  !< a normal stiffness and what it gives
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: work
 
       if (.not. target > 0.0_wp) then
@@ -139,10 +140,10 @@ contains
    !> Root of 1/f² − 1/target² over s = 1/k, where it is almost a straight line: bracket, then
    !> regula falsi with the Illinois weight.
    subroutine find_root(work, first_guess, penalty, error)
-      type(linear_model_type), intent(inout) :: work
+      type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
-      type(penalty_type), intent(inout) :: penalty
-      type(error_type), allocatable, intent(out) :: error
+      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and what it gives
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: s(2), g(2), new_s, new_g
       integer :: i, last
       logical :: bracketed
@@ -176,12 +177,12 @@ contains
 
    !> g < 0 at s(1), stiffer than wanted, and g > 0 at s(2), softer.
    subroutine bracket_root(work, first_guess, penalty, s, g, bracketed, error)
-      type(linear_model_type), intent(inout) :: work
+      type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess
-      type(penalty_type), intent(inout) :: penalty
+      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and what it gives
       real(wp), intent(out) :: s(2), g(2)
       logical, intent(out) :: bracketed
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: stride = 8.0_wp
       real(wp) :: new_s, new_g
       integer :: i, side
@@ -204,11 +205,11 @@ contains
 
    !> How far 1/f² at k = 1/s is from that of the target.
    subroutine miss(work, s, penalty, g, error)
-      type(linear_model_type), intent(inout) :: work
+      type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: s
-      type(penalty_type), intent(inout) :: penalty
+      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and what it gives
       real(wp), intent(out) :: g
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       g = 0.0_wp
       call first_frequency(work, 1.0_wp/s, penalty%frequency, error)

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The band of frequencies in which the motions of a run have their energy.
 module dda_check_band
    use dda_kinds, only: wp
@@ -21,8 +22,8 @@ contains
 
    !> The band that holds the bands of all motions.
    subroutine significant_band(motions, band)
-      type(motion_type), intent(in) :: motions(:)
-      type(band_type), intent(out) :: band
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(band_type), intent(out) :: band  !< Hz, of the motions
       type(band_type) :: own
       integer :: i
 
@@ -36,8 +37,8 @@ contains
    end subroutine significant_band
 
    subroutine band_of(motion, band)
-      type(motion_type), intent(in) :: motion
-      type(band_type), intent(out) :: band
+      type(motion_type), intent(in) :: motion  !< prescribed motion
+      type(band_type), intent(out) :: band  !< Hz, of the motions
       real(wp), allocatable :: frequency(:)
       complex(wp), allocatable :: spectrum(:)
       type(error_type), allocatable :: error

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The check report: what a run will meet, line by line, before it is started.
 !>
 !> Each line gives a verdict, a number with its limit, where the limit comes from, and what to
@@ -48,8 +49,10 @@ contains
 
    !> Append a line.
    subroutine add_line(report, verdict, what, found, source, advice)
-      type(report_type), intent(inout) :: report
-      integer, intent(in) :: verdict
+      type(report_type), intent(inout) :: report  !< check report
+      integer, intent(in) :: verdict  !< verdict_ok …
+      !> what was looked at; number and limit; where the limit comes from; what to change, blank if
+      !> nothing
       character(len=*), intent(in) :: what, found, source, advice
 
       report%n = report%n + 1
@@ -59,8 +62,8 @@ contains
 
    !> An advice where one is needed, else blank.
    pure function advice_if(needed, advice) result(text)
-      logical, intent(in) :: needed
-      character(len=*), intent(in) :: advice
+      logical, intent(in) :: needed  !< the advice is
+      character(len=*), intent(in) :: advice  !< what to change, blank if nothing
       character(len=:), allocatable :: text
 
       text = ''
@@ -85,7 +88,7 @@ contains
 
    !> The report for a screen.
    pure function report_text(report) result(text)
-      type(report_type), intent(in) :: report
+      type(report_type), intent(in) :: report  !< check report
       character(len=:), allocatable :: text
       integer :: i
 

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The checks of a started simulation, each a line of the report or two.
 module dda_check_simulation
    use dda_kinds, only: wp, long, pi
@@ -32,9 +33,9 @@ contains
 
    !> Check a started simulation; it stays as it is.
    subroutine check_simulation(simulation, report, error)
-      type(simulation_type), intent(in) :: simulation
-      type(report_type), intent(out) :: report
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(report_type), intent(out) :: report  !< check report
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: linear
 
       call linearise(linear, simulation, 'auto', error)
@@ -53,8 +54,8 @@ contains
    end subroutine check_simulation
 
    subroutine measure_blocks(blocks, report)
-      type(blocks_type), intent(in) :: blocks
-      type(report_type), intent(inout) :: report
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(report_type), intent(inout) :: report  !< check report
       real(wp) :: side, density
       integer :: b
 
@@ -72,8 +73,8 @@ contains
    end subroutine measure_blocks
 
    subroutine check_contacts(linear, report)
-      type(linear_model_type), intent(in) :: linear
-      type(report_type), intent(inout) :: report
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: settled
 
       settled = ''
@@ -89,8 +90,8 @@ contains
 
    !> ω_max, and Δt against 4/ω_max.
    subroutine check_highest(linear, report)
-      type(linear_model_type), intent(in) :: linear
-      type(report_type), intent(inout) :: report
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
       real(wp) :: limit
       logical :: resolved
@@ -121,8 +122,8 @@ contains
    !> How long velocities that change their sign every step last: warned of where it is longer than
    !> a period of the first mode.
    subroutine check_ringing(linear, report)
-      type(linear_model_type), intent(in) :: linear
-      type(report_type), intent(inout) :: report
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
       type(ringing_type) :: ringing
       type(error_type), allocatable :: error
 
@@ -139,8 +140,8 @@ contains
 
    !> The lowest modes, and whether the time step lets the first one swing.
    subroutine check_modes(linear, report)
-      type(linear_model_type), intent(in) :: linear
-      type(report_type), intent(inout) :: report
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
       character(len=:), allocatable :: list
       integer :: i
@@ -174,9 +175,9 @@ contains
 
    !> Penalty against the stiffness of the blocks, and what it does to the first frequency.
    subroutine check_penalty(simulation, linear, report)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(inout) :: linear  !< comes back as it was
-      type(report_type), intent(inout) :: report
+      type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
       real(wp) :: ratio, limit
       character(len=:), allocatable :: found
@@ -207,9 +208,9 @@ contains
    !> Not so soft that blocks sink into each other, not so stiff that the rounding of places is a
    !> force.
    subroutine check_penalty_bounds(simulation, linear, report)
-      type(simulation_type), intent(in) :: simulation
-      type(linear_model_type), intent(in) :: linear
-      type(report_type), intent(inout) :: report
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
       real(wp), parameter :: deepest = 0.01_wp, noisiest = 1.0e-3_wp
       real(wp) :: depth, noise, weight
 
@@ -229,8 +230,8 @@ contains
    !> About the same from one mode: where joints hold a share s of its energy, ω² is 1 − s of the
    !> stiff limit's.
    pure real(wp) function shift_by_energy(linear, modes) result(shift)
-      type(linear_model_type), intent(in) :: linear
-      type(modes_type), intent(in) :: modes
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(modes_type), intent(in) :: modes  !< lowest modes
       type(energy_share_type) :: energy
 
       energy = energy_of(linear, modes%shape(:, :, 1))
@@ -239,8 +240,8 @@ contains
 
    !> Blocks against wave lengths, Δt against crossing times.
    subroutine check_resolution(time_step, report)
-      real(wp), intent(in) :: time_step
-      type(report_type), intent(inout) :: report
+      real(wp), intent(in) :: time_step  !< s
+      type(report_type), intent(inout) :: report  !< check report
       real(wp) :: crossing(2), eta, period
 
       crossing = report%block_size(1)/[report%speed(2), report%speed(1)]
@@ -263,8 +264,8 @@ contains
 
    !> Damping ratio of the scheme at the first mode and over the band of the record.
    subroutine check_damping(linear, report)
-      type(linear_model_type), intent(in) :: linear
-      type(report_type), intent(inout) :: report
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
       real(wp) :: first
       logical :: followed
       character(len=:), allocatable :: found, advice
@@ -293,8 +294,8 @@ contains
 
    !> Damping ratio over a band, %; the part at or beyond the Nyquist frequency has none.
    pure function damping_over(band, linear) result(text)
-      type(band_type), intent(in) :: band
-      type(linear_model_type), intent(in) :: linear
+      type(band_type), intent(in) :: band  !< Hz, of the motions
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       character(len=:), allocatable :: text
       character(len=:), allocatable :: beyond
       real(wp) :: nyquist  ! Hz
@@ -317,16 +318,16 @@ contains
 
    !> Damping ratio of the scheme in steady vibration at a frequency.
    pure real(wp) function damping_at(linear, frequency)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
 
       damping_at = forced_damping(linear%scheme, 2.0_wp*pi*frequency, linear%time_step)
    end function damping_at
 
    subroutine check_cost(simulation, linear, report)
-      type(simulation_type), intent(in) :: simulation
-      type(linear_model_type), intent(in) :: linear
-      type(report_type), intent(inout) :: report
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
 
       real(wp) :: seconds
       character(len=:), allocatable :: found
@@ -346,7 +347,7 @@ contains
    !> Time of a step, s, from a few steps of a copy; 0 for models where that takes long, or if they
    !> fail.
    real(wp) function seconds_per_step(simulation) result(seconds)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(simulation_type), allocatable :: copy
       type(error_type), allocatable :: error
       integer(long) :: begun, now, rate

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The linearised model of a simulation: mass, elasticity, and the springs of closed contacts and
 !> fixed points, without inertia in the stiffness.
 !>
@@ -73,10 +74,10 @@ contains
 
    !> Linearise a started simulation; it stays as it is.
    subroutine linearise(linear, simulation, which, error)
-      type(linear_model_type), intent(out) :: linear
-      type(simulation_type), intent(in) :: simulation
+      type(linear_model_type), intent(out) :: linear  !< linearised model
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=*), intent(in) :: which  !< contacts: 'closed', 'present', 'settled' or 'auto'
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(simulation_type) :: settled
       type(error_type), allocatable :: unrest  ! in the words of the equilibrium
 
@@ -100,9 +101,9 @@ contains
 
    !> Mass, stiffness and terms of a simulation as it stands.
    subroutine build(linear, simulation, all_closed)
-      type(linear_model_type), intent(inout) :: linear
-      type(simulation_type), intent(in) :: simulation
-      logical, intent(in) :: all_closed
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
       integer :: p
 
       associate (model => simulation%model, blocks => simulation%blocks)
@@ -133,8 +134,8 @@ contains
 
    !> What the run has and static equilibrium leaves out: integration, motions, elements.
    subroutine restore_run(linear, simulation)
-      type(linear_model_type), intent(inout) :: linear
-      type(simulation_type), intent(in) :: simulation
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_terms_type) :: terms
       integer :: i
 
@@ -151,10 +152,10 @@ contains
 
    !> The springs of closed contacts.
    subroutine add_contacts(linear, simulation, contacts, all_closed)
-      type(linear_model_type), intent(inout) :: linear
-      type(simulation_type), intent(in) :: simulation
-      type(contacts_type), intent(in) :: contacts
-      logical, intent(in) :: all_closed
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
       type(linear_term_type) :: term
       real(wp) :: reach
       integer :: c, state
@@ -187,8 +188,8 @@ contains
 
    !> Append the normal or shear spring of a contact.
    subroutine add_spring(linear, term, kind, stiffness, row_v, row_e)
-      type(linear_model_type), intent(inout) :: linear
-      type(linear_term_type), intent(inout) :: term
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      type(linear_term_type), intent(inout) :: term  !< one of the list
       integer, intent(in) :: kind           !< term_normal or term_shear
       real(wp), intent(in) :: stiffness     !< N/m per metre of thickness
       real(wp), intent(in) :: row_v(6), row_e(6)
@@ -202,7 +203,7 @@ contains
 
    !> Another normal stiffness; shear springs and supports keep their ratios to it.
    subroutine set_penalty(linear, normal_stiffness)
-      type(linear_model_type), intent(inout) :: linear
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< k_n, N/m per metre of thickness
 
       call scale_penalty(linear%terms, normal_stiffness/linear%normal_stiffness)
@@ -211,7 +212,7 @@ contains
    end subroutine set_penalty
 
    subroutine assemble_stiffness(linear)
-      type(linear_model_type), intent(inout) :: linear
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
       integer :: b
 
       linear%stiffness%lower = 0.0_wp
@@ -224,7 +225,7 @@ contains
 
    !> Where the energy of a motion is (its Rayleigh quotient, split).
    pure function energy_of(linear, x) result(energy)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:)  !< [6,n]
       type(energy_share_type) :: energy
       integer :: i
@@ -246,8 +247,8 @@ contains
    end function energy_of
 
    pure subroutine add_share(energy, kind, holder, part)
-      type(energy_share_type), intent(inout) :: energy
-      integer, intent(in) :: kind, holder
+      type(energy_share_type), intent(inout) :: energy  !< J per metre of thickness
+      integer, intent(in) :: kind, holder  !< of term; number of the term or block
       real(wp), intent(in) :: part
 
       energy%share(kind) = energy%share(kind) + part
@@ -257,7 +258,7 @@ contains
 
    !> A block by number and name.
    pure function block_label(linear, b) result(label)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: b  !< number of the block
       character(len=:), allocatable :: label
 
@@ -267,7 +268,7 @@ contains
 
    !> A term by its kind, blocks and place.
    pure function term_label(linear, i) result(label)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: i  !< number of the term
       character(len=:), allocatable :: label
 

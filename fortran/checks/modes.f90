@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The lowest modes of a linearised model: frequencies, shapes, what base motion excites them, and
 !> what the time integration makes of them.
 module dda_modes
@@ -41,10 +42,10 @@ contains
 
    !> The `count` lowest modes that have stiffness; fewer if there are fewer.
    subroutine find_modes(linear, count, modes, error)
-      type(linear_model_type), intent(in) :: linear
-      integer, intent(in) :: count
-      type(modes_type), intent(out) :: modes
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      integer, intent(in) :: count  !< how many
+      type(modes_type), intent(out) :: modes  !< lowest modes
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(eigenpairs_type) :: pairs
       integer :: i
 
@@ -69,7 +70,7 @@ contains
    !> Γ = φᵀMr for r = a unit translation of all blocks, which is how rigid supports carry the
    !> model.
    pure function participation_of(linear, shape) result(participation)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: shape(:,:)  !< [6,n]
       real(wp) :: participation(2)
       integer :: b
@@ -83,11 +84,12 @@ contains
    !> Lowest eigenpairs with stiffness.  Their values are taken anew from the energies of springs
    !> and strains, where nothing cancels, so a motion without stiffness shows as one.
    subroutine find_elastic(linear, count, pairs, rigid, mechanisms, error)
-      type(linear_model_type), intent(in) :: linear
-      integer, intent(in) :: count
-      type(eigenpairs_type), intent(out) :: pairs
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      integer, intent(in) :: count  !< how many
+      type(eigenpairs_type), intent(out) :: pairs  !< eigenvalues and vectors
+      !> motions of loose parts; further motions without stiffness
       integer, intent(out) :: rigid, mechanisms
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(null_space_type) :: free
       integer, parameter :: most_mechanisms = 100
       integer :: wanted, found, i
@@ -111,8 +113,8 @@ contains
 
    !> ω² = Σ k (stretch)² + strain energies of each mass-normalised vector, sorted.
    subroutine take_energies(linear, pairs, mechanisms)
-      type(linear_model_type), intent(in) :: linear
-      type(eigenpairs_type), intent(inout) :: pairs
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(eigenpairs_type), intent(inout) :: pairs  !< eigenvalues and vectors
       integer, intent(out) :: mechanisms  !< how many have none
       type(energy_share_type) :: energy
       real(wp) :: limit
@@ -129,7 +131,7 @@ contains
 
    !> Scale of ω_max²: the largest stiffness of a block over its mass.
    pure real(wp) function scale_of(linear) result(scale)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       integer :: b, i
 
       scale = 0.0_wp
@@ -141,9 +143,9 @@ contains
    end function scale_of
 
    subroutine put_in_words(linear, wanted, modes)
-      type(linear_model_type), intent(in) :: linear
-      integer, intent(in) :: wanted
-      type(modes_type), intent(inout) :: modes
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      integer, intent(in) :: wanted  !< how many
+      type(modes_type), intent(inout) :: modes  !< lowest modes
 
       modes%words = to_text(linear%closed)//' contacts are closed'
       if (linear%closed == 0) modes%words = 'no contact is closed: each block stands alone'

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The highest frequency of a model: what Δt < 4/ω_max (paper eq. 13) asks for.
 !>
 !> ω_max by ARPACK is a Ritz value, at most the true one.  The bracket needs no iteration: with K_ii
@@ -48,9 +49,9 @@ contains
 
    !> ω_max with its bracket and what governs it.
    subroutine find_omega_max(linear, result, error, tolerance)
-      type(linear_model_type), intent(in) :: linear
-      type(omega_max_type), intent(out) :: result
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(omega_max_type), intent(out) :: result  !< highest frequency
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       !> of the relative residual; default: what the size affords
       real(wp), intent(in), optional :: tolerance
       type(eigenpairs_type) :: pairs
@@ -77,9 +78,9 @@ contains
 
    !> Bounds from each block alone.
    subroutine find_bracket(linear, bracket, error)
-      type(linear_model_type), intent(in) :: linear
-      type(bracket_type), intent(out) :: bracket
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(bracket_type), intent(out) :: bracket  !< bounds of ω_max, rad/s
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: upper(:,:,:)
 
       call largest_of_blocks(linear%stiffness%diagonal, linear%mass, bracket%lower, &
@@ -92,7 +93,7 @@ contains
 
    !> 2 K_ii^coupling + K_ii^elastic + K_ii^ground
    subroutine upper_blocks(linear, upper)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: upper(:,:,:)  !< [6,6,n]
       integer :: b, i, j
 
@@ -115,8 +116,8 @@ contains
    subroutine largest_of_blocks(k, m, omega, block, error)
       real(wp), intent(in) :: k(:,:,:), m(:,:,:)  !< [6,6,n]
       real(wp), intent(out) :: omega              !< rad/s
-      integer, intent(out) :: block
-      type(error_type), allocatable, intent(out) :: error
+      integer, intent(out) :: block  !< 6×6 block of a matrix
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: values(6), vectors(6, 6), largest
       integer :: b
 
@@ -137,8 +138,8 @@ contains
    !> The kind that holds most of the energy of the highest mode, and the spring or block of that
    !> kind that holds the most.
    subroutine name_governing(linear, result)
-      type(linear_model_type), intent(in) :: linear
-      type(omega_max_type), intent(inout) :: result
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(omega_max_type), intent(inout) :: result  !< highest frequency
       integer :: holder
 
       result%kind = maxloc(result%energy%share, 1)
@@ -154,8 +155,8 @@ contains
    end subroutine name_governing
 
    subroutine put_in_words(linear, result)
-      type(linear_model_type), intent(in) :: linear
-      type(omega_max_type), intent(inout) :: result
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(omega_max_type), intent(inout) :: result  !< highest frequency
       integer :: kind
 
       associate (energy => result%energy)
@@ -174,8 +175,8 @@ contains
 
    !> A value outside its bracket cannot be an eigenvalue: never pass it off.
    subroutine check_bracket(result, error)
-      type(omega_max_type), intent(in) :: result
-      type(error_type), allocatable, intent(out) :: error
+      type(omega_max_type), intent(in) :: result  !< highest frequency
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: slack
 
       slack = result%residual + 1.0e-10_wp
@@ -187,14 +188,14 @@ contains
    end subroutine check_bracket
 
    pure function bracket_text(bracket) result(text)
-      type(bracket_type), intent(in) :: bracket
+      type(bracket_type), intent(in) :: bracket  !< bounds of ω_max, rad/s
       character(len=:), allocatable :: text
 
       text = to_text(bracket%lower)//' and '//to_text(bracket%upper)
    end function bracket_text
 
    pure function percent(share) result(text)
-      real(wp), intent(in) :: share
+      real(wp), intent(in) :: share  !< of the energy
       character(len=:), allocatable :: text
 
       text = to_text(nint(100*share))//' %'

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A small model that answers one excitation as the linearised model does, over a band of
 !> frequencies.
 !>
@@ -46,12 +47,12 @@ contains
    !> Project a model that is excited by forces; combinations of these with the given weights are
    !> answered.
    subroutine reduce_model(reduced, linear, static, force, highest, error)
-      type(reduced_model_type), intent(out) :: reduced
-      type(linear_model_type), intent(in) :: linear
+      type(reduced_model_type), intent(out) :: reduced  !< projected model
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: static(:,:)    !< [6,n] static response, first vector of the basis
       real(wp), intent(in) :: force(:,:,:)   !< [6,n,loads] N/m …
       real(wp), intent(in) :: highest        !< end of the band, Hz
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
       integer :: room, i
       logical :: added
@@ -69,10 +70,10 @@ contains
 
    !> Extend the basis until the equations hold at a frequency.
    subroutine fit_frequency(reduced, linear, inverse, force, frequency)
-      type(reduced_model_type), intent(inout) :: reduced
-      type(linear_model_type), intent(in) :: linear
-      type(shifted_inverse_type), intent(inout) :: inverse
-      real(wp), intent(in) :: force(:,:,:)
+      type(reduced_model_type), intent(inout) :: reduced  !< projected model
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(shifted_inverse_type), intent(inout) :: inverse  !< factor of K
+      real(wp), intent(in) :: force(:,:,:)  !< [6,n,loads] N/m …
       real(wp), intent(in) :: frequency  !< Hz
       type(steady_type) :: weights
       complex(wp) :: load(size(force, 3))
@@ -101,7 +102,7 @@ contains
 
    !> Factors of the scheme at a frequency, kept short of the Nyquist frequency.
    pure type(steady_type) function weights_at(linear, frequency)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
       real(wp), parameter :: short_of_nyquist = 0.5_wp*(1.0_wp - 1.0e-9_wp)
 
@@ -112,7 +113,7 @@ contains
 
    !> Weight of a term in A, beyond what K has of it.
    pure complex(wp) function extra_weight(weights, instant)
-      type(steady_type), intent(in) :: weights
+      type(steady_type), intent(in) :: weights  !< factors in steady vibration
       integer, intent(in) :: instant
 
       select case (instant)
@@ -129,8 +130,8 @@ contains
 
    !> Coordinates in the basis of the answer to Σ load × force.
    subroutine solve_reduced(reduced, weights, load, y)
-      type(reduced_model_type), intent(in) :: reduced
-      type(steady_type), intent(in) :: weights
+      type(reduced_model_type), intent(in) :: reduced  !< projected model
+      type(steady_type), intent(in) :: weights  !< factors in steady vibration
       complex(wp), intent(in) :: load(:)              !< [loads] factors of the forces
       complex(wp), allocatable, intent(out) :: y(:)   !< [m]
       complex(wp) :: a(reduced%m, reduced%m), work(32*reduced%m)
@@ -154,11 +155,11 @@ contains
 
    !> Re and Im of b − A x.
    subroutine residual_of(reduced, linear, weights, load, force, y, re, im)
-      type(reduced_model_type), intent(in) :: reduced
-      type(linear_model_type), intent(in) :: linear
-      type(steady_type), intent(in) :: weights
+      type(reduced_model_type), intent(in) :: reduced  !< projected model
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(steady_type), intent(in) :: weights  !< factors in steady vibration
       complex(wp), intent(in) :: load(:), y(:)
-      real(wp), intent(in) :: force(:,:,:)
+      real(wp), intent(in) :: force(:,:,:)  !< [6,n,loads] N/m …
       real(wp), intent(out) :: re(6, linear%n), im(6, linear%n)
       real(wp), dimension(6, linear%n) :: x_re, x_im
       complex(wp) :: pull
@@ -202,7 +203,7 @@ contains
 
    !> x += c u
    pure subroutine add_row(term, c, x)
-      type(linear_term_type), intent(in) :: term
+      type(linear_term_type), intent(in) :: term  !< one of the list
       real(wp), intent(in) :: c
       real(wp), intent(inout) :: x(:,:)
 
@@ -212,7 +213,7 @@ contains
 
    !> xᵀMy
    pure real(wp) function mass_product(linear, x, y) result(total)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:), y(:,:)
       integer :: b
 
@@ -225,10 +226,10 @@ contains
    !> Make a vector orthonormal to the basis and append it, with its row of the projected matrices;
    !> not if there is hardly anything new in it, or no room.
    subroutine add_vector(reduced, linear, force, vector, added)
-      type(reduced_model_type), intent(inout) :: reduced
-      type(linear_model_type), intent(in) :: linear
-      real(wp), intent(in) :: force(:,:,:), vector(:,:)
-      logical, intent(out) :: added
+      type(reduced_model_type), intent(inout) :: reduced  !< projected model
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp), intent(in) :: force(:,:,:), vector(:,:)  !< [6,n,loads] N/m …; [6,n] candidate
+      logical, intent(out) :: added  !< it was independent
       real(wp) :: v(6, linear%n), before, length
       integer :: pass, j
 
@@ -255,8 +256,8 @@ contains
 
    !> Rows and columns of the projected matrices that belong to the last vector v.
    subroutine project(reduced, linear, force, v)
-      type(reduced_model_type), intent(inout) :: reduced
-      type(linear_model_type), intent(in) :: linear
+      type(reduced_model_type), intent(inout) :: reduced  !< projected model
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: force(:,:,:), v(:,:)
       real(wp) :: product(6, linear%n, 0:instants)
       integer :: i, j

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Motions without any stiffness that can be written down: loose parts of a model as rigid bodies.
 !>
 !> Blocks joined by springs form parts.  A part moves rigidly in up to three ways, as many as its
@@ -18,9 +19,9 @@ contains
 
    !> Parts and their free rigid motions.
    subroutine find_rigid_modes(linear, free, error)
-      type(linear_model_type), intent(in) :: linear
-      type(null_space_type), intent(out) :: free
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(null_space_type), intent(out) :: free  !< rigid motions of loose parts
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: motion(:,:,:)
 
       call find_parts(linear, free)
@@ -30,8 +31,8 @@ contains
 
    !> Number the connected parts of the model.
    subroutine find_parts(linear, free)
-      type(linear_model_type), intent(in) :: linear
-      type(null_space_type), intent(inout) :: free
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(null_space_type), intent(inout) :: free  !< rigid motions of loose parts
       integer :: parent(linear%n), roots(2), i, b
 
       parent = [(b, b=1, linear%n)]
@@ -66,8 +67,8 @@ contains
 
    !> Two translations and the rotation of each part about its centre of mass, mass-orthonormal.
    subroutine rigid_motions(linear, free, motion)
-      type(linear_model_type), intent(in) :: linear
-      type(null_space_type), intent(in) :: free
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(null_space_type), intent(in) :: free  !< rigid motions of loose parts
       real(wp), allocatable, intent(out) :: motion(:,:,:)  !< [6,3,n]
       real(wp) :: mass(free%groups), centre(2, free%groups), inertia(free%groups), arm(2)
       integer :: b
@@ -102,10 +103,10 @@ contains
 
    !> Of each part's motions keep the combinations that its supports do not resist.
    subroutine leave_free_ones(linear, free, motion, error)
-      type(linear_model_type), intent(in) :: linear
-      type(null_space_type), intent(inout) :: free
-      real(wp), intent(in) :: motion(:,:,:)
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(null_space_type), intent(inout) :: free  !< rigid motions of loose parts
+      real(wp), intent(in) :: motion(:,:,:)  !< prescribed motion
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: resistance(3, 3, free%groups), row(3)
       real(wp), allocatable :: values(:)
       integer :: i, g, b, held

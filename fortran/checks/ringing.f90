@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Velocities that change their sign every step: how many steps the slowest of them takes to fall to
 !> 1/e.
 !>
@@ -29,9 +30,9 @@ contains
 
    !> The ringing of a linearised model at the Δt of its run.
    subroutine find_ringing(linear, ringing, error)
-      type(linear_model_type), intent(in) :: linear
-      type(ringing_type), intent(out) :: ringing
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(ringing_type), intent(out) :: ringing  !< slowest alternating mode
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: free
       type(eigenpairs_type) :: pairs
       real(wp) :: omega, steps(2)
@@ -63,8 +64,8 @@ contains
 
    !> The model without springs to the ground.
    subroutine remove_ground(linear, free)
-      type(linear_model_type), intent(in) :: linear
-      type(linear_model_type), intent(out) :: free
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(linear_model_type), intent(out) :: free  !< rigid motions of loose parts
       integer :: i
 
       free = linear
@@ -77,9 +78,9 @@ contains
    end subroutine remove_ground
 
    subroutine put_in_words(ringing, scheme, kind)
-      type(ringing_type), intent(inout) :: ringing
-      type(scheme_type), intent(in) :: scheme
-      character(len=*), intent(in) :: kind
+      type(ringing_type), intent(inout) :: ringing  !< slowest alternating mode
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
+      character(len=*), intent(in) :: kind  !< of term
 
       ringing%words = 'no velocity changes its sign from step to step'
       ringing%advice = "a smaller time_step, a lower normal_stiffness, or integration = 'theta'"

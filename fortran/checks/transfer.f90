@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Exact transfer functions of the linearised model between two measured points, for base motion.
 !>
 !> Supports that move push by w_e F + w_d F_d, their springs and dashpots times the motion
@@ -43,13 +44,13 @@ contains
 
    !> Prepare x_out(ω)/x_in(ω) for base motion along an axis.
    subroutine prepare_transfer(transfer, linear, points, axes, base_axis, highest, error)
-      type(transfer_type), intent(out) :: transfer
-      type(linear_model_type), intent(in) :: linear
+      type(transfer_type), intent(out) :: transfer  !< prepared transfer function
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: points(2)      !< numbers of the measured points: out, in
       integer, intent(in) :: axes(2)        !< 1: x, 2: y, of each
       integer, intent(in) :: base_axis      !< along which the base moves
       real(wp), intent(in) :: highest       !< frequency up to which it will be asked for, Hz
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: static(:,:), force(:,:,:)
       integer :: i, j
 
@@ -84,12 +85,12 @@ contains
 
    !> Forces for a unit motion of the base, and the static response to it.
    subroutine excite(transfer, linear, axis, static, force, error)
-      type(transfer_type), intent(inout) :: transfer
-      type(linear_model_type), intent(in) :: linear
-      integer, intent(in) :: axis
+      type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      integer, intent(in) :: axis  !< 1: x, 2: y
       real(wp), allocatable, intent(out) :: static(:,:)   !< [6,n]
       real(wp), allocatable, intent(out) :: force(:,:,:)  !< [6,n,loads]
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
       integer :: held, moved, b
 
@@ -119,8 +120,8 @@ contains
    !> Forces of the supports that follow the first of their motions along an axis, or of all where
    !> none has a motion, for a unit displacement of the ground.
    pure subroutine push_supports(linear, axis, force, held, moved)
-      type(linear_model_type), intent(in) :: linear
-      integer, intent(in) :: axis
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      integer, intent(in) :: axis  !< 1: x, 2: y
       real(wp), intent(inout) :: force(:,:,:)  !< [6,n,loads]
       integer, intent(out) :: held             !< supports held along the axis
       integer, intent(out) :: moved            !< those that move
@@ -148,7 +149,7 @@ contains
    contains
 
       pure logical function is_held(i)
-         integer, intent(in) :: i
+         integer, intent(in) :: i  !< number, from 1
 
          associate (term => linear%terms%term(i))
             is_held = term%kind == term_support .and. term%block_b == 0 .and. &
@@ -160,8 +161,8 @@ contains
 
    !> Undamped frequencies of the basis.
    subroutine find_resonances(transfer, error)
-      type(transfer_type), intent(inout) :: transfer
-      type(error_type), allocatable, intent(out) :: error
+      type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: matrix(transfer%reduced%m, transfer%reduced%m)
 
       matrix = transfer%reduced%stiffness(:transfer%reduced%m, :transfer%reduced%m)
@@ -171,7 +172,7 @@ contains
 
    !> Transfer function at a frequency, with the damping of the scheme; 0 < f < 1/(2Δt).
    complex(wp) function transfer_at(transfer, frequency)
-      type(transfer_type), intent(in) :: transfer
+      type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz
 
       transfer_at = ratio_at(transfer, frequency, weights_at(transfer%linear, frequency))
@@ -179,7 +180,7 @@ contains
 
    !> The same of the model in continuous time, without any damping; cut off at a resonance.
    complex(wp) function undamped_transfer_at(transfer, frequency)
-      type(transfer_type), intent(in) :: transfer
+      type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz
       type(steady_type) :: weights
 
@@ -189,9 +190,9 @@ contains
    end function undamped_transfer_at
 
    complex(wp) function ratio_at(transfer, frequency, weights) result(ratio)
-      type(transfer_type), intent(in) :: transfer
+      type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz
-      type(steady_type), intent(in) :: weights
+      type(steady_type), intent(in) :: weights  !< factors in steady vibration
       complex(wp), allocatable :: y(:)
       complex(wp) :: load(loads), answer(2)
 
@@ -205,9 +206,9 @@ contains
 
    !> The largest amplification |H| in a band, refined by golden section.
    subroutine transfer_peak(transfer, low, high, peak)
-      type(transfer_type), intent(in) :: transfer
+      type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz
-      type(transfer_peak_type), intent(out) :: peak
+      type(transfer_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       real(wp), allocatable :: frequency(:), amplitude(:)
       real(wp) :: a, b
       integer :: i, best
@@ -230,9 +231,9 @@ contains
 
    !> An even grid over a band and the resonances in it.
    pure subroutine choose_frequencies(transfer, low, high, frequency)
-      type(transfer_type), intent(in) :: transfer
-      real(wp), intent(in) :: low, high
-      real(wp), allocatable, intent(out) :: frequency(:)
+      type(transfer_type), intent(in) :: transfer  !< prepared transfer function
+      real(wp), intent(in) :: low, high  !< Hz
+      real(wp), allocatable, intent(out) :: frequency(:)  !< Hz
       integer, parameter :: steps = 200
       integer :: i
 
@@ -244,9 +245,9 @@ contains
 
    !> Golden section for the maximum between two frequencies.
    subroutine climb(transfer, low, high, peak)
-      type(transfer_type), intent(in) :: transfer
+      type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz
-      type(transfer_peak_type), intent(inout) :: peak
+      type(transfer_peak_type), intent(inout) :: peak  !< frequency (Hz) and amplitude
       real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
       real(wp) :: a, b, x(2), h(2)
       integer :: i

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> How many modes a time step cannot resolve (ω > 4/Δt, paper eq. 13), and of which kind.
 !>
 !> Two bounds cost nothing.  K lies below the block-diagonal matrix of the upper bracket, so its
@@ -41,10 +42,10 @@ contains
 
    !> Count the modes beyond 4/Δt.
    subroutine count_unresolved(linear, time_step, unresolved, error)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: time_step  !< s
-      type(unresolved_type), intent(out) :: unresolved
-      type(error_type), allocatable, intent(out) :: error
+      type(unresolved_type), intent(out) :: unresolved  !< modes beyond 4/Δt
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(mass_factor_type) :: mass
       integer :: exact
 
@@ -71,9 +72,9 @@ contains
 
    !> Every mode, by LAPACK.
    subroutine count_all(linear, unresolved, error)
-      type(linear_model_type), intent(in) :: linear
-      type(unresolved_type), intent(inout) :: unresolved
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(eigenpairs_type) :: pairs
       integer :: i
 
@@ -88,8 +89,8 @@ contains
    end subroutine count_all
 
    subroutine add_kind(unresolved, energy)
-      type(unresolved_type), intent(inout) :: unresolved
-      type(energy_share_type), intent(in) :: energy
+      type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
+      type(energy_share_type), intent(in) :: energy  !< J per metre of thickness
       integer :: kind
 
       kind = maxloc(energy%share, 1)
@@ -98,9 +99,9 @@ contains
 
    !> Modes beyond, of the blocks of the upper bracket.
    subroutine bound_above(linear, unresolved, error)
-      type(linear_model_type), intent(in) :: linear
-      type(unresolved_type), intent(inout) :: unresolved
-      type(error_type), allocatable, intent(out) :: error
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: upper(:,:,:), by_kind(:,:,:,:)
       real(wp) :: values(6), vectors(6, 6)
       integer :: b, i, kind
@@ -122,7 +123,7 @@ contains
 
    !> Stiffness of each block alone by kind; contacts count twice.
    subroutine split_blocks(linear, by_kind)
-      type(linear_model_type), intent(in) :: linear
+      type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: by_kind(:,:,:,:)  !< [6,6,kinds,n]
       real(wp) :: k
       integer :: i
@@ -165,8 +166,8 @@ contains
 
    !> Modes beyond, of blocks no two of which share a spring, chosen one after the other.
    subroutine bound_below(linear, unresolved)
-      type(linear_model_type), intent(in) :: linear
-      type(unresolved_type), intent(inout) :: unresolved
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       logical :: taken(linear%n)
       real(wp) :: values(6), vectors(6, 6)
       type(error_type), allocatable :: error
@@ -187,15 +188,15 @@ contains
 
    !> Block b shares a spring with a chosen block before it.
    pure logical function touches(matrix, taken, b)
-      type(block_matrix_type), intent(in) :: matrix
+      type(block_matrix_type), intent(in) :: matrix  !< block matrix
       logical, intent(in) :: taken(:)
-      integer, intent(in) :: b
+      integer, intent(in) :: b  !< number of the block
 
       touches = any(taken(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - 1)))
    end function touches
 
    subroutine put_in_words(unresolved)
-      type(unresolved_type), intent(inout) :: unresolved
+      type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       real(wp) :: share
       integer :: kind
       logical :: first

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Bonds: at the start, joints of parallel edges in touch hold cohesion and tension.
 module dda_bonds
    use dda_kinds, only: wp
@@ -36,8 +37,9 @@ contains
    !> A contact's share, m, of the length over which edge f runs along edge e; 0 unless they are
    !> parallel.
    !>
-   !> The contacts at the two ends of the overlap share it; one that ends where an edge goes straight
-   !> on, as at a change of joint, has no contact there and belongs to that at the other end.
+   !> The contacts at the two ends of the overlap share it; one that ends where an edge goes
+   !> straight on, as at a change of joint, has no contact there and belongs to that at the other
+   !> end.
    pure real(wp) function shared_overlap(blocks, e, f) result(share)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges, named by their first vertex

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Contacts: a vertex of one block against an edge of another, with springs and a history.
 !>
 !> Lists are rebuilt every step from geometry; the history of a contact (state, shear stretch, bond)

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Geometry of a contact: gap, normal, and the gradients of gap and slip in the coordinates q.
 module dda_contact_geometry
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The joint material of each contact, from the edges that touch.
 !>
 !> Each edge of a block names a joint.  A contact lies on the edge touched, and on that of the two

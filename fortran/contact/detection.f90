@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Contacts of the present geometry, from the probes of the last search.
 !>
 !> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the entrance edge of

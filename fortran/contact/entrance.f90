@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A vertex against an edge, and which of the edges at two corners is the entrance.
 !>
 !> Of the up to four (vertex, edge) choices at two corners, those whose edge can separate the two

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Contact law: unilateral normal spring, elastic–perfectly plastic Coulomb slider, bond.
 !>
 !> The normal spring acts exactly in penetration, without a dead band: its potential
@@ -131,8 +132,8 @@ contains
    !> What contact c exerts if the step ends at a gap and a trial stretch.
    pure type(response_type) function contact_response(contacts, laws, c, gap, stretch) &
       result(response)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
       real(wp), intent(in) :: gap     !< at the end of the step, m
       real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
@@ -144,8 +145,8 @@ contains
 
    !> The trial stretch at which contact c acts, m.
    elemental real(wp) function acting_stretch(contacts, laws, c, stretch)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
       real(wp), intent(in) :: stretch  !< at the end of the step, m
 
@@ -156,8 +157,8 @@ contains
 
    !> The gap at which contact c acts, m.
    elemental real(wp) function acting_gap(contacts, laws, c, gap)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c     !< number of the contact
       real(wp), intent(in) :: gap  !< at the end of the step, m
 
@@ -168,8 +169,8 @@ contains
 
    !> Elastic stretch of the shear spring of contact c after the converged step, m.
    elemental real(wp) function end_stretch(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
       end_stretch = contacts%shear_force(c)/laws%shear_stiffness
@@ -179,8 +180,8 @@ contains
 
    !> States and stretches at the end of the converged step.
    pure subroutine accept_contacts(contacts, laws)
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
 
       do c = 1, contacts%n

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Transfer of history from the contacts of the last step to those of this one.
 !>
 !> The predecessor of a contact is that of the same vertex on the same edge; or, when a contact

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Neighbour search: near pairs of blocks by a grid of cells in O(n), then probes for each pair.
 !>
 !> A probe is a convex vertex and the edges of another block within reach of it.  The list is

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The springs and friction forces of the contacts, in their assumed states, on top of the linear
 !> part of K̂ and f̂.
 !>
@@ -25,9 +26,9 @@ contains
 
    !> Assemble what the assumed states have changed since the last time, or all of a new step.
    subroutine assemble_contacts(system, contacts, laws, retained)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       real(wp) :: normal(2)
       integer :: n, me, team
@@ -56,8 +57,8 @@ contains
 
    !> Where the contacts of each near pair stand in the list, which is in the order of the pairs.
    pure subroutine index_contacts(system, contacts)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
       integer :: c, pair
 
       pair = 0
@@ -74,10 +75,10 @@ contains
    !> A near pair within them is read once, for both its blocks; one that reaches beyond them is
    !> read for either.
    subroutine assemble_rows(system, contacts, normal, first, last)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
       real(wp), intent(in) :: normal(2)  !< springs of unbonded and bonded contacts, N/m
-      integer, intent(in) :: first, last
+      integer, intent(in) :: first, last  !< of the range
       integer :: i, k
 
       associate (matrix => system%matrix, dirty => system%held%dirty)
@@ -101,8 +102,8 @@ contains
 
    !> What a near pair of blocks i > j gives to K̂ and f̂.
    subroutine assemble_pair(system, contacts, normal, i, j, entry, row_too, column_too)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
       real(wp), intent(in) :: normal(2)  !< springs of unbonded and bonded contacts, N/m
       integer, intent(in) :: i, j, entry
       logical, intent(in) :: row_too, column_too  !< block i, with the coupling; block j
@@ -143,8 +144,8 @@ contains
 
    !> A lower block of K̂ begins with that of the linear part.
    pure subroutine begin_coupling(system, entry)
-      type(system_type), intent(inout) :: system
-      integer, intent(in) :: entry
+      type(system_type), intent(inout) :: system  !< equations of the step
+      integer, intent(in) :: entry  !< of the lower blocks
 
       system%matrix%lower(:, :, entry) = 0.0_wp
       if (size(system%linear_entry) == 0) return
@@ -183,7 +184,7 @@ contains
    !> Rows in loops of four and two fill vector registers as they lie; unrolled, they would be
    !> shuffled into longer ones.
    pure subroutine add_products(block, a1, b1, k1, a2, b2, k2)
-      real(wp), intent(inout) :: block(6, 6)
+      real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
       real(wp), intent(in) :: a1(6), b1(6), k1, a2(6), b2(6), k2
       integer :: column, row
 
@@ -204,10 +205,10 @@ contains
    !> More shear force in contact c, N/m, of the same assumed states; its blocks are dirty when
    !> these change.
    pure subroutine add_shear_force(system, contacts, c, more)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
-      integer, intent(in) :: c
-      real(wp), intent(in) :: more
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c  !< number of the contact
+      real(wp), intent(in) :: more  !< force, N/m
 
       associate (i => contacts%block_v(c), j => contacts%block_e(c))
          system%rhs(:, i) = system%rhs(:, i) - more*contacts%shear_v(:, c)

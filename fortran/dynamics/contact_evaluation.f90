@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> All contacts at a trial d: their gaps and slips, the forces that their laws give, and how far
 !> these are from the assumed ones.
 module dda_contact_evaluation
@@ -15,7 +16,7 @@ contains
 
    !> Gap and slip of all contacts at d.
    subroutine measure_contacts(contacts, d)
-      type(contacts_type), intent(inout) :: contacts
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: p
 
@@ -31,9 +32,9 @@ contains
 
    !> Contacts first … last.
    pure subroutine measure_range(contacts, d, first, last)
-      type(contacts_type), intent(inout) :: contacts
-      real(wp), intent(in), contiguous :: d(:,:)
-      integer, intent(in) :: first, last
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer, intent(in) :: first, last  !< of the range
       integer :: c
 
       do c = first, last
@@ -48,8 +49,8 @@ contains
 
    !> Forces and states that the laws give at d.
    subroutine evaluate_contacts(contacts, laws, d, retained, largest, residual)
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(in) :: retained     !< share of the shear springs under sliding contacts
       real(wp), intent(inout) :: largest   !< force so far, N/m
@@ -71,11 +72,11 @@ contains
 
    !> Contacts first … last; the largest force and the largest difference grow.
    pure subroutine evaluate_range(contacts, laws, retained, first, last, largest, residual)
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: retained
-      integer, intent(in) :: first, last
-      real(wp), intent(inout) :: largest, residual
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
+      integer, intent(in) :: first, last  !< of the range
+      real(wp), intent(inout) :: largest, residual  !< force, N/m; N/m
       type(response_type) :: response
       integer :: c
 
@@ -98,9 +99,9 @@ contains
    !> would otherwise jump between the two bounds for ever.  A contact that closes again and again
    !> slides first: stuck, its shear force would pull it open each time.
    pure integer function next_state(contacts, response, c)
-      type(contacts_type), intent(in) :: contacts
-      type(response_type), intent(in) :: response
-      integer, intent(in) :: c
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(response_type), intent(in) :: response  !< what the law gives
+      integer, intent(in) :: c  !< number of the contact
 
       next_state = response%state
       if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
@@ -112,8 +113,8 @@ contains
 
    !> Normal force that the solve assumed in contact c, N/m.
    pure real(wp) function assumed_normal(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: gap
 
@@ -126,8 +127,8 @@ contains
 
    !> Shear force that the solve assumed in contact c, N/m.
    pure real(wp) function assumed_shear(contacts, laws, retained, c)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer, intent(in) :: c          !< number of the contact
       real(wp) :: stretch

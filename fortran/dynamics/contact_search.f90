@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> This step's list of contacts: from geometry, with the histories of the last step's list.
 module dda_contact_search
    use dda_kinds, only: wp
@@ -23,8 +24,8 @@ contains
 
    !> List the contacts of the present geometry, search for neighbours if the old search is used up.
    subroutine find_contacts(simulation, error)
-      type(simulation_type), intent(inout) :: simulation
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       associate (detection => simulation%detection, neighbours => simulation%neighbours)
          detection%travel = 2.5_wp*simulation%speed*simulation%time_step
@@ -41,9 +42,9 @@ contains
 
    !> Search for neighbours; the pattern of the matrix and its ordering follow.
    subroutine search_anew(simulation, reach, error)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: reach  !< m
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call find_neighbours(simulation%neighbours, simulation%blocks, reach)
       if (simulation%neighbours%crowded) then
@@ -62,7 +63,7 @@ contains
 
    !> A new list from geometry, with the histories of the old one.
    subroutine renew_contacts(simulation)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: old
 
       old = simulation%now
@@ -88,8 +89,8 @@ contains
    !> How far contacts may change in a step and still be the same: by the travel of the step, from a
    !> depth of now.
    pure subroutine bound_history(history, detection)
-      type(history_type), intent(inout) :: history
-      type(detection_type), intent(in) :: detection
+      type(history_type), intent(inout) :: history  !< of the contacts
+      type(detection_type), intent(in) :: detection  !< settings of the contact detection
 
       history%deepest = detection%travel + detection%pressed
       history%largest_jump = detection%travel + 2*detection%deepest + detection%largest_corner

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> What K̂ and f̂ hold of the contacts, so that only what differs is assembled again.
 !>
 !> Within a step the geometry of the contacts stays and the open–close iteration changes few of
@@ -33,7 +34,7 @@ contains
 
    !> Nothing is held yet.
    subroutine prepare_contact_terms(held, n)
-      type(contact_terms_type), intent(out) :: held
+      type(contact_terms_type), intent(out) :: held  !< what K̂ and f̂ hold of the contacts
       integer, intent(in) :: n  !< blocks
 
       allocate (held%dirty(n), source=is_dirty_stiffness)
@@ -42,9 +43,9 @@ contains
 
    !> Hold the contacts in their assumed states; blocks of those that have changed become dirty.
    subroutine hold_contacts(held, contacts, laws, retained)
-      type(contact_terms_type), intent(inout) :: held
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer :: p, c
 
@@ -70,7 +71,7 @@ contains
    end subroutine hold_contacts
 
    subroutine make_room(held, room)
-      type(contact_terms_type), intent(inout) :: held
+      type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
       integer, intent(in) :: room  !< contacts
 
       call grow(held%changed, room)
@@ -82,11 +83,11 @@ contains
 
    !> Contacts first … last.
    pure subroutine hold_range(held, contacts, laws, retained, first, last)
-      type(contact_terms_type), intent(inout) :: held
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: retained
-      integer, intent(in) :: first, last
+      type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: shear, normal_offset, shear_offset
       integer :: c
 
@@ -114,8 +115,8 @@ contains
 
    !> Normal stiffness of a closed contact in K̂, N/m: θ k_n where it is bonded.
    pure real(wp) function normal_spring(laws, bonded)
-      type(laws_type), intent(in) :: laws
-      logical, intent(in) :: bonded
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      logical, intent(in) :: bonded  !< the contact is
 
       normal_spring = laws%normal_stiffness
       if (bonded) normal_spring = laws%theta*laws%normal_stiffness
@@ -123,9 +124,9 @@ contains
 
    !> Shear stiffness of a closed contact in K̂, N/m.
    pure real(wp) function shear_spring(laws, state, bonded, retained)
-      type(laws_type), intent(in) :: laws
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: state      !< contact_slide or contact_stick
-      logical, intent(in) :: bonded
+      logical, intent(in) :: bonded  !< the contact is
       real(wp), intent(in) :: retained  !< share of the spring under a sliding contact
 
       shear_spring = laws%shear_stiffness
@@ -135,10 +136,10 @@ contains
 
    !> Normal and shear force of contact c at d = 0 in its assumed state, N/m.
    pure subroutine forces_at_rest(contacts, laws, retained, c, normal_offset, shear_offset)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: retained
-      integer, intent(in) :: c
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
+      integer, intent(in) :: c  !< number of the contact
       real(wp), intent(out) :: normal_offset, shear_offset
 
       normal_offset = 0.0_wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Cycles of the open–close iteration: seen when a set of states comes back, broken by changing only
 !> some of the contacts that want to change.
 !>
@@ -23,8 +24,8 @@ contains
 
    !> Remember a set of states and see whether it has come back.
    pure subroutine note_states(past, state)
-      type(cycle_type), intent(inout) :: past
-      integer, intent(in) :: state(:)
+      type(cycle_type), intent(inout) :: past  !< states that have been assumed
+      integer, intent(in) :: state(:)  !< contact_open, contact_slide or contact_stick
       integer(long) :: mark
       integer :: c
 
@@ -39,8 +40,8 @@ contains
 
    !> Contact c may change in this iteration: always, or by a draw while states come back.
    elemental logical function may_change(past, c)
-      type(cycle_type), intent(in) :: past
-      integer, intent(in) :: c
+      type(cycle_type), intent(in) :: past  !< states that have been assumed
+      integer, intent(in) :: c  !< number of the contact
 
       may_change = .true.
       if (past%back) may_change = modulo(base*modulo(base*(c + 1009_long*past%noted), prime), &

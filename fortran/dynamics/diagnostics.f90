@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> What to say of a step that fails, and of a run that should not be trusted: what, where, when,
 !> what to try.
 module dda_diagnostics
@@ -22,9 +23,9 @@ contains
 
    !> An error that says what, where and what to try.
    subroutine explain(simulation, reason, error)
-      type(simulation_type), intent(in) :: simulation
-      character(len=*), intent(in) :: reason
-      type(error_type), allocatable, intent(inout) :: error
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      character(len=*), intent(in) :: reason  !< what went wrong
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: place, advice
       integer :: c, kind
 
@@ -51,8 +52,8 @@ contains
 
    !> The new state must be one: numbers, and all blocks still somewhere near the model.
    subroutine check_state(simulation, error)
-      type(simulation_type), intent(in) :: simulation
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: what
       real(wp) :: allowed
       integer :: b
@@ -79,7 +80,7 @@ contains
 
    !> What the energy audit has against a run; '' if it balances.
    pure function audit_warning(simulation) result(text)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
       real(wp) :: scale, allowed
 
@@ -102,7 +103,7 @@ contains
    !> forces that it makes in contacts over the path, and velocities.  A model at rest, or without
    !> weight, balances no better.
    pure real(wp) function rounding(simulation)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass
 
       places = 16*epsilon(1.0_wp)*half_size(simulation%model%blocks)

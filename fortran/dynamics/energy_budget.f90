@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The energy budget of a step: where its energy went (see `dda_energy`).
 module dda_energy_budget
    use dda_kinds, only: wp
@@ -19,11 +20,11 @@ contains
 
    !> Energies of the first state.
    subroutine start_energy_budget(energy, blocks, contacts, laws, elements, step)
-      type(energy_type), intent(out) :: energy
-      type(blocks_type), intent(in) :: blocks
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      type(elements_type), intent(in) :: elements
+      type(energy_type), intent(out) :: energy  !< J per metre of thickness
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the first one
 
       call update_state(energy, blocks)
@@ -35,11 +36,11 @@ contains
    !> The exact geometry at the start of a step stores other spring energies than the linear one at
    !> the end of the step before.
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
-      type(energy_type), intent(inout) :: energy
-      type(blocks_type), intent(in) :: blocks
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      type(elements_type), intent(in) :: elements
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the one to come
       real(wp) :: contact, support
 
@@ -53,12 +54,12 @@ contains
 
    !> Losses and work of the converged step, before its d is added to the coordinates.
    subroutine update_step(energy, blocks, contacts, laws, elements, step, d)
-      type(energy_type), intent(inout) :: energy
-      type(blocks_type), intent(in) :: blocks
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      type(elements_type), intent(in) :: elements
-      type(step_type), intent(in) :: step
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
 
       call update_contacts(energy, contacts, laws)
@@ -68,8 +69,8 @@ contains
 
    !> Energies that follow from the new state of the blocks.
    subroutine update_state(energy, blocks)
-      type(energy_type), intent(inout) :: energy
-      type(blocks_type), intent(in) :: blocks
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(blocks_type), intent(in) :: blocks  !< in their present state
 
       energy%value(energy_kinetic) = kinetic_energy(blocks)
       energy%value(energy_strain) = strain_energy(blocks)
@@ -77,9 +78,9 @@ contains
 
    !> (θ − ½) dᵀKd + (χ − ½) ΔvᵀMΔv of all blocks, J per metre of thickness.
    real(wp) function algorithmic_loss(blocks, step, d) result(loss)
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
-      real(wp), intent(in) :: d(:,:)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: part(2, most_pieces), total(2)
       integer :: p
 
@@ -97,10 +98,10 @@ contains
 
    !> Σ dᵀKd of the strains and, where χ > ½, Σ ΔvᵀMΔv of blocks first … last.
    pure function loss_range(blocks, step, d, first, last) result(total)
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
-      real(wp), intent(in) :: d(:,:)
-      integer, intent(in) :: first, last
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: total(2), change(6)
       integer :: b
 
@@ -116,7 +117,7 @@ contains
 
    !> εᵀDε
    pure real(wp) function strain_form(stiffness, strain)
-      real(wp), intent(in) :: stiffness(3, 3), strain(3)
+      real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; of a block
 
       strain_form = dot_product(strain, stiffness(:, 1)*strain(1) + stiffness(:, 2)*strain(2) &
          + stiffness(:, 3)*strain(3))
@@ -124,9 +125,9 @@ contains
 
    !> Stored energy at the end of the step and losses of all contacts.
    subroutine update_contacts(energy, contacts, laws)
-      type(energy_type), intent(inout) :: energy
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: part(4, most_pieces), total(4)
       integer :: p
 
@@ -148,9 +149,9 @@ contains
 
    !> Stored energy, and losses by slip, by fracture and by the scheme, of contacts first … last.
    pure function contact_range(contacts, laws, first, last) result(total)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      integer, intent(in) :: first, last
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: total(4)
       integer :: c
 
@@ -163,9 +164,9 @@ contains
    !> The same of one contact.
    pure subroutine add_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(4)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      integer, intent(in) :: c
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
       real(wp) :: before, after, work, stretched, slipped, loss
 
       before = stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%was_bonded(c), &
@@ -189,9 +190,9 @@ contains
    !> Spring energy of a contact at a gap and a shear stretch.  With augmented Lagrangian the normal
    !> force is that of a rigid contact, which stores nothing.
    pure real(wp) function stored(laws, gap, closed, bonded, stretch)
-      type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: gap, stretch
-      logical, intent(in) :: closed, bonded
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in) :: gap, stretch  !< at the end of the step, m; of the shear spring, m
+      logical, intent(in) :: closed, bonded  !< the step stands; the contact is
 
       stored = 0.5_wp*laws%shear_stiffness*stretch**2
       if (bonded .or. (closed .and. .not. laws%augmented)) &
@@ -200,8 +201,8 @@ contains
 
    !> Stored in the springs of all contacts in the present geometry, J per metre of thickness.
    real(wp) function contact_energy(contacts, laws)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: part(most_pieces)
       integer :: p
 
@@ -218,9 +219,9 @@ contains
 
    !> Contacts first … last.
    pure real(wp) function stored_range(contacts, laws, first, last)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      integer, intent(in) :: first, last
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: first, last  !< of the range
       integer :: c
 
       stored_range = 0.0_wp
@@ -232,7 +233,7 @@ contains
 
    !> ½ A εᵀDε + A σ₀ᵀε of all blocks.
    real(wp) function strain_energy(blocks)
-      type(blocks_type), intent(in) :: blocks
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp) :: part(most_pieces)
       integer :: p
 
@@ -249,8 +250,8 @@ contains
 
    !> Blocks first … last.
    pure real(wp) function strain_range(blocks, first, last) result(energy)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: first, last
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer, intent(in) :: first, last  !< of the range
       integer :: b
 
       energy = 0.0_wp

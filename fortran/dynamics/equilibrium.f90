@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Statics: a simulation is brought to rest under its weight and the loads of the present time.
 !>
 !> Velocities are dropped after each step, so a step of backward Euler (θ = χ = 1) solves
@@ -91,7 +92,7 @@ contains
    !> Backward Euler without velocities; what depends on time stays as it is now.
    subroutine begin_statics(simulation, equilibrium)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(equilibrium_type), intent(inout) :: equilibrium
+      type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
 
       associate (control => simulation%model%control, blocks => simulation%blocks, &
          contact => simulation%model%contact)
@@ -113,7 +114,7 @@ contains
    !> Static steps until nothing is out of balance.
    subroutine step_to_rest(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(equilibrium_type), intent(inout) :: equilibrium
+      type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
       type(error_type), allocatable, intent(out) :: error  !< of a step at the shortest Δt
       real(wp) :: first, way
       integer(long) :: iterations
@@ -222,8 +223,8 @@ contains
 
    !> The outcome.
    subroutine put_in_words(simulation, equilibrium, error)
-      type(simulation_type), intent(in) :: simulation
-      type(equilibrium_type), intent(inout) :: equilibrium
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
       type(error_type), allocatable, intent(in) :: error  !< of the last step, if it failed
 
       if (equilibrium%at_rest) then

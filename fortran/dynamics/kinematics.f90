@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The coordinates of the blocks from step to step: see `dda_scheme`.
 module dda_kinematics
    use dda_kinds, only: wp
@@ -13,9 +14,9 @@ contains
 
    !> Multiply the velocity carried into the step by the dynamic factor; return the energy it takes.
    subroutine damp_velocity(blocks, dynamic_factor, loss)
-      type(blocks_type), intent(inout) :: blocks
-      real(wp), intent(in) :: dynamic_factor
-      real(wp), intent(out) :: loss
+      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      real(wp), intent(in) :: dynamic_factor  !< of the velocity carried into the step
+      real(wp), intent(out) :: loss  !< J per metre of thickness
       real(wp) :: before
 
       loss = 0.0_wp
@@ -27,18 +28,18 @@ contains
 
    !> A first guess of the step for solvers that iterate: the acceleration of the last one goes on.
    pure subroutine predict(blocks, d, step)
-      type(blocks_type), intent(in) :: blocks
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
-      type(step_type), intent(in) :: step
+      type(step_type), intent(in) :: step  !< the one being taken
 
       d = step%time_step*(blocks%velocity + step%scheme%chi*step%time_step*blocks%acceleration)
    end subroutine predict
 
    !> Accept the step: new coordinates, velocities, accelerations and vertices.
    subroutine integrate(blocks, d, step)
-      type(blocks_type), intent(inout) :: blocks
+      type(blocks_type), intent(inout) :: blocks  !< in their present state
       real(wp), intent(in) :: d(:,:)      !< [6,n] increments of the coordinates
-      type(step_type), intent(in) :: step
+      type(step_type), intent(in) :: step  !< the one being taken
       integer :: p
 
       if (blocks%n < parallel_from) then
@@ -54,10 +55,10 @@ contains
 
    !> Blocks first … last.
    pure subroutine integrate_range(blocks, d, step, first, last)
-      type(blocks_type), intent(inout) :: blocks
-      real(wp), intent(in) :: d(:,:)
-      type(step_type), intent(in) :: step
-      integer, intent(in) :: first, last
+      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(step_type), intent(in) :: step  !< the one being taken
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: new(6), of_d, of_v
       integer :: b
 
@@ -73,7 +74,7 @@ contains
 
    !> ½ vᵀMv, J/m.
    real(wp) function kinetic_energy(blocks)
-      type(blocks_type), intent(in) :: blocks
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp) :: part(most_pieces)
       integer :: p
 
@@ -90,8 +91,8 @@ contains
 
    !> The same of some blocks.
    pure real(wp) function kinetic_of(blocks, first, last)
-      type(blocks_type), intent(in) :: blocks
-      integer, intent(in) :: first, last
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer, intent(in) :: first, last  !< of the range
       integer :: b
 
       kinetic_of = 0.0_wp
@@ -111,8 +112,8 @@ contains
 
    !> A bound on how far any vertex moves by d, m.
    real(wp) function farthest_move(blocks, d) result(move)
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: d(:,:)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: p
 
       if (blocks%n < parallel_from) then
@@ -127,9 +128,9 @@ contains
    end function farthest_move
 
    pure real(wp) function farthest_of(blocks, d, first, last) result(move)
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: d(:,:)
-      integer, intent(in) :: first, last
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer, intent(in) :: first, last  !< of the range
       integer :: b
 
       move = 0.0_wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Line search of the open–close iteration on the energy of the step from the previous iterate.
 !>
 !> With the friction bounds held, the step's solution is the least of a convex function: inertia,
@@ -29,10 +30,10 @@ contains
    !> On entry the contacts hold gap and slip of the new d.  Regula falsi on the slope; halving the
    !> slope of an end that stays (Illinois) makes it converge faster than linearly.
    subroutine descend(system, contacts, laws, alpha)
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      real(wp), intent(out) :: alpha
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(out) :: alpha  !< share of the step
       real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first
       integer :: i
 
@@ -68,7 +69,8 @@ contains
 
    !> Slope of the quadratic part at the previous d, and how much it grows up to the new one.
    subroutine quadratic_slope(system, start, growth)
-      type(system_type), intent(in) :: system
+      type(system_type), intent(in) :: system  !< equations of the step
+      !> slope at the previous d; of the slope up to the new d
       real(wp), intent(out) :: start, growth
       real(wp) :: part(2, most_pieces), total(2)
       integer :: p, n
@@ -90,8 +92,8 @@ contains
 
    !> Start and growth of blocks first … last, from the diagonal of the linear part.
    pure function quadratic_range(system, first, last) result(slope)
-      type(system_type), intent(in) :: system
-      integer, intent(in) :: first, last
+      type(system_type), intent(in) :: system  !< equations of the step
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: slope(2), change(6), force(6)
       integer :: b
 
@@ -107,7 +109,7 @@ contains
 
    !> Start and growth by the blocks that elements couple.
    pure function coupled_slope(system) result(slope)
-      type(system_type), intent(in) :: system
+      type(system_type), intent(in) :: system  !< equations of the step
       real(wp) :: slope(2), change_i(6), change_j(6)
       integer :: i, k
 
@@ -127,8 +129,8 @@ contains
 
    !> How much each contact opens and slips from the previous d to the new one.
    subroutine measure_changes(system, contacts)
-      type(system_type), intent(in) :: system
-      type(contacts_type), intent(inout) :: contacts
+      type(system_type), intent(in) :: system  !< equations of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       integer :: p
 
       if (contacts%n < parallel_from) then
@@ -143,9 +145,9 @@ contains
 
    !> Contacts first … last.
    pure subroutine change_range(system, contacts, first, last)
-      type(system_type), intent(in) :: system
-      type(contacts_type), intent(inout) :: contacts
-      integer, intent(in) :: first, last
+      type(system_type), intent(in) :: system  !< equations of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: change_v(6), change_e(6)
       integer :: c
 
@@ -161,8 +163,8 @@ contains
 
    !> Slope of all contacts at a share of the step from the previous d to the new one.
    real(wp) function contact_slope(contacts, laws, alpha) result(slope)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< share of the step
       real(wp) :: piece(most_pieces)
       integer :: p
@@ -181,10 +183,10 @@ contains
 
    !> Contacts first … last.
    pure real(wp) function slope_range(contacts, laws, alpha, first, last) result(slope)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< share of the step
-      integer, intent(in) :: first, last
+      integer, intent(in) :: first, last  !< of the range
       type(response_type) :: response
       integer :: c
 

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Displacement, velocity and acceleration of a material point.
 module dda_measure
    use dda_kinds, only: wp
@@ -11,8 +12,9 @@ contains
 
    !> Motion of a point, m, m/s, m/s²; the acceleration is the scheme's, with the centripetal part.
    pure subroutine measure_point(blocks, point, displacement, velocity, acceleration)
-      type(blocks_type), intent(in) :: blocks
-      type(point_type), intent(in) :: point
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(point_type), intent(in) :: point  !< measured point
+      !> m; [6,blocks] per s; m/s²
       real(wp), intent(out) :: displacement(2), velocity(2), acceleration(2)
       real(wp) :: t(2, 6)
 

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Open–close iteration: find the contact states that the solution itself calls for.
 !>
 !> Assume states, solve, evaluate the contact laws, change states, repeat.  Both open–closed and
@@ -56,12 +57,12 @@ contains
 
    !> Iterate until every contact exerts what was assumed of it.
    subroutine close_contacts(iteration, system, solver, contacts, laws, error)
-      type(open_close_type), intent(inout) :: iteration
-      type(system_type), intent(inout) :: system
-      type(solver_type), intent(inout) :: solver
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      type(error_type), allocatable, intent(out) :: error
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: changed, runaway, i
       logical :: new_matrix, closed, exactly
 
@@ -103,8 +104,8 @@ contains
 
    !> Nothing has been iterated in this step.
    pure subroutine begin_iteration(iteration, contacts)
-      type(open_close_type), intent(inout) :: iteration
-      type(contacts_type), intent(inout) :: contacts
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
 
       iteration%iterations = 0
       iteration%changes = 0
@@ -120,13 +121,13 @@ contains
 
    !> Solve for d with the contacts in their assumed states.
    subroutine solve_assumed(iteration, system, solver, contacts, laws, new_matrix, error)
-      type(open_close_type), intent(inout) :: iteration
-      type(system_type), intent(inout) :: system
-      type(solver_type), intent(inout) :: solver
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: new_matrix  !< .false. if only friction forces have changed
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call assemble_contacts(system, contacts, laws, iteration%retained)
       if (new_matrix) call renew(solver, system%matrix, system%constant, &
@@ -141,10 +142,10 @@ contains
 
    !> Evaluate the laws at d, and what the iteration is judged by.
    subroutine evaluate(iteration, d, contacts, laws)
-      type(open_close_type), intent(inout) :: iteration
-      real(wp), intent(in), contiguous :: d(:,:)
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: largest
 
       largest = iteration%weight
@@ -157,12 +158,12 @@ contains
 
    !> A loose solve has led to forces within the tolerance: solve exactly, and evaluate again.
    subroutine finish_solve(iteration, system, solver, contacts, laws, error)
-      type(open_close_type), intent(inout) :: iteration
-      type(system_type), intent(inout) :: system
-      type(solver_type), intent(inout) :: solver
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      type(error_type), allocatable, intent(out) :: error
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (solver%exact) return
       call solve(solver, system%matrix, system%rhs, system%d, error)
@@ -173,14 +174,14 @@ contains
    !> solution.
    subroutine follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, &
       error)
-      type(open_close_type), intent(inout) :: iteration
-      type(system_type), intent(inout) :: system
-      type(solver_type), intent(inout) :: solver
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: exactly  !< to the tolerance, else to a share of the first difference
       integer, intent(out) :: runaway !< contact whose friction force does not converge, else 0
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: difference, wanted, reduction
       integer :: i
 
@@ -209,11 +210,11 @@ contains
    !> Stick the contact whose friction force runs away from its normal force: sliding as assumed has
    !> no solution, which happens where friction is high enough to lock.  The solution is dropped.
    pure subroutine force_to_stick(iteration, system, contacts, laws, runaway)
-      type(open_close_type), intent(inout) :: iteration
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      integer, intent(in) :: runaway
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: runaway  !< number of the contact
 
       call note_change(iteration%stiffness_changes, contacts, laws, runaway, contact_stick, .false.)
       contacts%state(runaway) = contact_stick
@@ -227,10 +228,10 @@ contains
    !> to stick; they retain a growing share of their shear stiffness until whole steps are good
    !> again.
    subroutine globalise(iteration, system, contacts, laws)
-      type(open_close_type), intent(inout) :: iteration
-      type(system_type), intent(inout) :: system
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: alpha, before
       logical :: overshot
       integer :: n
@@ -256,10 +257,10 @@ contains
 
    !> A converged step stands unless a bond is overloaded or a contact is not tight enough.
    subroutine check_strength(iteration, contacts, laws, closed)
-      type(open_close_type), intent(inout) :: iteration
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      logical, intent(out) :: closed
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      logical, intent(out) :: closed  !< the step stands
       integer :: broken
 
       call break_bonds(iteration, contacts, laws, broken)
@@ -270,10 +271,10 @@ contains
    !> Break the bonds that the converged solution overloads; the step goes on with these contacts
    !> unilateral.
    subroutine break_bonds(iteration, contacts, laws, broken)
-      type(open_close_type), intent(inout) :: iteration
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      integer, intent(out) :: broken
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(out) :: broken  !< bonds that break
       integer :: c
 
       broken = 0
@@ -292,8 +293,8 @@ contains
    !>
    !> Augmented Lagrangian by Uzawa's iteration: the next solve starts from contacts that press.
    subroutine tighten(iteration, contacts, closed)
-      type(open_close_type), intent(in) :: iteration
-      type(contacts_type), intent(inout) :: contacts
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       logical, intent(out) :: closed  !< the multipliers stay
       integer :: c
 
@@ -311,10 +312,10 @@ contains
 
    !> Assume the states that the laws give; note the springs and count the states that change.
    pure subroutine adopt_states(iteration, contacts, laws, changed)
-      type(open_close_type), intent(inout) :: iteration
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
-      integer, intent(out) :: changed
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(out) :: changed  !< contacts that change
       integer :: n, c
 
       n = contacts%n

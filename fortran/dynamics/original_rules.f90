@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The original DDA's open–close rules, for comparison (`contact_rules = 'original'`).
 !>
 !> As the lineage of Shi's code applies them: an open contact closes only past a dead band, at full
@@ -29,14 +30,14 @@ contains
    !> Iterate until no contact opens or closes.
    subroutine close_by_original_rules(iteration, system, solver, contacts, laws, half_size, &
       first_step, error)
-      type(open_close_type), intent(inout) :: iteration
-      type(system_type), intent(inout) :: system
-      type(solver_type), intent(inout) :: solver
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: half_size    !< w0, m
       logical, intent(in) :: first_step    !< of the run: one iteration is never enough
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i, c, switched
 
       iteration%changes = 0
@@ -68,8 +69,8 @@ contains
 
    !> Contacts in touch at the start of a run are locked.
    pure subroutine lock_touching(contacts, half_size)
-      type(contacts_type), intent(inout) :: contacts
-      real(wp), intent(in) :: half_size
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      real(wp), intent(in) :: half_size  !< of the model, m
 
       where (contacts%gap(:contacts%n) <= open_band*half_size) contacts%state(:contacts%n) = &
          contact_stick
@@ -78,10 +79,10 @@ contains
 
    !> The transition table.
    pure integer function next_state(contacts, laws, half_size, c) result(next)
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: half_size
-      integer, intent(in) :: c
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in) :: half_size  !< of the model, m
+      integer, intent(in) :: c  !< number of the contact
       type(law_type) :: law
       real(wp) :: gap, offset, friction
 
@@ -108,8 +109,8 @@ contains
 
    !> Take over the states; the friction of the next iteration comes from this one's normal force.
    pure subroutine adopt(contacts, laws)
-      type(contacts_type), intent(inout) :: contacts
-      type(laws_type), intent(in) :: laws
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(law_type) :: law
       integer :: c
 
@@ -128,8 +129,8 @@ contains
 
    !> Cohesion and tension are lost for good the first time a step ends otherwise than stuck.
    pure subroutine lose_bonds(iteration, contacts)
-      type(open_close_type), intent(inout) :: iteration
-      type(contacts_type), intent(inout) :: contacts
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       integer :: c
 
       do c = 1, contacts%n

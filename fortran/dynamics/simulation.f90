@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The whole state of a run in one derived type.  No input, no output.
 module dda_simulation
    use dda_kinds, only: wp, long
@@ -65,28 +66,28 @@ contains
 
    !> The step to come.
    pure type(step_type) function next_step(simulation)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       next_step = step_type(simulation%scheme, simulation%time, simulation%time_step)
    end function next_step
 
    !> This step's list of contacts becomes the last one's, and the other way round.
    pure subroutine exchange_lists(simulation)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       simulation%now = 3 - simulation%now
    end subroutine exchange_lists
 
    !> All stages are done.
    pure logical function finished(simulation)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       finished = simulation%stage >= size(simulation%model%stages) .and. stage_finished(simulation)
    end function finished
 
    !> The present stage is done: a static one as soon as it has been entered.
    pure logical function stage_finished(simulation) result(done)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       done = simulation%stage == 0
       if (.not. done) done = simulation%model%stages(simulation%stage)%static
@@ -103,7 +104,7 @@ contains
 
    !> What step control did, in words.
    pure function summary(simulation) result(text)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
 
       associate (counters => simulation%counters)
@@ -124,15 +125,15 @@ contains
 
    !> Gravity acts on a model that is not brought to rest.
    pure logical function comes_suddenly(model)
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< as read from the input
 
       comes_suddenly = norm2(model%control%gravity) > 0.0_wp .and. &
          model%control%dynamic_factor > 0.0_wp .and. .not. model%stages(1)%static
    end function comes_suddenly
 
    pure function block_name(simulation, b) result(name)
-      type(simulation_type), intent(in) :: simulation
-      integer, intent(in) :: b
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      integer, intent(in) :: b  !< number of the block
       character(len=:), allocatable :: name
 
       name = to_text(b)

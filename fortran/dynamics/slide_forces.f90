@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Slide forces that follow the normal forces of the same solution, while the states of the contacts
 !> are held.
 !>
@@ -27,8 +28,8 @@ contains
 
    !> Begin with the contacts that are assumed to slide.
    subroutine list_slides(slides, contacts)
-      type(slides_type), intent(inout) :: slides
-      type(contacts_type), intent(in) :: contacts
+      type(slides_type), intent(inout) :: slides  !< sliding contacts
+      type(contacts_type), intent(in) :: contacts  !< this step's list
       integer :: c
 
       call make_room(slides, contacts%n)
@@ -43,8 +44,8 @@ contains
    end subroutine list_slides
 
    subroutine make_room(slides, wanted)
-      type(slides_type), intent(inout) :: slides
-      integer, intent(in) :: wanted
+      type(slides_type), intent(inout) :: slides  !< sliding contacts
+      integer, intent(in) :: wanted  !< how many
 
       if (allocated(slides%contact)) then
          if (size(slides%contact) >= wanted) return
@@ -55,10 +56,10 @@ contains
 
    !> The slide forces that the normal forces at d call for, in the assumed directions.
    pure subroutine evaluate_slides(slides, contacts, laws, d)
-      type(slides_type), intent(inout) :: slides
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: d(:,:)
+      type(slides_type), intent(inout) :: slides  !< sliding contacts
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: gap
       integer :: i, c
 
@@ -73,14 +74,14 @@ contains
 
    !> Largest difference between assumed and answered, N/m.
    pure real(wp) function difference_of(slides)
-      type(slides_type), intent(in) :: slides
+      type(slides_type), intent(in) :: slides  !< sliding contacts
 
       difference_of = maxval(abs(slides%response(:slides%n) - slides%force(:slides%n)))
    end function difference_of
 
    !> The contact with that difference.
    pure integer function farthest_off(slides)
-      type(slides_type), intent(in) :: slides
+      type(slides_type), intent(in) :: slides  !< sliding contacts
 
       farthest_off = &
          slides%contact(maxloc(abs(slides%response(:slides%n) - slides%force(:slides%n)), 1))
@@ -88,9 +89,9 @@ contains
 
    !> Assume the next forces, in the contacts and in the right-hand side.
    subroutine follow(slides, contacts, system)
-      type(slides_type), intent(inout) :: slides
-      type(contacts_type), intent(inout) :: contacts
-      type(system_type), intent(inout) :: system
+      type(slides_type), intent(inout) :: slides  !< sliding contacts
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(system_type), intent(inout) :: system  !< equations of the step
       integer :: i, c
 
       call accelerate(slides%memory, slides%force(:slides%n), slides%response(:slides%n))

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The springs that a contact puts into K̂ or takes out when its state changes or its bond breaks.
 module dda_spring_changes
    use dda_kinds, only: wp
@@ -13,10 +14,10 @@ contains
 
    !> Note what a new state of contact c changes: its normal spring, its shear spring, both or none.
    pure subroutine note_change(changes, contacts, laws, c, state, bonded)
-      type(rank_one_type), intent(inout) :: changes
-      type(contacts_type), intent(in) :: contacts
-      type(laws_type), intent(in) :: laws
-      integer, intent(in) :: c
+      type(rank_one_type), intent(inout) :: changes  !< springs put in or taken out
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
       integer, intent(in) :: state   !< to come
       logical, intent(in) :: bonded  !< to come
       real(wp) :: change(2)
@@ -33,9 +34,9 @@ contains
 
    !> Normal and shear spring in a state, N/m, without what sliding contacts retain.
    pure function springs_of(laws, state, bonded) result(springs)
-      type(laws_type), intent(in) :: laws
-      integer, intent(in) :: state
-      logical, intent(in) :: bonded
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: state  !< contact_open, contact_slide or contact_stick
+      logical, intent(in) :: bonded  !< the contact is
       real(wp) :: springs(2)
 
       springs = 0.0_wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stages of a run: statics to rest, excavation, changes, dynamics, in the order of the input.
 !>
 !> A static stage is done when it has been entered: it takes no time and no steps.  If the first
@@ -138,7 +139,7 @@ contains
    !> Stored energies of the present state; the difference goes to a term.
    subroutine book(simulation, term, sign_of)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      integer, intent(in) :: term
+      integer, intent(in) :: term  !< one of the list
       real(wp), intent(in) :: sign_of  !< 1: a gain; −1: a loss
       type(energy_type) :: present
       real(wp) :: before
@@ -251,7 +252,7 @@ contains
 
    !> What static steps have lost by their scheme goes to the static stages.
    pure subroutine book_statics(energy, before)
-      type(energy_type), intent(inout) :: energy
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(energy_type), intent(in) :: before  !< at the beginning of the stage
       integer, parameter :: terms(*) = [energy_algorithmic, energy_kinetic_damping, &
          energy_geometric]
@@ -264,7 +265,7 @@ contains
 
    !> The terms of a budget that are not zero.
    pure function budget_in_words(energy) result(words)
-      type(energy_type), intent(in) :: energy
+      type(energy_type), intent(in) :: energy  !< J per metre of thickness
       character(len=:), allocatable :: words
       real(wp) :: values(size(energy_terms))
       integer :: i

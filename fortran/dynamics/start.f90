@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The first state of a run, and rates set from outside.
 module dda_start
    use dda_kinds, only: wp
@@ -28,9 +29,9 @@ contains
 
    !> Set up a run of a model.
    subroutine start(simulation, model, error)
-      type(simulation_type), intent(out) :: simulation
-      type(model_type), intent(in) :: model
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(out) :: simulation  !< a run and its state
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: gravity
 
       simulation%model = model
@@ -76,9 +77,9 @@ contains
    !> Set the rates of all blocks, but what supports hold; the energy that this brings is input, or
    !> part of the first state.
    subroutine set_rates(simulation, rates, error)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: rates(:,:)  !< [6,blocks] m/s, rad/s, 1/s
-      type(error_type), allocatable, intent(out) :: error
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: before
 
       if (.not. all(abs(rates) <= huge(1.0_wp))) then

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their linear part.
 !>
 !> K̂ is the sum of a linear part that no contact state changes (inertia, elasticity, elements) and
@@ -42,7 +43,7 @@ contains
 
    !> Arrays for n blocks.
    subroutine prepare_system(system, n)
-      type(system_type), intent(out) :: system
+      type(system_type), intent(out) :: system  !< equations of the step
       integer, intent(in) :: n  !< blocks
 
       allocate (system%constant(6, 6, n))
@@ -54,10 +55,10 @@ contains
    !> Lay out K̂ for all near pairs and all that elements couple, so that the pattern lasts as long
    !> as the neighbours do.
    subroutine set_matrix_pattern(system, blocks, neighbours, elements, step)
-      type(system_type), intent(inout) :: system
-      type(blocks_type), intent(in) :: blocks
-      type(neighbours_type), intent(in) :: neighbours
-      type(elements_type), intent(in) :: elements
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(neighbours_type), intent(in) :: neighbours  !< near pairs of blocks
+      type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the one to come
       integer, allocatable :: pairs(:,:)
       integer :: p
@@ -83,7 +84,7 @@ contains
 
    !> Where the lower entries of the linear part stand in K̂.
    subroutine index_linear(system)
-      type(system_type), intent(inout) :: system
+      type(system_type), intent(inout) :: system  !< equations of the step
       integer :: row, k
 
       system%linear_entry = [integer ::]
@@ -98,9 +99,9 @@ contains
 
    !> M/(χΔt²) + θ elasticity, constants of a block as long as step and scheme stay.
    subroutine set_constant(system, blocks, step)
-      type(system_type), intent(inout) :: system
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
       real(wp) :: weight
       integer :: b
 
@@ -119,10 +120,10 @@ contains
 
    !> All of K̂ and f̂ that does not depend on contact states.
    subroutine assemble_linear(system, elements, blocks, step)
-      type(system_type), intent(inout) :: system
-      type(elements_type), intent(in) :: elements
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
       integer :: p
 
       call set_constant(system, blocks, step)
@@ -143,10 +144,10 @@ contains
 
    !> Inertia, elasticity and stress of blocks first … last.
    pure subroutine assemble_blocks(system, blocks, step, first, last)
-      type(system_type), intent(inout) :: system
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
-      integer, intent(in) :: first, last
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: strain_load(3), weight
       integer :: b
 

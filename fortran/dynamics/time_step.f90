@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> One time step: search, assemble, solve, open–close, integrate; with a smaller Δt if it must be
 !> and may.
 module dda_time_step
@@ -30,8 +31,8 @@ contains
 
    !> Take one step.
    subroutine advance(simulation, error)
-      type(simulation_type), intent(inout) :: simulation
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: loss, move
       integer :: attempt
 
@@ -58,8 +59,8 @@ contains
 
    !> Assemble and iterate for the increment d of this step.
    subroutine solve_step(simulation, error)
-      type(simulation_type), intent(inout) :: simulation
-      type(error_type), allocatable, intent(out) :: error
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       associate (contacts => simulation%contacts(simulation%now), counters => simulation%counters)
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
@@ -83,7 +84,7 @@ contains
 
    !> The largest displacement that a vertex may have in a step, m.
    pure real(wp) function allowed_move(simulation)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       allowed_move = simulation%model%control%max_displacement_ratio &
          *half_size(simulation%model%blocks)
@@ -91,7 +92,7 @@ contains
 
    !> Keep the speed that the next search is made for, and count steps beyond the maximum.
    pure subroutine note_move(simulation, move)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
 
       simulation%speed = min(move, half_size(simulation%model%blocks))/simulation%time_step
@@ -101,7 +102,7 @@ contains
 
    !> A vertex moves beyond the maximum displacement, or beyond what contacts were listed for.
    pure logical function is_too_far(simulation, move)
-      type(simulation_type), intent(in) :: simulation
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
 
       is_too_far = (simulation%model%control%adaptive .and. move > allowed_move(simulation)) &
@@ -111,9 +112,9 @@ contains
    !> Prepare another attempt at the step: a smaller Δt if it is allowed to shrink, else a wider
    !> search.
    subroutine retry(simulation, attempt, error)
-      type(simulation_type), intent(inout) :: simulation
-      integer, intent(in) :: attempt
-      type(error_type), allocatable, intent(inout) :: error
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      integer, intent(in) :: attempt  !< number, from 1
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: reason
 
       reason = 'a vertex moves too far in one step'
@@ -134,7 +135,7 @@ contains
 
    !> Make the solution of the step the new state.
    subroutine accept(simulation)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp) :: path
 
       simulation%last_time_step = simulation%time_step
@@ -157,7 +158,7 @@ contains
 
    !> Count broken bonds and, once the first step has closed what touches, changes of state.
    pure subroutine note_changes(simulation)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       associate (counters => simulation%counters, iteration => simulation%iteration)
          counters%broken = counters%broken + iteration%broken
@@ -169,7 +170,7 @@ contains
    !> With a fixed Δt, time is an exact multiple of it; an adaptive Δt recovers after each good
    !> step.
    pure subroutine move_clock(simulation, time)
-      type(simulation_type), intent(inout) :: simulation
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: time  !< at the end of the step, s
       real(wp) :: left
 

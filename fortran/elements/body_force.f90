@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Body force per unit mass: gravity, and the acceleration of the base in the frame of the base,
 !> taken at t₀ + θΔt.
 module dda_body_force
@@ -27,9 +28,9 @@ contains
 
    !> Acceleration in place of the base's, m/s²; zero where the base does not move.
    pure function base_force(self, motions, step) result(force)
-      class(body_force_type), intent(in) :: self
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
+      class(body_force_type), intent(in) :: self  !< elements of this kind
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
       real(wp) :: force(2)
       integer :: axis
 
@@ -42,11 +43,11 @@ contains
 
    !> m (g − a)
    subroutine add_force(self, blocks, motions, step, load)
-      class(body_force_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
-      real(wp), intent(inout) :: load(:,:)
+      class(body_force_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       real(wp) :: force(2)
       integer :: b
 
@@ -58,12 +59,12 @@ contains
 
    !> Potential of gravity, work of the base acceleration.
    subroutine account(self, blocks, motions, step, d, energy)
-      class(body_force_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
-      real(wp), intent(in) :: d(:,:)
-      type(energy_type), intent(inout) :: energy
+      class(body_force_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       real(wp) :: part(2, most_pieces), moved(2)
       integer :: p
 
@@ -82,8 +83,8 @@ contains
 
    !> Gravity alone.
    subroutine freeze(self, motions, time)
-      class(body_force_type), intent(inout) :: self
-      type(motion_type), intent(in) :: motions(:)
+      class(body_force_type), intent(inout) :: self  !< elements of this kind
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time
 
       self%base_motion = 0
@@ -91,9 +92,9 @@ contains
 
    !> Σ m d of blocks first … last.
    pure function mass_times(blocks, d, first, last) result(moved)
-      type(blocks_type), intent(in) :: blocks
-      real(wp), intent(in) :: d(:,:)
-      integer, intent(in) :: first, last
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: moved(2)
       integer :: b
 

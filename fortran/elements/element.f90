@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> An element: whatever acts on blocks linearly — a support, a load, a body force, a dashpot, a
 !> bolt.
 !>
@@ -33,20 +34,20 @@ module dda_element
       !> Add the forces of a step at d = 0 to f̂.
       subroutine force_interface(self, blocks, motions, step, load)
          import :: element_type, blocks_type, motion_type, step_type, wp
-         class(element_type), intent(in) :: self
+         class(element_type), intent(in) :: self  !< elements of this kind
          type(blocks_type), intent(in) :: blocks       !< at the start of the step
          type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-         type(step_type), intent(in) :: step
+         type(step_type), intent(in) :: step  !< the one being taken
          real(wp), intent(inout) :: load(:,:)          !< [6,blocks] N/m …
       end subroutine force_interface
 
       !> Add work, losses and stored energy of the converged increment d, before it is taken.
       subroutine budget_interface(self, blocks, motions, step, d, energy)
          import :: element_type, blocks_type, motion_type, step_type, energy_type, wp
-         class(element_type), intent(in) :: self
+         class(element_type), intent(in) :: self  !< elements of this kind
          type(blocks_type), intent(in) :: blocks       !< at the start of the step
          type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-         type(step_type), intent(in) :: step
+         type(step_type), intent(in) :: step  !< the one being taken
          real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
          type(energy_type), intent(inout) :: energy    !< J per metre of thickness
       end subroutine budget_interface
@@ -56,16 +57,16 @@ contains
 
    !> Append springs and dashpots in the present geometry; here: none.
    subroutine add_no_linear(self, blocks, step, terms)
-      class(element_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
-      type(linear_terms_type), intent(inout) :: terms
+      class(element_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
    end subroutine add_no_linear
 
    !> Add the energy stored in the present state; here: none.
    subroutine add_no_stored(self, blocks, motions, step, energy)
-      class(element_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
+      class(element_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step           !< the one to come
       type(energy_type), intent(inout) :: energy    !< J per metre of thickness
@@ -73,15 +74,15 @@ contains
 
    !> Take over a state of its own at the end of a step; here: none.
    subroutine accept_nothing(self, motions, step)
-      class(element_type), intent(inout) :: self
+      class(element_type), intent(inout) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-      type(step_type), intent(in) :: step
+      type(step_type), intent(in) :: step  !< the one being taken
    end subroutine accept_nothing
 
    !> Change first velocities that the element would not let be; here: it does not mind.
    subroutine match_nothing(self, blocks, motions, step, velocity)
-      class(element_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
+      class(element_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step           !< the one to come
       real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
@@ -89,15 +90,15 @@ contains
 
    !> Hold for ever what depends on time; here: nothing does.
    subroutine freeze_nothing(self, motions, time)
-      class(element_type), intent(inout) :: self
+      class(element_type), intent(inout) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       real(wp), intent(in) :: time                  !< whose loads and places stay, s
    end subroutine freeze_nothing
 
    !> Write or read a state of its own; here: none.
    subroutine serialise_nothing(self, archive)
-      class(element_type), intent(inout) :: self
-      type(archive_type), intent(inout) :: archive
+      class(element_type), intent(inout) :: self  !< elements of this kind
+      type(archive_type), intent(inout) :: archive  !< written or read
    end subroutine serialise_nothing
 
 end module dda_element

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The elements of a model: registration, and what all of them together give.
 module dda_elements
    use dda_kinds, only: wp
@@ -32,8 +33,8 @@ contains
 
    !> The elements that a model asks for.  Here a new kind is registered.
    subroutine set_elements(elements, model, time)
-      type(elements_type), intent(out) :: elements
-      type(model_type), intent(in) :: model
+      type(elements_type), intent(out) :: elements  !< of the model
+      type(model_type), intent(in) :: model  !< as read from the input
       real(wp), intent(in) :: time  !< from which they act, s
 
       elements%motions = model%motions
@@ -50,7 +51,7 @@ contains
 
    !> Append a kind.
    subroutine register(elements, element)
-      type(elements_type), intent(inout) :: elements
+      type(elements_type), intent(inout) :: elements  !< of the model
       class(element_type), intent(in) :: element
       type(kind_type), allocatable :: more(:)
       integer :: i
@@ -65,10 +66,10 @@ contains
 
    !> All springs and dashpots in the present geometry.
    subroutine linear_terms_of(elements, blocks, step, terms)
-      type(elements_type), intent(in) :: elements
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
-      type(linear_terms_type), intent(inout) :: terms
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       integer :: i
 
       call clear_terms(terms)
@@ -79,9 +80,9 @@ contains
 
    !> Add all forces of a step at d = 0 to f̂.
    subroutine add_forces(elements, blocks, step, load)
-      type(elements_type), intent(in) :: elements
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       integer :: i
 
@@ -92,8 +93,8 @@ contains
 
    !> The energy that elements store in the present state.
    subroutine update_stored(elements, blocks, step, energy)
-      type(elements_type), intent(in) :: elements
-      type(blocks_type), intent(in) :: blocks
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step         !< the one to come
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
@@ -106,9 +107,9 @@ contains
 
    !> Work, losses and stored energy of the converged increment d, before it is taken.
    subroutine account_elements(elements, blocks, step, d, energy)
-      type(elements_type), intent(in) :: elements
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)              !< [6,blocks]
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
@@ -121,8 +122,8 @@ contains
 
    !> States of their own move to the end of the step.
    subroutine accept_elements(elements, step)
-      type(elements_type), intent(inout) :: elements
-      type(step_type), intent(in) :: step
+      type(elements_type), intent(inout) :: elements  !< of the model
+      type(step_type), intent(in) :: step  !< the one being taken
       integer :: i
 
       do i = 1, size(elements%kind)
@@ -132,8 +133,8 @@ contains
 
    !> Change first velocities to what elements let be.
    subroutine match_velocities(elements, blocks, step)
-      type(elements_type), intent(in) :: elements
-      type(blocks_type), intent(inout) :: blocks
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(inout) :: blocks  !< in their present state
       type(step_type), intent(in) :: step         !< the one to come
       real(wp) :: velocity(6, blocks%n)
       integer :: i
@@ -147,7 +148,7 @@ contains
 
    !> For statics: loads and supported points as at a time stay so, motions of the base do not act.
    subroutine freeze_elements(elements, time)
-      type(elements_type), intent(inout) :: elements
+      type(elements_type), intent(inout) :: elements  !< of the model
       real(wp), intent(in) :: time  !< s
       integer :: i
 
@@ -158,8 +159,8 @@ contains
 
    !> Write or read their states.
    subroutine serialise_elements(elements, archive)
-      type(elements_type), intent(inout) :: elements
-      type(archive_type), intent(inout) :: archive
+      type(elements_type), intent(inout) :: elements  !< of the model
+      type(archive_type), intent(inout) :: archive  !< written or read
       integer :: i
 
       do i = 1, size(elements%kind)

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The energy budget: every joule of a run has a name, and `balance` is what is left over.
 !>
 !> ΔT = d·F − (χ − ½) ΔvᵀMΔv holds exactly in a step (`dda_scheme`), so the loss that the scheme
@@ -63,7 +64,7 @@ contains
 
    !> Add to a term.
    pure subroutine add_energy(energy, term, more)
-      type(energy_type), intent(inout) :: energy
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer, intent(in) :: term   !< one of energy_kinetic …
       real(wp), intent(in) :: more  !< J per metre of thickness
 
@@ -72,7 +73,7 @@ contains
 
    !> Kinetic plus potential energy, J per metre of thickness.
    pure real(wp) function total_energy(energy)
-      type(energy_type), intent(in) :: energy
+      type(energy_type), intent(in) :: energy  !< J per metre of thickness
 
       total_energy = sum(energy%value, mask=energy_terms%role == is_stored)
    end function total_energy
@@ -80,7 +81,7 @@ contains
    !> Total less all that explains it, J per metre of thickness: rounding and the tolerance of the
    !> open–close iteration.
    pure real(wp) function balance(energy)
-      type(energy_type), intent(in) :: energy
+      type(energy_type), intent(in) :: energy  !< J per metre of thickness
       integer :: i
 
       balance = total_energy(energy)
@@ -93,7 +94,7 @@ contains
    !> What has changed hands, J per metre of thickness: the scale of `balance` and of the geometric
    !> term.
    pure real(wp) function turnover(energy)
-      type(energy_type), intent(in) :: energy
+      type(energy_type), intent(in) :: energy  !< J per metre of thickness
 
       turnover = sum(abs(energy%value)) - abs(energy%value(energy_geometric)) &
          - abs(energy%value(energy_balance))
@@ -101,7 +102,7 @@ contains
 
    !> Values in the order of `energy_terms`, with the balance.
    pure function energy_values(energy) result(values)
-      type(energy_type), intent(in) :: energy
+      type(energy_type), intent(in) :: energy  !< J per metre of thickness
       real(wp) :: values(size(energy_terms))  !< J per metre of thickness
 
       values = energy%value

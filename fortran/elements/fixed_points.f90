@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fixed points: material points held to a prescribed motion by a spring and a dashpot.
 !>
 !> With the place y and the velocity w of the point relative to the motion, at the end of the step,
@@ -50,8 +51,8 @@ contains
    !> Fixed points from a time on.
    pure type(fixed_points_type) function new_fixed_points(points, motions, stiffness, &
       time) result(self)
-      type(fixed_point_type), intent(in) :: points(:)
-      type(motion_type), intent(in) :: motions(:)
+      type(fixed_point_type), intent(in) :: points(:)  !< [points]
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: stiffness  !< of each, N/m per metre of thickness
       real(wp), intent(in) :: time       !< s
       integer :: i, axis
@@ -69,17 +70,17 @@ contains
 
    !> c, N s/m per metre of thickness.
    pure real(wp) function dashpot_of(self, step)
-      class(fixed_points_type), intent(in) :: self
-      type(step_type), intent(in) :: step
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      type(step_type), intent(in) :: step  !< the one being taken
 
       dashpot_of = (1.0_wp - step%scheme%chi)*self%stiffness*step%time_step
    end function dashpot_of
 
    !> Displacement that point i is to have at a time, m.
    pure function target_displacement(self, i, motions, time) result(displacement)
-      class(fixed_points_type), intent(in) :: self
-      integer, intent(in) :: i
-      type(motion_type), intent(in) :: motions(:)
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
       real(wp) :: displacement(2)
       integer :: axis
@@ -94,10 +95,10 @@ contains
 
    !> Velocity that point i is to have at the end of a step, m/s.
    pure function target_rate(self, i, motions, step) result(rate)
-      class(fixed_points_type), intent(in) :: self
-      integer, intent(in) :: i
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
       real(wp) :: rate(2)
       integer :: axis
 
@@ -116,10 +117,10 @@ contains
 
    !> Place of point i relative to its motion at a time, m; zero where it is free.
    pure function away_from_target(self, i, blocks, motions, time) result(away)
-      class(fixed_points_type), intent(in) :: self
-      integer, intent(in) :: i
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
       real(wp) :: away(2)
 
@@ -133,10 +134,10 @@ contains
 
    !> A spring and a dashpot for each direction in which a point is held.
    subroutine add_linear(self, blocks, step, terms)
-      class(fixed_points_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
-      type(linear_terms_type), intent(inout) :: terms
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: t(2, 6)
       integer :: i, axis
@@ -164,11 +165,11 @@ contains
 
    !> −k (x₀ − u₁) + c [(1/χ − 1) v₀ + u̇₁]
    subroutine add_force(self, blocks, motions, step, load)
-      class(fixed_points_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
-      real(wp), intent(inout) :: load(:,:)
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       real(wp) :: t(2, 6), force(2)
       integer :: i
 
@@ -186,11 +187,11 @@ contains
 
    !> Energy of springs and dashpots in the present state.
    subroutine add_stored(self, blocks, motions, step, energy)
-      class(fixed_points_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
-      type(energy_type), intent(inout) :: energy
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
       do i = 1, size(self%point)
@@ -205,8 +206,8 @@ contains
 
    !> ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
    pure real(wp) function stored(self, step, y, w, held)
-      class(fixed_points_type), intent(in) :: self
-      type(step_type), intent(in) :: step
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: y(2), w(2)  !< m and m/s, relative to the motion
       logical, intent(in) :: held(2)      !< in x, in y
 
@@ -216,12 +217,12 @@ contains
 
    !> Work of the motions, F·Δu + c w₁·(Δu − Δt [(1 − χ) u̇₀ + χ u̇₁]), and the losses.
    subroutine account(self, blocks, motions, step, d, energy)
-      class(fixed_points_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
-      real(wp), intent(in) :: d(:,:)
-      type(energy_type), intent(inout) :: energy
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       real(wp) :: t(2, 6), moved(2), change(2), rate(2), y(2), w(2), w0(2), c
       integer :: i
 
@@ -253,9 +254,9 @@ contains
 
    !> The motions' velocities at the end of the step are those at the start of the next one.
    subroutine accept(self, motions, step)
-      class(fixed_points_type), intent(inout) :: self
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
+      class(fixed_points_type), intent(inout) :: self  !< elements of this kind
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
       integer :: i
 
       do i = 1, size(self%point)
@@ -266,11 +267,11 @@ contains
    !> Least of ½ |v − v₀|² in M plus ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]²: a stiff support takes a
    !> jump of velocity at once, which it would else store as energy for a step.
    subroutine match_velocity(self, blocks, motions, step, velocity)
-      class(fixed_points_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
-      real(wp), intent(inout) :: velocity(:,:)
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] per s
       real(wp) :: wanted(2, size(self%point))
       integer :: i
       logical :: done(size(self%point))
@@ -290,12 +291,12 @@ contains
 
    !> The same for block b.
    pure subroutine match_block(self, blocks, step, b, wanted, velocity)
-      class(fixed_points_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(step_type), intent(in) :: step
-      integer, intent(in) :: b
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: wanted(:,:)  !< [2,points] m/s
-      real(wp), intent(inout) :: velocity(:,:)
+      real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] per s
       real(wp) :: matrix(6, 6), inverse(6, 6), impulse(6), t(2, 6), weight
       integer :: i, axis, column
 
@@ -319,8 +320,8 @@ contains
 
    !> The places of a time for ever.
    subroutine freeze(self, motions, time)
-      class(fixed_points_type), intent(inout) :: self
-      type(motion_type), intent(in) :: motions(:)
+      class(fixed_points_type), intent(inout) :: self  !< elements of this kind
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time
       integer :: i
 
@@ -333,8 +334,8 @@ contains
 
    !> The velocities of the motions.
    subroutine serialise(self, archive)
-      class(fixed_points_type), intent(inout) :: self
-      type(archive_type), intent(inout) :: archive
+      class(fixed_points_type), intent(inout) :: self  !< elements of this kind
+      type(archive_type), intent(inout) :: archive  !< written or read
 
       call archive_values(archive, self%rate)
    end subroutine serialise

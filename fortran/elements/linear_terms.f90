@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The linear part of a model as a sum of rank-one terms c u uᵀ: springs and dashpots between two
 !> points.
 !>
@@ -53,15 +54,15 @@ contains
 
    !> Empty the list; its memory stays.
    pure subroutine clear_terms(terms)
-      type(linear_terms_type), intent(inout) :: terms
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
 
       terms%n = 0
    end subroutine clear_terms
 
    !> Append a term.
    pure subroutine add_term(terms, term)
-      type(linear_terms_type), intent(inout) :: terms
-      type(linear_term_type), intent(in) :: term
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+      type(linear_term_type), intent(in) :: term  !< one of the list
 
       terms%n = terms%n + 1
       if (.not. allocated(terms%term)) allocate (terms%term(16))
@@ -70,7 +71,7 @@ contains
    end subroutine add_term
 
    pure subroutine widen(terms)
-      type(linear_terms_type), intent(inout) :: terms
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type), allocatable :: more(:)
 
       allocate (more(2*size(terms%term)))
@@ -80,7 +81,7 @@ contains
 
    !> Factor of a term of each instant in K̂: θ, 1, 1/Δt, 1/(χΔt).
    pure function step_weights(step) result(weights)
-      type(step_type), intent(in) :: step
+      type(step_type), intent(in) :: step  !< the one being taken
       real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s
 
       weights = [step%scheme%theta, 1.0_wp, 1.0_wp/step%time_step, momentum_weight(step)]
@@ -88,7 +89,7 @@ contains
 
    !> u·x of a term in a motion x of all blocks.
    pure real(wp) function stretch_of(term, x) result(stretch)
-      type(linear_term_type), intent(in) :: term
+      type(linear_term_type), intent(in) :: term  !< one of the list
       real(wp), intent(in) :: x(:,:)  !< [6,blocks]
 
       stretch = dot_product(term%row_a, x(:, term%block_a))
@@ -97,7 +98,7 @@ contains
 
    !> Give all terms in proportion to the penalty another one.
    pure subroutine scale_penalty(terms, ratio)
-      type(linear_terms_type), intent(inout) :: terms
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       real(wp), intent(in) :: ratio  !< new k_n over old
       integer :: i
 
@@ -108,7 +109,7 @@ contains
 
    !> Pairs of blocks that terms couple; they may repeat.
    pure function coupled_blocks(terms) result(pairs)
-      type(linear_terms_type), intent(in) :: terms
+      type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       integer, allocatable :: pairs(:,:)  !< [2,any]
       integer :: i, count
 
@@ -124,9 +125,9 @@ contains
 
    !> Add weight × c u uᵀ of all terms to a matrix whose pattern holds them.
    pure subroutine add_to_matrix(terms, weights, matrix)
-      type(linear_terms_type), intent(in) :: terms
+      type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       real(wp), intent(in) :: weights(instants)  !< by the instant of a term; 0 leaves it out
-      type(block_matrix_type), intent(inout) :: matrix
+      type(block_matrix_type), intent(inout) :: matrix  !< block matrix
       integer :: i, entry
       real(wp) :: c
 
@@ -151,7 +152,7 @@ contains
 
    !> block += c a bᵀ
    pure subroutine add_product(block, c, a, b)
-      real(wp), intent(inout) :: block(6, 6)
+      real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
       real(wp), intent(in) :: c, a(6), b(6)  !< factor, and the rows of the two blocks
       integer :: column
 

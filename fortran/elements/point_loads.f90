@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Point loads: force histories at material points, taken at t₀ + θΔt.
 module dda_point_loads
    use dda_kinds, only: wp
@@ -24,11 +25,11 @@ contains
 
    !> Tᵀ f
    subroutine add_force(self, blocks, motions, step, load)
-      class(point_loads_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
-      real(wp), intent(inout) :: load(:,:)
+      class(point_loads_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       integer :: i
 
       do i = 1, size(self%load)
@@ -41,12 +42,12 @@ contains
 
    !> Work f·Td.
    subroutine account(self, blocks, motions, step, d, energy)
-      class(point_loads_type), intent(in) :: self
-      type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
-      type(step_type), intent(in) :: step
-      real(wp), intent(in) :: d(:,:)
-      type(energy_type), intent(inout) :: energy
+      class(point_loads_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
       do i = 1, size(self%load)
@@ -59,8 +60,8 @@ contains
 
    !> The forces of a time for ever.
    subroutine freeze(self, motions, time)
-      class(point_loads_type), intent(inout) :: self
-      type(motion_type), intent(in) :: motions(:)
+      class(point_loads_type), intent(inout) :: self  !< elements of this kind
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time
       real(wp), parameter :: ever = 0.5_wp*huge(1.0_wp)
       integer :: i

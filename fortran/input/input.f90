@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A namelist file becomes a model: everything it says checked, every name resolved.
 module dda_input
    use dda_kinds, only: wp, long

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The groups that make blocks: &block, &layers, &drums, &wall.
 module dda_input_blocks
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> All blocks of an input: read, brought to the engine's origin, and checked as a whole.
 module dda_input_bodies
    use dda_kinds, only: wp, long

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Everything that an input may say, published once: the groups and, of each variable, its kind,
 !> unit, default, allowed values and meaning.  The reader checks by it; Python and the documents ask
 !> for it.
@@ -70,48 +71,40 @@ module dda_input_catalogue
    type(variable_type), parameter :: run_variables(1) = [ &
       variable_type('title', 'text', '', 'blank', 'title of the run', allowed='any')]
 
-   type(variable_type), parameter :: control_variables(17) = [ &
-      variable_type('time_step', 'real', 's', 'required', &
-         'Δt; the largest one when adaptive', 1.0e-15_wp, 1.0e9_wp), &
-      variable_type('steps', 'integer', '', 'this or duration', &
-         'number of steps of Δt', 1.0_wp, 1.0e12_wp), &
-      variable_type('duration', 'real', 's', 'this or steps', &
-         'duration of the run, rounded to whole steps', above_zero), &
+   type(variable_type), parameter :: control_variables(17) = [ variable_type('time_step', 'real', &
+      's', 'required', 'Δt; the largest one when adaptive', 1.0e-15_wp, 1.0e9_wp), &
+      variable_type('steps', 'integer', '', 'this or duration', 'number of steps of Δt', 1.0_wp, &
+      1.0e12_wp), variable_type('duration', 'real', 's', 'this or steps', &
+      'duration of the run, rounded to whole steps', above_zero), &
       variable_type('time_step_control', 'text', '', "'fixed'", &
-         'adaptive: Δt shrinks when a step does not close or moves too far, then recovers', &
-         allowed="'fixed', 'adaptive'"), &
-      variable_type('least_time_step', 'real', 's', '10⁻⁶ time_step', &
-         'smallest Δt when adaptive', above_zero), &
+      'adaptive: Δt shrinks when a step does not close or moves too far, then recovers', &
+      allowed="'fixed', 'adaptive'"), variable_type('least_time_step', 'real', 's', &
+      '10⁻⁶ time_step', 'smallest Δt when adaptive', above_zero), &
       variable_type('max_displacement_ratio', 'real', '', '0.01', &
-         "largest displacement of a step over half the model size; sets the distance at "// &
-         "which contacts are listed, at most a fifth of the smallest block's radius; "// &
-         "exceeded steps are repeated when adaptive, counted when fixed", 1.0e-8_wp, 1.0_wp), &
+      "largest displacement of a step over half the model size; sets the distance at "// &
+      "which contacts are listed, at most a fifth of the smallest block's radius; "// &
+      "exceeded steps are repeated when adaptive, counted when fixed", 1.0e-8_wp, 1.0_wp), &
       variable_type('dynamic_factor', 'real', '', '1', &
-         'share of the velocity carried into each step: 1 dynamic, 0 static', 0.0_wp, 1.0_wp), &
+      'share of the velocity carried into each step: 1 dynamic, 0 static', 0.0_wp, 1.0_wp), &
       variable_type('integration', 'text', '', "'dda'", &
-         "dda: Newmark with β = ½, γ = 1; midpoint: no damping; theta: θ-method; backward_euler", &
-         allowed="'dda', 'midpoint', 'theta', 'backward_euler'"), &
-      variable_type('theta', 'real', '', '0.75', &
-         "θ = χ of integration = 'theta'; damping ratio (θ − ½) ω Δt", 0.5_wp, 1.0_wp), &
+      "dda: Newmark with β = ½, γ = 1; midpoint: no damping; theta: θ-method; backward_euler", &
+      allowed="'dda', 'midpoint', 'theta', 'backward_euler'"), variable_type('theta', 'real', '', &
+      '0.75', "θ = χ of integration = 'theta'; damping ratio (θ − ½) ω Δt", 0.5_wp, 1.0_wp), &
       variable_type('damping_ratio', 'real', '', 'none', &
-         "in place of theta: wanted of integration = 'theta' at damping_frequency", 0.0_wp, 10.0_wp), &
+      "in place of theta: wanted of integration = 'theta' at damping_frequency", 0.0_wp, 10.0_wp), &
       variable_type('damping_frequency', 'real', 'Hz', 'none', &
-         'frequency of damping_ratio, below 1/(2 time_step)', above_zero), &
-      variable_type('gravity', 'real list', 'm/s²', '0, 0', 'acceleration of gravity, x and y'), &
-      variable_type('settle', 'logical', '', '.false.', &
-         'the model is brought to rest under gravity and the loads of time 0 before the first '// &
-         'step; displacements count from there'), &
-      variable_type('analysis', 'text', '', "'plane_stress'", &
-         'elastic law of the blocks', allowed="'plane_stress', 'plane_strain'"), &
-      variable_type('base_motion_x', 'text', '', 'none', &
-         'motion whose acceleration acts as body force along x, in the frame of the base', &
-         allowed='the name of a &motion'), &
-      variable_type('base_motion_y', 'text', '', 'none', &
-         'the same along y', allowed='the name of a &motion'), &
-      variable_type('solver', 'text', '', "'auto'", &
-         "direct: sparse Cholesky of 6×6 blocks; lagged: conjugate gradients with an older "// &
-         "factor; jacobi: with the diagonal blocks; banded: LAPACK; sor: the original's; "// &
-         "auto chooses by size and stiffness", allowed=solvers)]
+      'frequency of damping_ratio, below 1/(2 time_step)', above_zero), variable_type('gravity', &
+      'real list', 'm/s²', '0, 0', 'acceleration of gravity, x and y'), variable_type('settle', &
+      'logical', '', '.false.', 'the model is brought to rest under gravity and the loads of '// &
+      'time 0 before the first '//'step; displacements count from there'), &
+      variable_type('analysis', 'text', '', "'plane_stress'", 'elastic law of the blocks', &
+      allowed="'plane_stress', 'plane_strain'"), variable_type('base_motion_x', 'text', '', &
+      'none', 'motion whose acceleration acts as body force along x, in the frame of the base', &
+      allowed='the name of a &motion'), variable_type('base_motion_y', 'text', '', 'none', &
+      'the same along y', allowed='the name of a &motion'), variable_type('solver', 'text', '', &
+      "'auto'", "direct: sparse Cholesky of 6×6 blocks; lagged: conjugate gradients with an "// &
+      "older "//"factor; jacobi: with the diagonal blocks; banded: LAPACK; sor: the "// &
+      "original's; "//"auto chooses by size and stiffness", allowed=solvers)]
 
    type(variable_type), parameter :: contact_variables(7) = [ &
       variable_type('normal_stiffness', 'real', 'N/m', "40 × the largest Young's modulus × 1 m", &
@@ -178,12 +171,11 @@ module dda_input_catalogue
       variable_type('channel', 'integer', '', '1', &
          'section of a COSMOS file, of those of the quantity', 1.0_wp)]
 
-   type(variable_type), parameter :: block_variables(2) = [ &
-      variable_type('vertices', 'real list', 'm', 'required', &
-         'x, y, x, y … counter-clockwise, of any simple polygon; at most 512 vertices'), &
-      variable_type('edge_joints', 'text list', '', 'joint', &
-         'joint of each edge, from the one between the first two vertices on; a blank or missing '// &
-         'one is that of the block', allowed='names of &joint groups, at most one an edge')]
+   type(variable_type), parameter :: block_variables(2) = [ variable_type('vertices', 'real list', &
+      'm', 'required', 'x, y, x, y … counter-clockwise, of any simple polygon; at most 512 '// &
+      'vertices'), variable_type('edge_joints', 'text list', '', 'joint', &
+      'joint of each edge, from the one between the first two vertices on; a blank or missing '// &
+      'one is that of the block', allowed='names of &joint groups, at most one an edge')]
 
    type(variable_type), parameter :: layers_variables(5) = [ &
       variable_type('left', 'real', 'm', '0', 'left side of the stack'), &

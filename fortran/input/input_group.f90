@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Tools for reading one group: its place in the file, input errors that name it, checks of its
 !> values against the catalogue.
 module dda_input_group

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The time integration of &control: a member of the family of `dda_scheme` by its name, by θ, or by
 !> the damping ratio that is wanted at a frequency.
 module dda_input_integration
@@ -16,12 +17,12 @@ contains
 
    !> Check what is asked for and put it into the settings, which have Δt and the dynamic factor.
    subroutine check_integration(error, place, integration, theta, ratio, frequency, settings)
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type), intent(in) :: place          !< of the group
       character(len=*), intent(in) :: integration    !< as read
       real(wp), intent(in) :: theta                  !< as read, or unset
       real(wp), intent(in) :: ratio, frequency       !< damping ratio at a frequency (Hz), or unset
-      type(control_type), intent(inout) :: settings
+      type(control_type), intent(inout) :: settings  !< of &control; θ is set
 
       call require_choice(error, place, 'integration', integration)
       if (allocated(error)) return
@@ -45,11 +46,11 @@ contains
 
    !> θ for a damping ratio at a frequency and the Δt of the settings.
    subroutine match_damping(error, place, ratio, frequency, settings)
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type), intent(in) :: place
       real(wp), intent(in) :: ratio
       real(wp), intent(in) :: frequency  !< Hz
-      type(control_type), intent(inout) :: settings
+      type(control_type), intent(inout) :: settings  !< of &control; θ is set
       real(wp) :: omega
 
       omega = 2.0_wp*pi*frequency

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The groups of materials and motions: &material, &joint, &motion.
 module dda_input_materials
    use dda_kinds, only: wp

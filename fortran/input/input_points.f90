@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The groups that stand at a material point: &fixed_point, &load, &measured_point,
 !> and &amplification, between two of these.
 module dda_input_points

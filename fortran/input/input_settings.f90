@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The groups that appear once: &run, &control, &contact, &output.
 module dda_input_settings
    use dda_kinds, only: wp, long

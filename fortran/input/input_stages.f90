@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The groups &stage: what happens in which order.
 module dda_input_stages
    use dda_kinds, only: wp, long
@@ -47,7 +48,7 @@ contains
 
    !> A run without &stage groups.
    pure subroutine stages_of_control(model)
-      type(model_type), intent(inout) :: model
+      type(model_type), intent(inout) :: model  !< as read from the input
       integer :: s
 
       associate (control => model%control)
@@ -72,7 +73,7 @@ contains
 
    !> A stage that leaves the model as it is.
    pure subroutine change_nothing(model, stage)
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< as read from the input
       type(stage_type), intent(inout) :: stage
       integer :: i
 
@@ -98,7 +99,7 @@ contains
 
    !> The settings of the first dynamic stage are those that checks see.
    pure subroutine begin_control(model)
-      type(model_type), intent(inout) :: model
+      type(model_type), intent(inout) :: model  !< as read from the input
       integer :: dynamic
 
       dynamic = findloc(model%stages%static, .false., 1)
@@ -115,7 +116,7 @@ contains
    subroutine read_stage(group, place, model, s, error)
       character(len=*), intent(in) :: group  !< its text, on one line
       type(place_type), intent(in) :: place  !< of the group
-      type(model_type), intent(inout) :: model
+      type(model_type), intent(inout) :: model  !< as read from the input
       integer, intent(in) :: s  !< number of the stage
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, kind, integration
@@ -184,7 +185,7 @@ contains
       real(wp), intent(inout) :: steps               !< as read
       character(len=*), intent(in) :: integration    !< as read
       real(wp), intent(in) :: theta                  !< as read
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(control_type) :: own
 
       if (allocated(error)) return
@@ -216,7 +217,7 @@ contains
       character(len=*), intent(in) :: names(:)        !< known ones
       type(place_type), intent(in) :: place
       logical, intent(inout) :: marked(:)             !< [names]
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: rest, entry
       integer :: comma, star, i
       logical :: found
@@ -248,7 +249,7 @@ contains
       character(len=*), intent(in) :: names(:)               !< known ones
       type(place_type), intent(in) :: place
       integer, intent(inout) :: new(:)                       !< [names] that stands in place of each
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: rest, entry
       integer :: comma, arrow, from, to
 
@@ -273,10 +274,10 @@ contains
 
    !> What is gone cannot go again, and a motion begins once.
    subroutine check_history(model, s, place, error)
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: s  !< stage just read
       type(place_type), intent(in) :: place
-      type(error_type), allocatable, intent(inout) :: error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: k, i
       logical :: gone(model%blocks%n)
 

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A namelist text cut into its groups, comments removed, each with the line it begins at.
 module dda_namelist_groups
    use dda_errors, only: error_type, error_input, fail

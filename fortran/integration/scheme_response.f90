@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> What the time integration does to linear vibrations: closed forms for a member (θ, χ).
 !>
 !> One oscillator, Ω = ωΔt, D = 1 + θχΩ²: the amplification matrix has
@@ -33,7 +34,7 @@ contains
 
    !> Eigenvalues of the amplification matrix of one oscillator.
    pure function amplification_roots(scheme, omega, time_step) result(roots)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< undamped angular frequency, rad/s
       real(wp), intent(in) :: time_step  !< s
       complex(wp) :: roots(2)
@@ -55,7 +56,7 @@ contains
 
    !> The mode oscillates at this step: Ω < 2/|θ − χ| (DDA: 4, paper eq. 13).
    elemental logical function oscillates(scheme, omega, time_step)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
       real(wp), intent(in) :: time_step  !< s
 
@@ -65,7 +66,7 @@ contains
    !> Phase of one step in free vibration, rad: the argument of the complex roots,
    !> tan φ = Ω √(4 − (θ − χ)²Ω²)/(2 + (2θχ − θ − χ)Ω²).
    elemental real(wp) function phase_of(scheme, turn)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: turn  !< Ω = ωΔt, of a mode that oscillates
 
       associate (theta => scheme%theta, chi => scheme%chi)
@@ -76,7 +77,7 @@ contains
 
    !> ln(1/|λ|) of a mode that oscillates.
    elemental real(wp) function decay_of(scheme, turn)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: turn  !< Ω = ωΔt
 
       associate (theta => scheme%theta, chi => scheme%chi)
@@ -99,7 +100,7 @@ contains
    !> Damping ratio of a mode left to itself, ζ = ln(1/|λ|)/hypot(φ, ln|λ|), about
    !> (θ + χ − 1)Ω/2; 1 if it does not oscillate.
    elemental real(wp) function free_damping(scheme, omega, time_step) result(ratio)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
       real(wp), intent(in) :: time_step  !< s
       real(wp) :: decay
@@ -115,7 +116,7 @@ contains
    !> Period of a mode left to itself over its true period, less 1; −1 (no period) if it does not
    !> oscillate.
    elemental real(wp) function period_elongation(scheme, omega, time_step) result(elongation)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
       real(wp), intent(in) :: time_step  !< s
 
@@ -129,7 +130,7 @@ contains
    !> Damping ratio in steady vibration, half the loss factor of the complex modulus:
    !> 2ζ = (a + b)τ/(1 − abτ²), a = 2θ − 1, b = 2χ − 1.  Huge where the real part is not positive.
    elemental real(wp) function forced_damping(scheme, omega, time_step) result(ratio)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< of the motion, rad/s
       real(wp), intent(in) :: time_step  !< s
       real(wp) :: a, b, tau
@@ -145,7 +146,7 @@ contains
    !> The Δt, s, at which a member has a damping ratio in steady vibration: the inverse of
    !> `forced_damping`; huge for a member without damping.  DDA: 2 atan(2ζ)/ω.
    elemental real(wp) function step_for_damping(scheme, ratio, omega) result(time_step)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: ratio  !< ζ > 0
       real(wp), intent(in) :: omega  !< rad/s
       real(wp) :: a, b
@@ -171,7 +172,7 @@ contains
    !> Steps in which a mode that changes its sign falls to 1/e; 0 where it does not change its sign
    !> from step to step, huge where it does not decay.
    elemental real(wp) function steps_to_decay(scheme, omega, time_step) result(steps)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
       real(wp), intent(in) :: time_step  !< s
       real(wp) :: decay
@@ -189,7 +190,7 @@ contains
    !> ln(1/|λ|) of the larger of two real roots: 1 + λ = (1 + trace + determinant)/(1 + λ₂), where
    !> nothing cancels as λ tends to −1.
    pure real(wp) function slow_decay(scheme, turn, roots) result(decay)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: turn  !< Ω = ωΔt
       complex(wp), intent(in) :: roots(2)
       real(wp) :: sum
@@ -207,7 +208,7 @@ contains
    !> factor f that multiplies the velocity carried into a step; all divided by 1 − θ + θz.
    pure type(steady_type) function steady_weights(scheme, omega, time_step, dynamic_factor) &
       result(steady)
-      type(scheme_type), intent(in) :: scheme
+      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega           !< of the motion, rad/s, below π/Δt
       real(wp), intent(in) :: time_step       !< s
       real(wp), intent(in) :: dynamic_factor  !< 0 … 1

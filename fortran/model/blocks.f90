@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The blocks: their shape, inertia and elasticity, and the state that moves them.
 !>
 !> A block has six generalised coordinates q = (x0, y0, θ, εx, εy, γxy): the position of its
@@ -128,8 +129,8 @@ contains
 
    !> Give block b another material in its present state; its stress stays.
    pure subroutine change_material(blocks, b, material, plane_strain)
-      type(blocks_type), intent(inout) :: blocks
-      integer, intent(in) :: b
+      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      integer, intent(in) :: b  !< number of the block
       type(material_type), intent(in) :: material  !< the new one
       logical, intent(in) :: plane_strain          !< else plane stress
       real(wp) :: stiffness(3, 3)
@@ -145,8 +146,8 @@ contains
 
    !> Take block b out of the model: it keeps its place and its inertia, and nothing acts on it.
    pure subroutine remove_block(blocks, b)
-      type(blocks_type), intent(inout) :: blocks
-      integer, intent(in) :: b
+      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      integer, intent(in) :: b  !< number of the block
 
       blocks%removed(b) = .true.
       blocks%mass(b) = 0.0_wp

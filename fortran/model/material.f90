@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Materials of blocks and joints.
 module dda_material
    use dda_kinds, only: wp

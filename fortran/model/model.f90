@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Everything that stands in an input file, checked and ready: what a run does not change.
 module dda_model
    use dda_kinds, only: wp, long
@@ -54,14 +55,14 @@ contains
 
    !> Steps of all stages, without those that are repeated.
    pure integer(long) function run_steps(model)
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< as read from the input
 
       run_steps = sum(model%stages%steps)
    end function run_steps
 
    !> Time of all stages, s; static ones take none.
    pure real(wp) function run_duration(model)
-      type(model_type), intent(in) :: model
+      type(model_type), intent(in) :: model  !< as read from the input
 
       run_duration = sum(model%stages%steps*model%stages%time_step)
    end function run_duration

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A prescribed motion by name: a record made into acceleration, velocity and displacement curves.
 module dda_motion
    use dda_baseline, only: motion_curve_type

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Polygons being gathered, one by one or by generators, before they become blocks.
 module dda_outlines
    use dda_growth, only: grow

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Simple polygons: exact area, centroid and second moments, and the tests an input must pass.
 !>
 !> Vertices are counter-clockwise, [2, m].  Integrals are Green sums over the edges, exact for any

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> How a run is stepped, how contacts are treated, what is written.
 module dda_settings
    use dda_kinds, only: wp, long

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A stage of a run: what changes when it begins, and how it is stepped.
 module dda_stage
    use dda_kinds, only: wp, long

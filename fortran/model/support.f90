@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> What acts on blocks from outside at material points, and the points that are measured.
 module dda_support
    use dda_kinds, only: wp
@@ -35,7 +36,7 @@ contains
 
    !> Force of a load at a time; zero before its first and after its last time.
    pure function load_at(load, time) result(force)
-      type(load_type), intent(in) :: load
+      type(load_type), intent(in) :: load  !< [6,blocks] N/m …
       real(wp), intent(in) :: time
       real(wp) :: force(2)
       real(wp) :: ratio

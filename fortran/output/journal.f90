@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The samples and frames of a run so far, in a file that only grows: FILE.journal.
 !>
 !> It holds the data of the output as rows of numbers in the order of the steps.  A

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> netCDF calls that turn a bad status into one error naming file and action.
 module dda_netcdf_calls
    use, intrinsic :: iso_c_binding, only: c_null_char

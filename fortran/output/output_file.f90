@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The output of a run: a netCDF-4 file that xarray opens as it is.
 !>
 !> It is always written as a whole from the journal, under a third name, and then renamed: to FILE

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The output of a run as rows of numbers: samples of points and energies, frames of blocks and
 !> contacts.
 module dda_sample
@@ -33,7 +34,8 @@ contains
          + contact_columns*contacts
    end function frame_size
 
-   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity, acceleration.
+   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity,
+   !> acceleration.
    pure subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample
@@ -94,7 +96,8 @@ contains
       at = at + count
    end subroutine place
 
-   !> Vertex and edge from 0, state, bonded, joint from 0; distance, normal force, shear force, stretch.
+   !> Vertex and edge from 0, state, bonded, joint from 0; distance, normal force, shear force,
+   !> stretch.
    pure subroutine take_contacts(contacts, n, columns)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       integer, intent(in) :: n  !< number of contacts

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A file of bytes, through the C library, which reports every failed write and can flush to the
 !> disk.
 module dda_byte_file

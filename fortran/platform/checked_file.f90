@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> An archive in a file that shows whether it is whole: a mark, the version of the format, the
 !> length, and a checksum at the end.
 module dda_checked_file

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Memory that this process may still allocate, so that a model that is too large is refused.
 module dda_free_memory
    use, intrinsic :: iso_c_binding, only: c_int, c_long

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Ask the run to stop: Ctrl-C, SIGTERM, and SIGUSR1, which batch systems send before a time limit.
 module dda_interrupts
    use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t

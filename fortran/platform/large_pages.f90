@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Large pages for large arrays: streaming through hundreds of megabytes otherwise waits for the
 !> translation of addresses (TLB misses).
 module dda_large_pages

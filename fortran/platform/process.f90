@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The process that the engine runs in.
 module dda_process
    use, intrinsic :: iso_c_binding, only: c_int

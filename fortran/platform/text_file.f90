@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A whole text file as one string.
 module dda_text_file
    use dda_errors, only: error_type, error_input, error_file, fail

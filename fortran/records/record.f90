@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Read a recorded motion in any of the formats of the strong-motion networks.
 module dda_record
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> PEER formats AT2, VT2 and DT2: four lines of header, samples.
 !>
 !> Reference: Pacific Earthquake Engineering Research Center, NGA ground motion database, header

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> COSMOS format (V1, V2: `.V1c`, `.V2c`) and its CSMIP forerunner (`.V2`).
 !>
 !> Reference: COSMOS, *Strong Motion Data Format*, version 1.20 (2001).  A file is a sequence of

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> ESM / ITACA ASCII format (DYNA 1.2): 64 lines `KEY: value`, one sample a line.
 !>
 !> Reference: ORFEUS Engineering Strong Motion database, file format ASCII DYNA 1.2: keys

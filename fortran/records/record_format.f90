@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Tell the format of a record by its first lines, whatever the file is called.
 module dda_record_format
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> K-NET and KiK-net ASCII format: 17 header lines with a name in the first 18 columns, samples.
 !>
 !> Reference: NIED, *K-NET ASCII format* (www.kyoshin.bosai.go.jp): sampling frequency `100Hz`,

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Samples and header numbers as they come out of a record file.
 !>
 !> Memory follows what the file holds, never what its header claims.

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> USGS SMC format: 11 lines of text, 48 integers, 50 reals, comments, samples.
 !>
 !> Reference: USGS National Strong-Motion Program, *SMC- and BBF-format Data Files* (smcfmt.txt),

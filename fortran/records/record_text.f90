@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Plain columns: values with a time step given by the caller, or time and value.
 !>
 !> `#` and `!` begin a comment; blanks, tabs or commas separate.

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> One recorded motion: uniformly sampled acceleration, velocity or displacement.
 module dda_record_type
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Units of strong-motion records, as users and headers write them.
 module dda_record_units
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lines of an untrusted text file.
 !>
 !> A file may be a folder, an image, a gigabyte on one line: every such thing is an error with a

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Numbers in untrusted text.
 !>
 !> Fortran's own list-directed read takes `3*5`, `/`, `NaN`, `1e400` and an empty field without an

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The amplification peak of a run against the exact transfer function of its discrete equations.
 !>
 !> Where no contact has changed its state the run was linear, and the peak of its spectra must be
@@ -28,7 +29,7 @@ contains
       type(simulation_type), intent(in) :: simulation   !< at the end of the run
       type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak      !< as found in the output
-      character(len=:), allocatable, intent(out) :: text
+      character(len=:), allocatable, intent(out) :: text  !< blank if there is nothing to say
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer
       type(transfer_peak_type) :: exact
@@ -53,9 +54,9 @@ contains
 
    !> Why the spectra of a run may differ from the exact transfer function, and what to do.
    function likely_cause(linear, simulation, peak) result(text)
-      type(linear_model_type), intent(in) :: linear
-      type(simulation_type), intent(in) :: simulation
-      type(response_peak_type), intent(in) :: peak
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(response_peak_type), intent(in) :: peak  !< frequency (Hz) and amplitude
       character(len=:), allocatable :: text
       type(ringing_type) :: ringing
       type(error_type), allocatable :: error

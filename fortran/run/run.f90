@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A run from input to output: the same for the native executable and for Python.
 !>
 !> While it runs, a journal grows, a partial output is written now and then, and checkpoints are; a

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The spectral amplification that an input asks for, from the finished output file.
 module dda_site_response
    use dda_kinds, only: wp
@@ -26,7 +27,7 @@ contains
    subroutine amplification_peak(file, wanted, peak, error)
       character(len=*), intent(in) :: file  !< finished output
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
-      type(response_peak_type), intent(out) :: peak
+      type(response_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: surface(:), base(:), frequency(:)
       complex(wp), allocatable :: ratio(:)
@@ -81,7 +82,7 @@ contains
    pure function peak_text(model, wanted, peak) result(text)
       type(model_type), intent(in) :: model  !< as read from the input
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
-      type(response_peak_type), intent(in) :: peak
+      type(response_peak_type), intent(in) :: peak  !< frequency (Hz) and amplitude
       character(len=:), allocatable :: text
       character(len=16) :: amplitude, frequency
 

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> From a sampled record to a motion without drift.
 !>
 !> An offset of the accelerations, however small, grows with the square of time in the displacement.

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Interface to FFTW 3 (fftw.org, Fortran 2003 interface).
 module dda_fftw
    ! The interface file names most of iso_c_binding, hence no `only`.

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A motion known for all times: displacement, velocity and acceleration that are derivatives of
 !> each other.
 !>

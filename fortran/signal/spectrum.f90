@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fourier spectra of uniformly sampled series, amplification between two, and its peak.
 module dda_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -105,8 +106,8 @@ contains
       real(wp), intent(in) :: frequency(:)                   !< evenly spaced, rising (Hz) [bins]
       real(wp), intent(in) :: amplitude(:)                   !< [bins]
       real(wp), intent(in) :: lowest, highest                !< the band (Hz), ends included
-      type(spectral_peak_type), intent(out) :: peak
-      type(error_type), allocatable, intent(out) :: error
+      type(spectral_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (size(frequency) /= size(amplitude) .or. size(frequency) < 2) then
          call fail(error, error_input, 'a peak needs at least two bins and as many amplitudes '// &
@@ -130,7 +131,7 @@ contains
    !> Vertex of the parabola through three bins, if the middle one is not below the others.
    pure subroutine refine(amplitude, peak)
       real(wp), intent(in) :: amplitude(3)
-      type(spectral_peak_type), intent(inout) :: peak
+      type(spectral_peak_type), intent(inout) :: peak  !< frequency (Hz) and amplitude
       real(wp) :: curvature, shift
 
       curvature = amplitude(1) - 2.0_wp*amplitude(2) + amplitude(3)

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Cosine taper at both ends of a series.
 module dda_taper
    use dda_kinds, only: wp, pi

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Checkpoints of a run: FILE.checkpoint, and FILE.checkpoint.previous until it has been replaced.
 !>
 !> A checkpoint is written under a third name and then exchanged with the newest, so that a whole

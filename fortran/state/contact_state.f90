@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The state of the contacts: the last step's list, and the neighbours that the next ones are found
 !> among.
 module dda_contact_state

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> All that a run has changed since its start: written to an archive, and put back into a run just
 !> started.
 module dda_simulation_state
@@ -22,8 +23,8 @@ contains
    !> When the archive is read, the simulation must be one of the same model, and comes to stand
    !> where the other stood.
    subroutine serialise_simulation(archive, simulation)
-      type(archive_type), intent(inout) :: archive
-      type(simulation_type), intent(inout) :: simulation
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       call serialise_clock(archive, simulation)
       call serialise_stage(archive, simulation)
@@ -47,8 +48,8 @@ contains
    end subroutine serialise_simulation
 
    subroutine serialise_clock(archive, simulation)
-      type(archive_type), intent(inout) :: archive
-      type(simulation_type), intent(inout) :: simulation
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       call serialise_label(archive, 'clock')
       call serialise(archive, simulation%step)
@@ -62,8 +63,8 @@ contains
 
    !> What stages have changed of the model.
    subroutine serialise_stage(archive, simulation)
-      type(archive_type), intent(inout) :: archive
-      type(simulation_type), intent(inout) :: simulation
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: i
 
       call serialise_label(archive, 'stage')
@@ -83,8 +84,8 @@ contains
    end subroutine serialise_stage
 
    subroutine serialise_counters(archive, simulation)
-      type(archive_type), intent(inout) :: archive
-      type(simulation_type), intent(inout) :: simulation
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       call serialise_label(archive, 'counters')
       associate (counters => simulation%counters)
@@ -99,8 +100,8 @@ contains
    end subroutine serialise_counters
 
    subroutine serialise_energy(archive, energy)
-      type(archive_type), intent(inout) :: archive
-      type(energy_type), intent(inout) :: energy
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
 
       call serialise_label(archive, 'energy')
       call serialise(archive, energy%value)
@@ -109,8 +110,8 @@ contains
    !> Outcome of the last step's iteration, whose tolerance the next one begins with; settings are
    !> the input's.
    subroutine serialise_iteration(archive, iteration, contacts)
-      type(archive_type), intent(inout) :: archive
-      type(open_close_type), intent(inout) :: iteration
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       integer, intent(in) :: contacts  !< contacts in the list
 
       call serialise_label(archive, 'iteration')
@@ -128,8 +129,8 @@ contains
    !> The state, and what follows from it: the first vertices are the input's own and not
    !> recomputed.
    subroutine serialise_blocks(archive, blocks)
-      type(archive_type), intent(inout) :: archive
-      type(blocks_type), intent(inout) :: blocks
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(blocks_type), intent(inout) :: blocks  !< in their present state
 
       call serialise_label(archive, 'blocks')
       call serialise(archive, blocks%initial_stress)

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The state of the linear solver: its method, its counts, and what the method itself has to keep.
 module dda_solver_state
    use dda_archive, only: archive_type, serialise, serialise_label, fail_archive
@@ -11,8 +12,8 @@ contains
 
    !> Write or read a solver that has analysed the matrix; plans follow from the pattern.
    subroutine serialise_solver(archive, solver, matrix)
-      type(archive_type), intent(inout) :: archive
-      type(solver_type), intent(inout) :: solver
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(solver_type), intent(inout) :: solver  !< linear solver
       type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
       character(len=:), allocatable :: method
 

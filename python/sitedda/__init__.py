@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock."""
 
 from .check import (

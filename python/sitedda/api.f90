@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> All that f2py reads: the engine behind integer handles and plain arrays.
 !>
 !> Every routine returns a status, 0 or the kind of an error, and a message.  Python holds the
@@ -224,8 +225,9 @@ contains
       call report(error, status, message)
    end subroutine run_clock
 
-   !> A text of the run: 'output', 'title', 'summary', 'warning', 'notice', 'solver', 'peaks' (what is
-   !> wrong with the peaks of amplifications in the finished output), 'point i' or 'block i' (from 1).
+   !> A text of the run: 'output', 'title', 'summary', 'warning', 'notice', 'solver', 'peaks' (what
+   !> is wrong with the peaks of amplifications in the finished output), 'point i' or 'block i'
+   !> (from 1).
    subroutine run_text(handle, what, which, text, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
@@ -530,8 +532,9 @@ contains
    end subroutine peak_of
 
    !> The check report as text, its worst verdict (1 ok, 2 warn, 3 fail), and its numbers:
-   !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz), steps in
-   !> which the slowest alternating mode falls to 1/e (0: none alternates; huge: it does not decay).
+   !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz), steps
+   !> in which the slowest alternating mode falls to 1/e (0: none alternates; huge: it does not
+   !> decay).
    subroutine check_run(handle, text, worst, numbers, status, message)
       integer(c_int), intent(in) :: handle
       character(len=8192), intent(out) :: text

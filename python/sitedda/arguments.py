@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Checks of numbers that functions are given; the messages name the argument and its value."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Groups that describe joints and masonry, turned into the blocks that the engine reads."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Variables of an input changed by name, as keyword arguments and ``--set`` do."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What can be known before a run: highest frequency, modes, damping, transfer functions, advice."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The one-dimensional twin of a layered model: exact transfer functions of a soil column.
 
 Horizontal layers on a rigid base or on an elastic half-space, shaken by vertically propagating SH

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Two-dimensional discontinuous deformation analysis of blocks that are shaken."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Figures without a window system, their look, and blocks drawn as they stand.
 
 Figures are made and saved on a canvas of their own; the backend of matplotlib is left alone.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The groups of an input, their variables, and their text."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lines and polygons from DXF, GeoJSON, WKT and CSV files, which are not trusted."""
 
 from __future__ import annotations

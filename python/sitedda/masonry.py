@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Masonry from a few numbers: arches, piers, lintels, colonnades, walls."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A model as a Python object, with the groups of the namelist input."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Movies of blocks: MP4 by ffmpeg, GIF by Pillow."""
 
 from __future__ import annotations

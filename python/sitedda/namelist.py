@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Namelist text: groups written from Python values, and values replaced in a text that is kept."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The groups of an input text in their order, read fast: a large model has 10⁵ of them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures of blocks: a model before its run, or a frame of an output, to scale.
 
 Only `matplotlib.figure.Figure` is used: the backend of the session stays as it is.

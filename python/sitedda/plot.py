@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The picture that a run ends with, and the panels of a record.
 
 Only `matplotlib.figure.Figure` is used: the backend of the session stays as it is.

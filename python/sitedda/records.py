@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Recorded ground motions: read, integrated, drift removed, by the engine's own readers."""
 
 from __future__ import annotations

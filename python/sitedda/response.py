@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Site response of a finished run: amplification in time domain and its one-dimensional twin."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A model or an output, frame by frame: what pictures, movies, the view and exports show."""
 
 from __future__ import annotations

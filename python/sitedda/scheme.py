@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The time integration in linear vibrations: closed forms, which the engine holds.
 
 A member (θ, χ) of the family takes forces at t₀ + θΔt and moves by d = Δt [(1 − χ) v₀ + χ v₁]

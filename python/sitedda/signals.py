@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Tools for records and computed histories: decay, smoothing, response spectra, frequency.
 
 Thin on scipy and pyKOOH.  Fourier amplification is the Fortran core's business, not this module's.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A run of the engine, step by step or to its end."""
 
 from __future__ import annotations

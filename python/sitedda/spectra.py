@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Fourier spectra and amplification, computed by the engine (FFTW)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Signals that ask a run to stop."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a run says in words, from its output alone."""
 
 from __future__ import annotations

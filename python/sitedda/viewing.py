@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Sub-commands that show a model or an output: draw, view, movie, export, report."""
 
 from __future__ import annotations

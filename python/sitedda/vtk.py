@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Outputs for ParaView: polygons and contacts of every frame as .vtp, their times in one .pvd.
 
 VTK's XML PolyData with appended raw data, deflated, written with numpy alone.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How long the check takes on running-bond walls: python tests/benchmarks/check.py [BRICKS …]."""
 
 import platform

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Cost of checkpoints every 1,000 steps: python3 tests/benchmarks/checkpoint.py
 
 The native executable runs the layered site (60,000 steps) and a wall of 1,000 blocks (200 steps)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Microseconds per step of the main job on one core: python3 tests/benchmarks/layered_site.py
 
 The native executable runs inputs/layered_site.nml (60,000 steps) on one core, without its

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One step of DDA written plainly: numpy for the assembly, scipy.sparse.linalg.splu for the system.
 
 The reference of the speed benchmark: what one would write in an afternoon, vectorised, with the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How fast the engine steps: python tests/benchmarks/speed.py [--models NAME …] [--docs].
 
 Stacks, running-bond walls and a packing of random polygons, at time steps of 1e-3 and 1e-5 s and

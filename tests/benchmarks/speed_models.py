@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Models of the speed benchmark: stacks, running-bond walls and a packing of random polygons.
 
 Blocks carry their own weight from the start as initial stress, so a model settles in a few steps.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The results of the speed benchmark as tables and as a picture."""
 
 from __future__ import annotations

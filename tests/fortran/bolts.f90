@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A kind of elements that the engine does not have, known to it by the abstract type alone: bolts,
 !> each a spring and a dashpot on d/Δt along a direction between points of two blocks.
 !>

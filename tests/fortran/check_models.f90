@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Models that the suites of the pre-checks share, as input texts.
 module check_models
    use dda_kinds, only: wp

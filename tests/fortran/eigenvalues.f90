@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Eigenvalues of small matrices without symmetry, for suites that measure amplification matrices.
 module eigenvalues
    use dda_kinds, only: wp

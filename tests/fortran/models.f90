@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Small models for the tests: groups of an input as text, polygons, blocks, and repeatable random
 !> numbers.
 module models

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Answers a list of hostile files one by one: reads each, takes a few steps, looks for what is not
 !> finite.
 !>

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Files for the tests of records: where the data are, and scratch files that a test writes itself.
 module record_files
    implicit none

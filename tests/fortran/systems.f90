@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Random small systems of two blocks and a few contacts, for the tests of the open–close iteration,
 !> with an independent reading of them: energy, gradient, forces.  In every other one an element
 !> couples the two blocks.

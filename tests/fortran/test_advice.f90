@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The inverse questions give what was asked for.
 module test_advice
    use dda_kinds, only: wp

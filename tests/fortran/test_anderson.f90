@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Anderson acceleration of affine fixed points, whose solution is known.
 module test_anderson
    use dda_kinds, only: wp

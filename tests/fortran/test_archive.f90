@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Archives give back what was put in, and notice what does not fit.
 module test_archive
    use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &

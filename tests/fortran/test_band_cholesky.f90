@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The band factor, and the solver interface above it, against dense LAPACK.
 module test_band_cholesky
    use dda_kinds, only: wp

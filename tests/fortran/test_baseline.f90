@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Integration and drift removal against closed forms, and that a, v and d never contradict.
 module test_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The sparse factor against dense LAPACK, and against itself on another number of threads.
 module test_block_cholesky
    use dda_kinds, only: wp

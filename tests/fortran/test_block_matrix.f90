@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The block matrix against the dense matrix that it stands for.
 module test_block_matrix
    use dda_kinds, only: wp

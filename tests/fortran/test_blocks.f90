@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Inertia, shape matrix and kinematics of blocks against quadrature and finite differences.
 module test_blocks
    use dda_kinds, only: wp, pi

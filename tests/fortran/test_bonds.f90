@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Bonds: which joints are whole at the start, over what length, and at what load they break.
 module test_bonds
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> CRC-64 against its published check value, a bit-by-bit computation, and the errors that it must
 !> find.
 module test_checksum

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Assembling what has changed gives the bits of assembling everything, and that gives the sums of
 !> paper eq. 7.
 module test_contact_assembly

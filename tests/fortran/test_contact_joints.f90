@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The joint of a contact: from both edges, whichever block gives the vertex, and from its history.
 module test_contact_joints
    use dda_kinds, only: wp, pi
@@ -15,8 +16,9 @@ module test_contact_joints
 
    !> A wrong edge would give the weak joint, or one that is too strong.
    character(len=*), parameter :: joints = " &joint name = 'weak' friction_angle = 5.0 /"// &
-      " &joint name = 'base' friction_angle = 20.0 / &joint name = 'side' friction_angle = 40.0 /"// &
-      " &joint name = 'floor' friction_angle = 50.0 / &joint name = 'next' friction_angle = 10.0 /"
+      " &joint name = 'base' friction_angle = 20.0 / &joint name = 'side' friction_angle = "// &
+      "40.0 /"//" &joint name = 'floor' friction_angle = 50.0 / &joint name = 'next' "// &
+      "friction_angle = 10.0 /"
    integer, parameter :: weak = 1, base = 2, side = 3, floor = 4, next = 5
    integer, parameter :: contact_vertex = 6, lower_edge = 4  !< of `tilted` and `end_of_edge`
 
@@ -135,8 +137,8 @@ contains
       end do
    end subroutine corner_between_edges
 
-   !> A block that rocks on its corner keeps its joint until sin(90° − α) < sin(α)/2, on the way back
-   !> likewise; a bonded one keeps it.
+   !> A block that rocks on its corner keeps its joint until sin(90° − α) < sin(α)/2, on the way
+   !> back likewise; a bonded one keeps it.
    subroutine toppling()
       type(simulation_type) :: simulation
       type(contacts_type) :: contacts
@@ -152,15 +154,16 @@ contains
             'falls on its side')
       end do
       do i = 89, 1, -1
-         call check(joint_at(simulation, contacts, -real(i, wp)) == merge(side, base, i > 90 - limit), &
-            'stands up again')
+         call check(joint_at(simulation, contacts, -real(i, wp)) == merge(side, base, &
+            i > 90 - limit), 'stands up again')
       end do
       contacts%bonded(1) = .true.
       call check(joint_at(simulation, contacts, -85.0_wp) == base, 'a bond keeps its joint')
    end subroutine toppling
 
-   !> The vertex passes from the edge `floor` to the next one, `next`, and back: it changes its joint
-   !> where it is twice the penetration beyond the end if it slides, a corner's size if it sticks.
+   !> The vertex passes from the edge `floor` to the next one, `next`, and back: it changes its
+   !> joint where it is twice the penetration beyond the end if it slides, a corner's size if it
+   !> sticks.
    subroutine end_of_edge()
       type(simulation_type) :: simulation
       type(contacts_type) :: contacts

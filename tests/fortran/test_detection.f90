@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Contacts against the exact geometry: rows by finite differences, counts by reasoning.
 module test_detection
    use dda_kinds, only: wp, pi

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Eigenvalues of random block systems against dense LAPACK; operators that are hard for Lanczos.
 module test_eigen
    use dda_kinds, only: wp

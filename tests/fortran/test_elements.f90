@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Elements: the energy of supports, first velocities, and a kind of elements that only this tester
 !> knows, from the pattern of K̂ to the transfer function.
 module test_elements

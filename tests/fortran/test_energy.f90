@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The sums of the energy budget and the names of its terms.
 module test_energy
    use dda_kinds, only: wp

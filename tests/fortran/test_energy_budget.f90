@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The energy audit of whole runs: nothing is left over, losses are losses, and energies are what
 !> mechanics says.
 module test_energy_budget

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> With θ, χ ≥ ½ no member gains energy, contacts opening and closing included: random chains of
 !> elastic blocks that hit, press and leave each other.
 !>

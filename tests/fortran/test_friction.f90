@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The law of one contact against its definition, and against its potential.
 module test_friction
    use dda_kinds, only: wp, pi

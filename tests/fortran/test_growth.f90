@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Growing arrays: contents stay, the rest is zero, the room is there, few copies are made.
 module test_growth
    use, intrinsic :: iso_fortran_env, only: int8

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Histories are transferred from list to list: once, to the right contact, and unchanged.
 module test_history
    use dda_kinds, only: wp

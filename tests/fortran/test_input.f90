@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The input: every group arrives in the model, and every mistake is refused by file, group, line
 !> and value.
 module test_input
@@ -195,7 +196,8 @@ contains
    !> One joint an edge; those left out, blank or missing take the block's.
    subroutine edge_joints()
       type(model_type) :: model
-      character(len=*), parameter :: three = control//rock//'&joint name = ''a'' friction_angle '// &
+      character(len=*), parameter :: three = control//rock// &
+         '&joint name = ''a'' friction_angle '// &
          '= 10.0 / &joint name = ''b'' friction_angle = 20.0 / &joint name = ''c'' '// &
          'friction_angle = 30.0 / &block vertices = 0 0 1 0 1 1 0 1 '
       character(len=*), parameter :: place = 'group &block (line 2): '
@@ -207,8 +209,8 @@ contains
          '&block vertices = 5 0 6 0 6 1 edge_joints = 3*''c'' /')
       call check(all(model%blocks%joint == [3, 2, 1, 2, 1, 1, 2, 3, 3, 3, 3, 3, 3, 3]), 'joints')
       call check(all(model%blocks%mixed .eqv. [.true., .true., .false., .false.]), 'mixed')
-      call refuse(three//'edge_joints = 5*''a'' /', place//'edge_joints: 5 names, but the block '// &
-         'has 4 edges')
+      call refuse(three//'edge_joints = 5*''a'' /', place// &
+         'edge_joints: 5 names, but the block '//'has 4 edges')
       call refuse(three//'edge_joints = ''a'', ''x'' /', place//'edge_joints(2) = ''x'' is not '// &
          'the name of a &joint')
       call refuse(three//'edge_joints(600) = ''a'' /', place)

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The engine's time integration of one coordinate, against the closed forms of its members: a
 !> bonded contact has the roots of (θ, χ), a closed unilateral contact those of (1, χ), a support
 !> those of backward Euler, 1/(1 ± iΩ), in every member.

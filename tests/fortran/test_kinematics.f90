@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A support against its closed forms (docs/method.md), and the coordinates from step to step: one
 !> block on one fixed point at its centroid is a mass on a support in x and in y.
 module test_kinematics

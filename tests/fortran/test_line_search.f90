@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The line search finds the least energy on its way, and leaves a way that does not rise alone.
 module test_line_search
    use dda_kinds, only: wp

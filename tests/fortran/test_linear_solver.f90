@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The solvers behind one interface: every method against the direct one, hand-over where one
 !> cannot, and words where none can.
 module test_linear_solver

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A factor that follows springs put in and taken out, against the changed matrix itself.
 module test_low_rank
    use dda_kinds, only: wp

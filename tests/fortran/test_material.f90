@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Elasticity against the compliance of Hooke's law.
 module test_material
    use dda_kinds, only: wp

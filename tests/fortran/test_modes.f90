@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lowest modes: the paper's models, free vibration in time stepping, models that are not held.
 module test_modes
    use dda_kinds, only: wp, pi

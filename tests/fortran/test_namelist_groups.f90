@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A text cut into groups: comments, quotes, line ends, and where each group begins.
 module test_namelist_groups
    use dda_errors, only: error_input, error_type

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Near pairs and probes against a search of everything by everything.
 module test_neighbours
    use dda_kinds, only: wp

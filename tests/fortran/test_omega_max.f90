@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The highest frequency, its bracket, what governs it, and the modes that a time step cannot
 !> resolve.
 module test_omega_max

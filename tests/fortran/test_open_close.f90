@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The open–close iteration on random systems: its solution obeys the contact law, and without
 !> friction it is the one that trying all combinations of open and closed contacts finds.
 module test_open_close

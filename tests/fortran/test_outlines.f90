@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Generators: as many blocks as asked for, of the right size, filling their place without overlap.
 module test_outlines
    use dda_kinds, only: wp

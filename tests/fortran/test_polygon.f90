@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Polygons against triangulation, winding numbers and unions of rectangles.
 module test_polygon
    use dda_kinds, only: wp, pi

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Every format gives the same motion back: 100 sin(2πt) cm/s², 100 samples every 0.02 s.
 module test_record
    use dda_kinds, only: wp, pi

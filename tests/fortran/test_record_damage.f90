@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Damaged and hostile record files: one clear error each, never a crash, never a wrong motion.
 module test_record_damage
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The closed forms of the time integration, against the recursion of one oscillator written down
 !> anew.
 module test_scheme

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Whole runs against mechanics: flight, spin, sliding and sticking, and what step control does and
 !> says.
 module test_simulation

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A state that is put into another run of the same model makes that run go on as the first one: to
 !> the last bit, whatever the other run had done before.
 module test_simulation_state

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Spectra of series whose transforms are known, amplification by a known filter, peaks of known
 !> curves.
 module test_spectrum

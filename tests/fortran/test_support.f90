@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Load histories: linear between their times, zero outside.
 module test_support
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The strict number parser: what is a number, what is not, and that rounding is right.
 module test_text_numbers
    use dda_kinds, only: long, wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Transfer functions: the paper's layered sites, the same from time stepping, and a large model.
 module test_transfer
    use dda_kinds, only: wp, pi

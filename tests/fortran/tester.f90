@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Runs the suite that the first argument names, or all; ends with status 1 if any check failed.
 program tester
    use suites, only: run_suites

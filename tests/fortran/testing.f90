@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The project's own small test framework: named cases, checks that keep going, one verdict.
 !>
 !> A suite is a module `test_<name>` with one public subroutine that calls `case('…')` and then

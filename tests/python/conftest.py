@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the tests of the package and of the executable share."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Namelist inputs written from Python, and two small models that most tests start from."""
 
 from __future__ import annotations

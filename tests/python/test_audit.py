@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The verdict of the energy audit reaches whoever runs the engine."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Bad input: one message that names file, group and value, from both programs, and no harm done."""
 
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the engine publishes of its input is what its reader takes, and where Python finds it."""
 
 import re

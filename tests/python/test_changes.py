@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Variables changed by name: what is meant is found, everything else of the text stays."""
 
 import re

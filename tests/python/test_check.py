@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What `check` says before a run: the same from both programs, and no number that is none."""
 
 import math

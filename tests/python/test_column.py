@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The 1-D twin against pyStrata, closed forms, a lumped shear beam and the marched scheme."""
 
 from dataclasses import replace

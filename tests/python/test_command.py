@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Both command lines: sitedda run and sitedda-native run."""
 
 import importlib.metadata

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Regions cut into blocks: counts, areas, invariance, bounds, dead ends, slivers, seeds."""
 
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Edges that name different joints: friction, order of the blocks, output, resumption."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Every file in inputs/ runs from the package and from the executable, with the same bits."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Faults at run time: one message (what, where, when, what to try) and a status that is not 0."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Hostile files at random, with fixed seeds, and every one that ever did harm.
 
 The long mode is a command: tests/robustness/fuzz.py.

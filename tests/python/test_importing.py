@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Lines and polygons from files of other programs, which are not trusted."""
 
 import json

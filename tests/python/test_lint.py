@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The rules of the source: linters of both languages, layers, lengths, documented arguments."""
 
 import subprocess

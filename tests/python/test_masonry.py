@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Masonry from a few numbers: shapes, contacts between stones, and arches that stand or fall."""
 
 import numpy as np

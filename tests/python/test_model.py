@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The model as a Python object: the groups of the input without loss, checked, run, built."""
 
 import re

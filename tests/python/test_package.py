@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Manners of the package: light to import, nothing accidental in it, one thread inside."""
 
 import ast

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """An output file alone is enough to repeat its run."""
 
 import importlib.metadata

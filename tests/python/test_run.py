@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The package from a script: runs, histories, step by step, states, errors."""
 
 import copy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What Python code may do without harm: odd arrays, closed handles, threads, processes."""
 
 import gc

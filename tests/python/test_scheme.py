@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The closed forms of the time integration against steps that are taken one by one."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Models come to rest before they are shaken, and what comes after follows in stages."""
 
 from __future__ import annotations

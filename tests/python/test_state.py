@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Nothing that a run changes may be missing from its checkpoints: all types are looked through."""
 
 import re

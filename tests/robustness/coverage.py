@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Print the line coverage of fortran/ by the Fortran suites and the Python tests together.
 
 usage: python tests/robustness/coverage.py [FOLDER]

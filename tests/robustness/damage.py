@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Damage checkpoints and journals in many ways and try to resume from them.
 
 usage: python tests/robustness/damage.py [--cases N] [--seed S] [--program PROGRAM]

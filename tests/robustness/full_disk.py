@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Let runs meet a full disk at many moments, then resume them with room.
 
 usage: python tests/robustness/full_disk.py [--cases N] [--program PROGRAM] [--quick]

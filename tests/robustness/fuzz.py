@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Send hostile inputs, records and checkpoints to the engine: it must refuse or compute each, soon.
 
 usage: python tests/robustness/fuzz.py [options]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Kill runs at random moments, resume them, and compare what comes out to the last bit.
 
 usage: python tests/robustness/kill.py [--kills N] [--seed S] [--signals KILL,TERM,USR1] [--quick]

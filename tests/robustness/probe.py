@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The probe of fuzz.py with the installed package: requests on standard input, an answer to each.
 
 ``input FILE`` and ``record FILE`` as the native probe (tests/fortran/probe.f90); ``checkpoint

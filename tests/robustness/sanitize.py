@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Suites, hostile files and short runs under checks that find what a right result hides.
 
 usage: python tests/robustness/sanitize.py [checked] [sanitized] [valgrind]      (default: all)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The verification tests write their inputs with the helpers of the package's tests."""
 
 import sys

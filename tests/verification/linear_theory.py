@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Rectangular blocks with closed contacts as a linear system, built from nothing but numpy.
 
 Per block q = (u, v, r, ex, ey, gxy) about the centroid; M x'' + K x = f, unit thickness.

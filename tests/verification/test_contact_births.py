@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Contacts that begin, end and change places: no energy from nothing, no jumps.
 
 The audit books as `geometric` what the exact geometry of a new step adds to the springs; a contact

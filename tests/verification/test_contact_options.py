@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The augmented Lagrangian and the original's contact rules, on what is known exactly."""
 
 import numpy as np

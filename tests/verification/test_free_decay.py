@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Free decay of the paper's column in its first mode: the damping of the scheme, no other."""
 
 from types import SimpleNamespace

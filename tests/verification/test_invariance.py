@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The same model seen in a mirror, turned, far away, renumbered or in other units: one answer.
 
 A pile of odd blocks slides, rocks and knocks on a shaken base under oblique gravity.  Places are

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's layered sites (section 2.3, tables I and II) from the time domain."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The fast parts of the reproduction of the paper: what it must reach, and a whole report."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Sudden gravity on a column and on a wall without cohesion: nothing leaps, no energy is made.
 
 The scheme cannot raise the energy of a convex potential (docs/method.md), so that a block that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Every solver gives what the direct one gives, and threads change no bit."""
 
 import os

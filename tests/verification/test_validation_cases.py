@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Every validation case in its short form: all rows within what they allow."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Cholesky factor of a block matrix as a band, by LAPACK, after a bandwidth-reducing order.
 module dda_band_cholesky
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The graph of a symmetric block matrix: every coupling seen from both ends.
 module dda_block_graph
    use dda_block_matrix, only: block_matrix_type

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> From an order of elimination to a tree of fronts.
 !>
 !> Block columns that eliminate well together form one front (a relaxed supernode).  A column

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The symbolic multifrontal Cholesky factor.
 !>
 !> A front is a dense matrix of 6×6 blocks: its fully summed (pivot) columns, then the rows below in

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Low-rank update of a Cholesky factor, for a few rank-one terms that have entered or left.
 !>
 !> With A = L Lᵀ and the changes U S Uᵀ (Sherman, Morrison, Woodbury; W. W. Hager, SIAM Review 31

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The columns of W = L⁻¹ U, each u of two blocks, for a low-rank update of a Cholesky factor.
 !>
 !> A column differs from zero only along an elimination path, the fronts between its blocks and the

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The order in which block rows are eliminated.
 !>
 !> Fill is decided on the graph of blocks, not of scalars: six times fewer vertices, the same

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Packed panels, the storage of the factor: a few rows by six columns each, in the order in which a
 !> solve reads them.
 !>

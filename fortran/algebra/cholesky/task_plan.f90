@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Division of the fronts of a tree between threads, by the pattern only.
 !>
 !> Whole subtrees are bound into tasks that need nothing from one another; the fronts above them

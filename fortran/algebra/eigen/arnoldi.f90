@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A few of the largest eigenvalues of a symmetric operator, by ARPACK.
 !>
 !> The start vector is fixed and irregular: results repeat to the last bit, and neither symmetric

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Explicit interfaces of the ARPACK routines in use.
 !>
 !> Both write to `tol`, so it must be a variable, and both keep saved variables, so they must not

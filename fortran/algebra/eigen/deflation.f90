@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Vectors that are known already and are kept out of an eigenvalue search.
 !>
 !> Two kinds: null vectors that live on groups of block rows (a loose part of a model moves as a

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Eigenvalues of small dense symmetric matrices, by LAPACK.
 module dda_dense_eigen
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> K x = ω² M x with M block-diagonal: the largest ω² and the lowest ones.
 !>
 !> Large problems go to ARPACK, on S = G⁻¹KG⁻ᵀ for the top of the spectrum and on Gᵀ(K − σM)⁻¹G with

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> How many eigenvalues of K x = λ M x lie above a value, by Sylvester's law of inertia.
 !>
 !> K − sM = L D Lᵀ has as many positive pivots as there are eigenvalues above s.  The factor is a

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> M = G Gᵀ for the block-diagonal mass matrix, and the standard eigenproblem that it makes.
 !>
 !> With y = Gᵀx the problem K x = ω² M x becomes S y = ω² y, S = G⁻¹KG⁻ᵀ, and the mass product xᵀMx

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Anderson acceleration of a fixed point x = g(x), of short memory.
 !>
 !> For an affine g it does what GMRES would, at one evaluation of g an iteration.

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The inverse diagonal blocks: the preconditioner for small p Δt²/m, also used by SOR.
 module dda_block_jacobi
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> Preconditioned conjugate gradients on 6×6 blocks.
 !>
 !> The preconditioner is an object that applies z = P⁻¹ r: the inverse diagonal blocks, or a lagged

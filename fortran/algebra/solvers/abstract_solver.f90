@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The interface of every linear solver of K̂ d = f̂.
 !>
 !> A solver is analysed for a pattern, renewed for new values, and then solves for any number of

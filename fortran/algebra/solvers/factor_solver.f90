@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> `direct` and `banded`: an exact factor of every matrix, sparse or (for comparison, and for long
 !> narrow models) a band; one solve, and one step of iterative refinement where rounding asks for
 !> it.

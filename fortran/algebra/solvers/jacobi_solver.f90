@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> `jacobi`: conjugate gradients with the inverse diagonal blocks, for small p Δt²/m.
 module dda_jacobi_solver
    use dda_kinds, only: wp

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> A lagged Cholesky factor, in single precision, as preconditioner of conjugate gradients.
 !>
 !> Rank-one terms that have entered or left the matrix since are taken up by a low-rank update; what

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> `lagged`: conjugate gradients with a lagged factor as preconditioner.
 !>
 !> The factor stays while a low-rank update can take up the terms that have changed, and until the

@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> K̂ d = f̂ behind one interface: a solver by name, or by rule, and the direct one where it fails.
 !>
 !>     call analyse(solver, matrix)                        ! the pattern has changed

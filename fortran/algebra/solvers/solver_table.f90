@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> The linear solvers by name.
 module dda_solver_table
    use dda_abstract_solver, only: linear_solver_type

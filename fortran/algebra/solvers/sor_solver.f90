@@ -1,3 +1,4 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
 !> `sor`: successive over-relaxation by blocks, the original DDA's solver, kept for comparison.
 module dda_sor_solver
    use dda_kinds, only: wp

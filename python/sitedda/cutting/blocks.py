@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Regions cut into blocks by joints."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Random lengths and angles of joints: the same numbers for a seed in every version.
 
 Raw 64-bit integers come from numpy's Philox generator, whose key is (seed, stream); the formulas

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What is cut, and what cuts it: regions, surfaces, joints, polygons, holes."""
 
 from __future__ import annotations

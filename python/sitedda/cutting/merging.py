@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Slivers merged with a neighbour."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The plane graph of joints: crossings, common ends, dead ends, and the faces that become blocks.
 
 Segments are split where they cross or touch, which gives nodes and edges; every edge keeps the

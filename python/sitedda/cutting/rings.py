@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Many polygons at once: their corners one after the other, and where each polygon begins."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Blocks too small or too thin to compute with."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Every result of the paper, reproduced: runs, rows beside the printed values, figures, report.
 
 ``python -m sitedda.paper`` does all studies; ``python -m sitedda.paper layers`` one of them.

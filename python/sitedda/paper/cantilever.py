@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's cantilever: kinetic against algorithmic damping, and the penalty (figures 2 to 6)."""
 
 from __future__ import annotations

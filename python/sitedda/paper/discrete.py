@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Exact discrete theory of a model with bonded contacts: K and M from the blocks, in NumPy.
 
 The engine's blocks, springs and supports, assembled a second time: frequencies from K x = ω² M x,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's discussion: time step, block size and penalty (section 4)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Measurements on histories that several studies share."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One report of all studies, as HTML in one file and as Markdown with pictures beside it."""
 
 from __future__ import annotations

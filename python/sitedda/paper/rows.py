@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a study of the paper gives: rows, requirements, tables and pictures."""
 
 from __future__ import annotations

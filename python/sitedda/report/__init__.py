@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Reports: one tree of parts, written as a single HTML file that works offline, or as Markdown."""
 
 from __future__ import annotations

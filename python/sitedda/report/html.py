@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A page as one HTML file that works offline.
 
 All texts are escaped for the place where they stand.  The content-security policy of the page

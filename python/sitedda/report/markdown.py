@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A page as Markdown with its pictures beside it."""
 
 from __future__ import annotations

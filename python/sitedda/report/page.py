@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a report is made of: sections of paragraphs, facts, tables, pictures, listings and views."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Analytic cases: each with its formula, the engine's figure, the error, and a picture.
 
 ``CASES`` holds them by name; ``run_case(name)`` runs one and ``write_report`` writes results

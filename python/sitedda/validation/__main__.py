@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Run validation cases: ``python -m sitedda.validation [CASE …] [--report FOLDER]``."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a validation case is: measured figures beside expected ones, tables and a picture."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Free fall, bounce, large rotation, and a block that slides off an edge and lands."""
 
 from __future__ import annotations

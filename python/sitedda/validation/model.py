@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Inputs of the cases as namelist text, and how they are run."""
 
 from __future__ import annotations

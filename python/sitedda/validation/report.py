@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Results as text for the terminal and as one report with pictures."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Housner's rocking block: onset, free decay with impacts, overturning under one sine cycle."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Coulomb friction: inclines, a shaken base, a real record, a tilting table, many blocks."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The interactive view of blocks: a part of a report, or a page of its own.
 
 One HTML file without any library: WebGL 2, the browser's own inflation of streams, Canvas 2D where

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The frames of a scene as compressed streams of small whole numbers.
 
 A first-order block needs six numbers a frame: displacement of the centroid (2), rotation and
