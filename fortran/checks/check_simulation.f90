@@ -283,8 +283,8 @@ contains
          found = found//damping_over(report%band, linear)
       end if
       if (found == '') return
-      advice = advice_if(first >= 0.1_wp, "time_step for a wanted ratio "// &
-         "(sitedda.time_step_for_damping), or "// &
+      advice = advice_if(first >= 0.1_wp, 'time_step for a wanted ratio '// &
+         '(sitedda.time_step_for_damping), or '// &
          "integration = 'theta' with damping_ratio and damping_frequency")
       if (.not. followed) advice = 'time_step below '//to_text(0.5_wp/report%band%highest)//' s'
       call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), &

@@ -81,13 +81,13 @@ module dda_input_catalogue
       allowed="'fixed', 'adaptive'"), variable_type('least_time_step', 'real', 's', &
       '10⁻⁶ time_step', 'smallest Δt when adaptive', above_zero), &
       variable_type('max_displacement_ratio', 'real', '', '0.01', &
-      "largest displacement of a step over half the model size; sets the distance at "// &
+      'largest displacement of a step over half the model size; sets the distance at '// &
       "which contacts are listed, at most a fifth of the smallest block's radius; "// &
-      "exceeded steps are repeated when adaptive, counted when fixed", 1.0e-8_wp, 1.0_wp), &
+      'exceeded steps are repeated when adaptive, counted when fixed', 1.0e-8_wp, 1.0_wp), &
       variable_type('dynamic_factor', 'real', '', '1', &
       'share of the velocity carried into each step: 1 dynamic, 0 static', 0.0_wp, 1.0_wp), &
       variable_type('integration', 'text', '', "'dda'", &
-      "dda: Newmark with β = ½, γ = 1; midpoint: no damping; theta: θ-method; backward_euler", &
+      'dda: Newmark with β = ½, γ = 1; midpoint: no damping; theta: θ-method; backward_euler', &
       allowed="'dda', 'midpoint', 'theta', 'backward_euler'"), variable_type('theta', 'real', '', &
       '0.75', "θ = χ of integration = 'theta'; damping ratio (θ − ½) ω Δt", 0.5_wp, 1.0_wp), &
       variable_type('damping_ratio', 'real', '', 'none', &
@@ -102,9 +102,9 @@ module dda_input_catalogue
       'none', 'motion whose acceleration acts as body force along x, in the frame of the base', &
       allowed='the name of a &motion'), variable_type('base_motion_y', 'text', '', 'none', &
       'the same along y', allowed='the name of a &motion'), variable_type('solver', 'text', '', &
-      "'auto'", "direct: sparse Cholesky of 6×6 blocks; lagged: conjugate gradients with an "// &
-      "older "//"factor; jacobi: with the diagonal blocks; banded: LAPACK; sor: the "// &
-      "original's; "//"auto chooses by size and stiffness", allowed=solvers)]
+      "'auto'", 'direct: sparse Cholesky of 6×6 blocks; lagged: conjugate gradients with an '// &
+      'older '//'factor; jacobi: with the diagonal blocks; banded: LAPACK; sor: the '// &
+      "original's; "//'auto chooses by size and stiffness', allowed=solvers)]
 
    type(variable_type), parameter :: contact_variables(7) = [ &
       variable_type('normal_stiffness', 'real', 'N/m', "40 × the largest Young's modulus × 1 m", &

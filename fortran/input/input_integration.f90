@@ -27,7 +27,7 @@ contains
       call require_choice(error, place, 'integration', integration)
       if (allocated(error)) return
       if (integration /= 'theta' .and. (is_set(theta) .or. is_set(ratio) .or. is_set(frequency))) &
-         call input_error(error, place, "theta, damping_ratio and damping_frequency need "// &
+         call input_error(error, place, 'theta, damping_ratio and damping_frequency need '// &
          "integration = 'theta', not "//quoted(integration))
       if (is_set(ratio) .neqv. is_set(frequency)) call input_error(error, place, &
          'damping_ratio and damping_frequency must be given together')

@@ -15,7 +15,7 @@ module dda_contact_state
    !> Write the arrays to an archive, or read them from it.
    type, extends(operation_type) :: serialisation_type
       integer :: n                              !< contacts
-      type(archive_type), pointer :: archive
+      type(archive_type), pointer :: archive => null()
    contains
       procedure :: apply => serialise_variable
    end type serialisation_type

@@ -17,8 +17,8 @@ module test_contact_joints
    !> A wrong edge would give the weak joint, or one that is too strong.
    character(len=*), parameter :: joints = " &joint name = 'weak' friction_angle = 5.0 /"// &
       " &joint name = 'base' friction_angle = 20.0 / &joint name = 'side' friction_angle = "// &
-      "40.0 /"//" &joint name = 'floor' friction_angle = 50.0 / &joint name = 'next' "// &
-      "friction_angle = 10.0 /"
+      '40.0 /'//" &joint name = 'floor' friction_angle = 50.0 / &joint name = 'next' "// &
+      'friction_angle = 10.0 /'
    integer, parameter :: weak = 1, base = 2, side = 3, floor = 4, next = 5
    integer, parameter :: contact_vertex = 6, lower_edge = 4  !< of `tilted` and `end_of_edge`
 
