@@ -121,6 +121,9 @@ contains
       associate (stage => simulation%model%stages(s))
          call begin_motions(simulation, s)
          call replace_properties(simulation, s)
+         associate (contacts => simulation%contacts(simulation%now))
+            contacts%joint(:contacts%n) = stage%joint(contacts%joint(:contacts%n))
+         end associate
          call set_elements(simulation%elements, simulation%model, simulation%time)
          call book(simulation, energy_changed, 1.0_wp)
          call take_away(simulation, s)
@@ -175,9 +178,12 @@ contains
       integer :: b, new
 
       associate (stage => simulation%model%stages(s), blocks => simulation%blocks)
+         blocks%joint = stage%joint(blocks%joint)
          do b = 1, blocks%n
+            associate (joint => blocks%joint(blocks%first(b):blocks%first(b + 1) - 1))
+               blocks%mixed(b) = any(joint /= joint(1))
+            end associate
             if (blocks%removed(b)) cycle
-            blocks%joint(b) = stage%joint(blocks%joint(b))
             new = stage%material(blocks%material(b))
             if (new == blocks%material(b)) cycle
             blocks%material(b) = new

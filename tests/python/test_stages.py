@@ -390,3 +390,25 @@ def test_a_released_support_lets_go(write_input):
     inertia = (4.0**2 + 0.5**2) / 12 + 1.8**2
     expected = -3.8 * 0.5 * GRAVITY * 1.8 / inertia * 0.1**2
     assert fall == pytest.approx(expected, rel=0.02)
+
+
+def test_a_changed_joint_lets_a_slab_slide(write_input):
+    """On a plane of 35°, a slab slides with g (sin 35° − tan 20° cos 35°) once φ falls to 20°."""
+    groups = changed(slope(rows=1), "control", settle=None, steps=None)
+    groups.insert(3, ("joint", {"name": "wet", "friction_angle": 20.0}))
+    groups[-1:-1] = [
+        ("stage", {"name": "rest", "kind": "static"}),
+        (
+            "stage",
+            {
+                "name": "rain",
+                "steps": 100,
+                "change_joints": "dry -> wet",
+                "zero_displacements": True,
+            },
+        ),
+    ]
+    moved = sitedda.run(write_input(groups)).history.displacement.values[-1, 0]
+    dip = math.radians(35.0)
+    pull = GRAVITY * (math.sin(dip) - math.tan(math.radians(20.0)) * math.cos(dip))
+    assert float(np.hypot(*moved)) == pytest.approx(0.5 * pull * 0.1**2, rel=0.03)
