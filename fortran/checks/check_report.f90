@@ -72,7 +72,7 @@ contains
 
    !> Four significant digits or so; powers of ten where plain notation would be long or all zeros.
    pure function short(value) result(text)
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value  !< to be written
       character(len=:), allocatable :: text
       character(len=24) :: buffer
       integer :: decimals

@@ -85,7 +85,7 @@ contains
    subroutine freeze(self, motions, time)
       class(body_force_type), intent(inout) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      real(wp), intent(in) :: time
+      real(wp), intent(in) :: time  !< s
 
       self%base_motion = 0
    end subroutine freeze

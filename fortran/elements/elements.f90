@@ -52,7 +52,7 @@ contains
    !> Append a kind.
    subroutine register(elements, element)
       type(elements_type), intent(inout) :: elements  !< of the model
-      class(element_type), intent(in) :: element
+      class(element_type), intent(in) :: element  !< all of a kind
       type(kind_type), allocatable :: more(:)
       integer :: i
 

@@ -322,7 +322,7 @@ contains
    subroutine freeze(self, motions, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      real(wp), intent(in) :: time
+      real(wp), intent(in) :: time  !< s
       integer :: i
 
       do i = 1, size(self%point)

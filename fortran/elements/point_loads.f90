@@ -62,7 +62,7 @@ contains
    subroutine freeze(self, motions, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      real(wp), intent(in) :: time
+      real(wp), intent(in) :: time  !< s
       real(wp), parameter :: ever = 0.5_wp*huge(1.0_wp)
       integer :: i
 

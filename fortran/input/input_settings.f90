@@ -50,10 +50,8 @@ contains
          max_displacement_ratio, gravity, time_step_control, analysis, solver, base_motion_x, &
          base_motion_y, integration, theta, damping_ratio, damping_frequency, settle
 
-      time_step = unset
-      duration = unset
-      steps = unset
-      least_time_step = unset
+      call leave_unset(time_step, duration, steps, least_time_step, theta, damping_ratio, &
+         damping_frequency)
       dynamic_factor = settings%dynamic_factor
       max_displacement_ratio = settings%max_displacement_ratio
       gravity = 0.0_wp
@@ -64,9 +62,6 @@ contains
       base_motion_x = ''
       base_motion_y = ''
       integration = settings%integration
-      theta = unset
-      damping_ratio = unset
-      damping_frequency = unset
       read (group, nml=control, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
 
@@ -79,14 +74,8 @@ contains
       call require_choice(error, place, 'solver', solver)
       call require_choice(error, place, 'time_step_control', time_step_control)
       call require_choice(error, place, 'analysis', analysis)
-      if (staged) then
-         if (is_set(duration) .or. is_set(steps) .or. settle) call input_error(error, place, &
-            'with &stage groups, duration, steps and settle have no place here: each &stage '// &
-            "has its own, and kind = 'static' settles")
-         steps = 0.0_wp
-      else
-         call count_steps(error, place, time_step, duration, steps)
-      end if
+      if (.not. staged) call count_steps(error, place, time_step, duration, steps)
+      if (staged) call refuse_steps(error, place, duration, settle, steps)
       if (allocated(error)) return
 
       settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
@@ -97,6 +86,33 @@ contains
          settings)
       base_motion = [base_motion_x, base_motion_y]
    end subroutine read_control
+
+   !> Numbers that the input may leave out.
+   pure subroutine leave_unset(a, b, c, d, e, f, g)
+      real(wp), intent(out) :: a, b, c, d, e, f, g  !< variables of a group
+
+      a = unset
+      b = unset
+      c = unset
+      d = unset
+      e = unset
+      f = unset
+      g = unset
+   end subroutine leave_unset
+
+   !> Stages have steps of their own.
+   subroutine refuse_steps(error, place, duration, settle, steps)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place     !< of the group
+      real(wp), intent(in) :: duration          !< s, or `unset`
+      logical, intent(in) :: settle             !< as read
+      real(wp), intent(inout) :: steps          !< as read, becomes 0
+
+      if (is_set(duration) .or. is_set(steps) .or. settle) call input_error(error, place, &
+         'with &stage groups, duration, steps and settle have no place here: each &stage '// &
+         "has its own, and kind = 'static' settles")
+      steps = 0.0_wp
+   end subroutine refuse_steps
 
    !> The number of steps, from `steps` or from `duration`.
    subroutine count_steps(error, place, time_step, duration, steps)
