@@ -64,20 +64,16 @@ contains
       integration = settings%integration
       read (group, nml=control, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
-
       if (.not. is_set(least_time_step) .and. is_set(time_step)) &
          least_time_step = 1.0e-6_wp*time_step
       call require(error, place, 'time_step dynamic_factor max_displacement_ratio '// &
          'least_time_step', [time_step, dynamic_factor, max_displacement_ratio, least_time_step])
       call require_list(error, place, 'gravity', gravity)
       solver = current_name(solver)
-      call require_choice(error, place, 'solver', solver)
-      call require_choice(error, place, 'time_step_control', time_step_control)
-      call require_choice(error, place, 'analysis', analysis)
+      call check_choices(error, place, solver, time_step_control, analysis)
       if (.not. staged) call count_steps(error, place, time_step, duration, steps)
       if (staged) call refuse_steps(error, place, duration, settle, steps)
       if (allocated(error)) return
-
       settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
          least_time_step=least_time_step, dynamic_factor=dynamic_factor, gravity=gravity, &
          max_displacement_ratio=max_displacement_ratio, &
@@ -86,6 +82,17 @@ contains
          settings)
       base_motion = [base_motion_x, base_motion_y]
    end subroutine read_control
+
+   !> Words of &control that name one of a few things.
+   pure subroutine check_choices(error, place, solver, time_step_control, analysis)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place     !< of the group
+      character(len=*), intent(in) :: solver, time_step_control, analysis  !< as read
+
+      call require_choice(error, place, 'solver', solver)
+      call require_choice(error, place, 'time_step_control', time_step_control)
+      call require_choice(error, place, 'analysis', analysis)
+   end subroutine check_choices
 
    !> Numbers that the input may leave out.
    pure subroutine leave_unset(a, b, c, d, e, f, g)
