@@ -4,27 +4,18 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from environment import executable
 from model_text import namelist
 
 from sitedda.scene import labelled
 
 ROOT = Path(__file__).parents[2]
-
-
-def executable(name: str) -> str:
-    """A program of the environment that runs the tests, or of the PATH."""
-    beside = Path(sys.executable).parent / name
-    found = str(beside) if beside.exists() else shutil.which(name)
-    assert found, f"{name} is not installed"
-    return found
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from conftest import executable
+from environment import executable
 from fortran_source import read_tree
 
 ROOT = Path(__file__).parents[2]
