@@ -19,7 +19,7 @@ REMADE = {
         for name in (
             *("n", "first", "owner", "next", "previous", "material", "joint", "reference"),
             *("radius", "area", "mass", "inertia", "stiffness", "half_size"),
-            *("removed",),
+            *("mixed", "removed"),
         )
     },
     ("contact", "neighbours_type"): {
@@ -35,9 +35,11 @@ REMADE = {
         "pair_of_entry": "the pattern",
         "first_contact": "listed in each step",
         "held": "made anew in each step",
-        "inertia": "made for a new time step",
-        "inertia_step": "made for a new time step",
-        "base": "made in each step",
+        "constant": "made for a new time step",
+        "constant_step": "made for a new time step",
+        "linear": "made in each step",
+        "linear_entry": "the pattern",
+        "terms": "made in each step",
         "load": "made in each step",
         "rhs": "made in each step",
         "d": "guessed at the start of each step",
@@ -46,12 +48,7 @@ REMADE = {
     },
     ("algebra", "solver_type"): {
         "name": "the input",
-        "direct": "factorised in each step",
-        "band": "factorised in each step",
-        "jacobi": "inverted in each step",
-        "work": "workspace",
         "loads": "weighed in each step",
-        "direct_planned": "planned when the method is",
     },
     ("algebra", "lagged_factor_type"): {},
     ("algebra", "low_rank_type"): {
@@ -61,19 +58,20 @@ REMADE = {
     ("algebra", "rank_one_type"): {},
     ("algebra", "factor_type"): {
         name: "follows from the pattern, or is workspace"
-        for name in ("plan", "panel", "update", "vector", "part", "bad_place")
+        for name in ("plan", "panel", "update", "vector", "front_vector", "bad_pivot")
     },
-    ("dynamics", "iteration_type"): {
+    ("dynamics", "open_close_type"): {
         "max_iterations": "the input",
         "relative_tolerance": "the input",
         "weight": "the input",
         "noise": "the input",
         "penetration_tolerance": "the input",
-        "springs": "noted in each iteration",
+        "stiffness_changes": "noted in each iteration",
         "slides": "listed in each iteration",
-        "past": "forgotten in each step",
+        "history": "forgotten in each step",
     },
-    ("dynamics", "energy_type"): {},
+    ("elements", "fixed_points_type"): {"point": "the input", "stiffness": "the input"},
+    ("elements", "energy_type"): {},
     ("dynamics", "counters_type"): {},
     ("output", "journal_type"): {"file": "opened anew"},
 }
@@ -99,13 +97,16 @@ def serialised(root):
     """The code that serialises the state."""
     journal = (root / "fortran" / "output" / "journal.f90").read_text()
     mark = re.search(r"subroutine serialise_mark.*?end subroutine", journal, re.S)[0]
-    parts = [path.read_text() for path in (root / "fortran" / "state").glob("*.f90")]
-    return re.sub(r"!.*", "", "\n".join([mark, *parts]))
+    contact = (root / "fortran" / "contact" / "contact.f90").read_text()
+    listed = re.search(r"subroutine for_each_variable.*?end subroutine", contact, re.S)[0]
+    folders = ("state", "algebra/solvers", "elements")
+    parts = [path.read_text() for name in folders for path in (root / "fortran" / name).glob("*.f90")]
+    return re.sub(r"!.*", "", "\n".join([mark, listed, *parts]))
 
 
 def source_of(folder, name: str) -> str:
     """The one file of a folder that defines a type."""
-    files = [f for f in folder.rglob("*") if f.suffix in (".f90", ".inc")]
+    files = [f for f in folder.rglob("*") if f.suffix in (".f90", ".inc", ".in")]
     found = [text for text in map(type(folder).read_text, files) if f":: {name}\n" in text]
     assert len(found) == 1, f"{name} is defined {len(found)} times in {folder}"
     return found[0]

@@ -50,7 +50,14 @@ def wall(folder, bricks, courses, solver="auto", penalty=1e12, step=1e-3, bond=0
 def test_solvers_agree_on_every_input(file, solver):
     start, direct = moved(file, "direct")
     _, other = moved(file, solver)
-    assert np.abs(other - direct).max() <= 1e-8 * np.abs(direct - start).max()
+    allowed = 1e-8 * np.abs(direct - start).max()
+    with sitedda.Simulation(file) as run:
+        run.advance(STEPS)
+        if set(run.contacts["state"]) & {0, 1}:
+            # Contacts open and slide: forces are right to a tolerance, of the weight; what an
+            # acceleration of 2e-6 g moves in the time is as much as the wall that slides may differ.
+            allowed += 2e-6 * 9.81 * run.time**2 / 2
+    assert np.abs(other - direct).max() <= allowed
 
 
 @pytest.mark.parametrize("solver", ["lagged", "jacobi", "banded", "sor"])
