@@ -100,7 +100,9 @@ def serialised(root):
     contact = (root / "fortran" / "contact" / "contact.f90").read_text()
     listed = re.search(r"subroutine for_each_variable.*?end subroutine", contact, re.S)[0]
     folders = ("state", "algebra/solvers", "elements")
-    parts = [path.read_text() for name in folders for path in (root / "fortran" / name).glob("*.f90")]
+    parts = [
+        path.read_text() for name in folders for path in (root / "fortran" / name).glob("*.f90")
+    ]
     return re.sub(r"!.*", "", "\n".join([mark, listed, *parts]))
 
 

@@ -54,9 +54,9 @@ def test_solvers_agree_on_every_input(file, solver):
     with sitedda.Simulation(file) as run:
         run.advance(STEPS)
         if set(run.contacts["state"]) & {0, 1}:
-            # Contacts open and slide: forces are right to a tolerance, of the weight; what an
-            # acceleration of 2e-6 g moves in the time is as much as the wall that slides may differ.
-            allowed += 2e-6 * 9.81 * run.time**2 / 2
+            # Contacts open and slide: forces are right to a tolerance only. What an acceleration
+            # of 5e-6 g moves in the time is 5e-6 of the free fall of what has lost its hold.
+            allowed += 5e-6 * 9.81 * run.time**2 / 2
     assert np.abs(other - direct).max() <= allowed
 
 
