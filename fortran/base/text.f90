@@ -4,7 +4,7 @@ module dda_text
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: to_text, lower_case, quoted, whole_characters, joined, closest
+   public :: to_text, short_text, lower_case, quoted, whole_characters, joined, closest
 
    !> A number written in as few characters as a reader needs.
    interface to_text
@@ -50,6 +50,22 @@ contains
          text = trim(adjustl(buffer))
       end if
    end function real_to_text
+
+   !> Four significant digits or so; powers of ten where plain notation would be long or all zeros.
+   pure function short_text(value) result(text)
+      real(wp), intent(in) :: value  !< to be written
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+      integer :: decimals
+
+      if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
+         text = to_text(value)
+      else
+         decimals = merge(4, merge(3, 1, abs(value) < 100.0_wp), abs(value) < 1.0_wp)
+         write (buffer, '(f24.'//to_text(decimals)//')') value
+         text = trim(adjustl(buffer))
+      end if
+   end function short_text
 
    !> ASCII letters in lower case.
    pure function lower_case(text) result(lowered)

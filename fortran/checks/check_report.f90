@@ -13,7 +13,7 @@ module dda_check_report
    implicit none
    private
    public :: report_type, line_type, add_line, verdict_names, verdict_ok, verdict_warn, &
-      verdict_fail, report_text, advice_if, short
+      verdict_fail, report_text, advice_if
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
    character(len=4), parameter :: verdict_names(3) = ['ok  ', 'warn', 'FAIL']
@@ -69,22 +69,6 @@ contains
       text = ''
       if (needed) text = advice
    end function advice_if
-
-   !> Four significant digits or so; powers of ten where plain notation would be long or all zeros.
-   pure function short(value) result(text)
-      real(wp), intent(in) :: value  !< to be written
-      character(len=:), allocatable :: text
-      character(len=24) :: buffer
-      integer :: decimals
-
-      if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
-         text = to_text(value)
-      else
-         decimals = merge(4, merge(3, 1, abs(value) < 100.0_wp), abs(value) < 1.0_wp)
-         write (buffer, '(f24.'//to_text(decimals)//')') value
-         text = trim(adjustl(buffer))
-      end if
-   end function short
 
    !> The report for a screen.
    pure function report_text(report) result(text)

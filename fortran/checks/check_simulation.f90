@@ -6,7 +6,7 @@ module dda_check_simulation
    use dda_blocks, only: blocks_type
    use dda_check_band, only: band_type, significant_band
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, verdict_fail, &
-      advice_if, short
+      advice_if
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
       strain_energy
@@ -16,7 +16,7 @@ module dda_check_simulation
    use dda_ringing, only: ringing_type, find_ringing
    use dda_scheme_response, only: forced_damping
    use dda_simulation, only: simulation_type
-   use dda_text, only: to_text
+   use dda_text, only: to_text, short_text
    use dda_time_step, only: advance
    use dda_unresolved, only: count_unresolved
    implicit none
@@ -155,7 +155,7 @@ contains
       list = ''
       do i = 1, report%modes%n
          if (i > 1) list = list//', '
-         list = list//short(report%modes%frequency(i))
+         list = list//short_text(report%modes%frequency(i))
       end do
       if (report%has_modes) list = list//' Hz; '
       call add_line(report, merge(verdict_ok, verdict_warn, report%has_modes), 'lowest modes', &
@@ -254,7 +254,7 @@ contains
       eta = report%block_size(2)*report%band%highest/report%speed(1)
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= 1.0_wp/12), 'element size', 'eta = 1/'//to_text(1/eta)//' at '// &
-         short(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20', 'paper eq. 12', &
+         short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20', 'paper eq. 12', &
          advice_if(eta > 1.0_wp/12, 'blocks no larger than '// &
          to_text(report%speed(1)/report%band%highest/12)//' m'))
       call add_line(report, merge(verdict_ok, verdict_warn, time_step < eta*period), &
@@ -274,7 +274,7 @@ contains
       found = ''
       if (report%has_modes) then
          first = report%modes%damping(1)
-         found = to_text(100*first)//' % at '//short(report%modes%frequency(1))//' Hz'
+         found = to_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
       end if
       followed = .true.
       if (report%band%known) then
@@ -301,18 +301,18 @@ contains
       real(wp) :: nyquist  ! Hz
 
       nyquist = 0.5_wp/linear%time_step
-      beyond = 'beyond 1/(2 dt) = '//short(nyquist)// &
+      beyond = 'beyond 1/(2 dt) = '//short_text(nyquist)// &
          ' Hz, where steps follow no motion'
       if (band%lowest >= nyquist) then
-         text = 'the band of the record, '//short(band%lowest)//' … '//short(band%highest)// &
-            ' Hz, lies '//beyond
+         text = 'the band of the record, '//short_text(band%lowest)//' … '// &
+            short_text(band%highest)//' Hz, lies '//beyond
       else if (band%highest >= nyquist) then
-         text = to_text(100*damping_at(linear, band%lowest))//' % at '//short(band%lowest)// &
-            ' Hz; the band of the record reaches '//short(band%highest)//' Hz, '//beyond
+         text = to_text(100*damping_at(linear, band%lowest))//' % at '//short_text(band%lowest)// &
+            ' Hz; the band of the record reaches '//short_text(band%highest)//' Hz, '//beyond
       else
          text = to_text(100*damping_at(linear, band%lowest))//' … '// &
-            to_text(100*damping_at(linear, band%highest))//' % over '//short(band%lowest)// &
-            ' … '//short(band%highest)//' Hz'
+            to_text(100*damping_at(linear, band%highest))//' % over '//short_text(band%lowest)// &
+            ' … '//short_text(band%highest)//' Hz'
       end if
    end function damping_over
 
@@ -337,9 +337,9 @@ contains
       report%memory = 8.0_wp*(linear%n*300.0_wp + 60.0_wp*simulation%contacts(simulation%now)%n &
          + 4*36.0_wp*(linear%n + size(linear%stiffness%column)))
       found = to_text(run_steps(simulation%model))//' steps, about '// &
-         short(report%memory/2.0_wp**20)//' MiB'
+         short_text(report%memory/2.0_wp**20)//' MiB'
       seconds = seconds_per_step(simulation)
-      if (seconds > 0.0_wp) found = found//', '//short(seconds*run_steps(simulation%model))// &
+      if (seconds > 0.0_wp) found = found//', '//short_text(seconds*run_steps(simulation%model))// &
          ' s at the pace of the first '//to_text(timed_steps)//' steps'
       call add_line(report, verdict_ok, 'cost', found, 'measured', '')
    end subroutine check_cost

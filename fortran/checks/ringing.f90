@@ -13,7 +13,7 @@ module dda_ringing
    use dda_linear_model, only: linear_model_type, energy_of, set_penalty, strain_energy, kind_names
    use dda_scheme, only: scheme_type
    use dda_scheme_response, only: steps_to_decay
-   use dda_text, only: to_text
+   use dda_text, only: short_text
    implicit none
    private
    public :: ringing_type, find_ringing
@@ -87,10 +87,11 @@ contains
       if (scheme%chi > 0.5_wp) &
          ringing%advice = 'a smaller time_step, a lower normal_stiffness, or a larger theta'
       if (.not. ringing%steps > 0.0_wp) return
-      ringing%words = 'the stiffest mode ('//kind//', omega dt = '//to_text(ringing%resolution)// &
+      ringing%words = 'the stiffest mode ('//kind//', omega dt = '// &
+         short_text(ringing%resolution)// &
          ') changes the sign of its velocity every step and falls to 1/e in '
       if (ringing%steps < 1.0e12_wp) then
-         ringing%words = ringing%words//to_text(ringing%steps)//' steps'
+         ringing%words = ringing%words//short_text(ringing%steps)//' steps'
       else
          ringing%words = ringing%words//'no number of steps: it does not decay'
       end if

@@ -11,7 +11,7 @@ module dda_peak_check
    use dda_settings, only: amplification_type
    use dda_simulation, only: simulation_type
    use dda_site_response, only: response_peak_type
-   use dda_text, only: to_text
+   use dda_text, only: to_text, short_text
    use dda_transfer, only: transfer_type, transfer_peak_type, prepare_transfer, transfer_peak
    implicit none
    private
@@ -48,7 +48,7 @@ contains
       if (abs(peak%found%amplitude/exact%amplitude - 1.0_wp) <= most_difference .and. &
          abs(peak%found%frequency/exact%frequency - 1.0_wp) <= most_difference) return
       text = 'the exact peak of this linear model at this time step is '// &
-         to_text(exact%amplitude)//' at '//to_text(exact%frequency)//' Hz: '// &
+         short_text(exact%amplitude)//' at '//short_text(exact%frequency)//' Hz: '// &
          likely_cause(linear, simulation, peak)
    end subroutine peak_warning
 
@@ -63,7 +63,7 @@ contains
 
       text = ''
       if (peak%left > died_out) text = text//'; the motion has not died out at the end of the '// &
-         'run ('//to_text(100*peak%left)//' % of its peak): try more steps'
+         'run ('//short_text(100*peak%left)//' % of its peak): try more steps'
       if (simulation%model%output%history_interval > 1) text = text//'; history_interval = '// &
          to_text(simulation%model%output%history_interval)//' leaves out steps, so that high '// &
          'frequencies alias: try history_interval = 1'
