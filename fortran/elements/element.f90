@@ -79,7 +79,7 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
    end subroutine accept_nothing
 
-   !> Change first velocities that the element would not let be; here: it does not mind.
+   !> Project initial velocities onto what a stiff element admits; here: all are admitted.
    subroutine match_nothing(self, blocks, motions, step, velocity)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -88,7 +88,7 @@ contains
       real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
    end subroutine match_nothing
 
-   !> Hold for ever what depends on time; here: nothing does.
+   !> Keep loads and prescribed places constant from a time on; here: none depends on time.
    subroutine freeze_nothing(self, motions, time)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones

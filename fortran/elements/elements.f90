@@ -131,7 +131,7 @@ contains
       end do
    end subroutine accept_elements
 
-   !> Change first velocities to what elements let be.
+   !> Project initial velocities onto what stiff elements admit.
    subroutine match_velocities(elements, blocks, step)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(inout) :: blocks  !< in their present state
@@ -146,7 +146,7 @@ contains
       blocks%velocity = velocity
    end subroutine match_velocities
 
-   !> For statics: loads and supported points as at a time stay so, motions of the base do not act.
+   !> For statics: loads and prescribed places keep their values at a time, base motions do not act.
    subroutine freeze_elements(elements, time)
       type(elements_type), intent(inout) :: elements  !< of the model
       real(wp), intent(in) :: time  !< s

@@ -318,7 +318,7 @@ contains
       velocity(:, b) = matmul(inverse, impulse)
    end subroutine match_block
 
-   !> The places of a time for ever.
+   !> Keep the prescribed places constant at their values at a time.
    subroutine freeze(self, motions, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones

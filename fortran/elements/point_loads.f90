@@ -58,7 +58,7 @@ contains
       end do
    end subroutine account
 
-   !> The forces of a time for ever.
+   !> Keep the forces constant at their values at a time.
    subroutine freeze(self, motions, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones

@@ -3,7 +3,7 @@
 !>
 !> It is always written as a whole from the journal, under a third name, and then renamed: to FILE
 !> when the run is complete, from time to time before that to FILE.partial.  Either can therefore be
-!> opened at any moment, and a run that dies while it writes leaves the last one as it was.
+!> opened at any moment, and a run that is killed while it writes leaves the last one as it was.
 module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long

@@ -29,7 +29,7 @@ module dda_low_rank_columns
       integer, allocatable :: path(:,:)         !< [fronts, panels] the touched fronts, in postorder
       integer :: path_length(column_panels) = 0 !< how many
       real(sp), allocatable :: w(:,:,:,:)       !< [width, 6, n, panels] W, in touched fronts
-      !> [width, longest, panels] the rows of W that a front sees
+      !> [width, longest, panels] the rows of W in a front
       real(sp), allocatable :: front_vector(:,:,:)
    end type low_rank_columns_type
 
@@ -146,7 +146,7 @@ contains
       !> size of the front, its rows and first pivot
       integer, intent(in) :: pivots, below, row(below), first
       real(sp), intent(in) :: packed(packed_rows, 6, *)  !< L of the front
-      !> rows of W that the front sees
+      !> rows of W in the front
       real(sp), intent(inout) :: front_vector(vector_width, 6*(pivots + below) + 2*packed_rows)
       real(sp), intent(inout) :: w(vector_width, 6, *)  !< one panel of W
       integer :: j, s, r, at, under
@@ -177,13 +177,13 @@ contains
       end do
    end subroutine forward_front
 
-   !> Gather the rows of W that a front sees; zeros behind its pivot rows and behind the last,
+   !> Gather the rows of W in a front; zeros behind its pivot rows and behind the last,
    !> as far as packed panels reach.
    pure subroutine gather_front(pivots, below, row, first, w, front_vector)
       !> size of the front, its rows and first pivot
       integer, intent(in) :: pivots, below, row(below), first
       real(sp), intent(in) :: w(vector_width, 6, *)  !< one panel of W
-      !> rows of W that the front sees
+      !> rows of W in the front
       real(sp), intent(inout) :: front_vector(vector_width, 6*(pivots + below) + 2*packed_rows)
       integer :: r, under
 
