@@ -59,7 +59,7 @@ contains
       end do
    end subroutine set_contacts
 
-   !> Rows nᵀT and tᵀT of a material point (`direction_row` of dda_blocks, for both directions).
+   !> Rows nᵀT and tᵀT of a material point (T: `shape_matrix` of dda_blocks).
    pure subroutine set_gradients(axes, foot, offset, reference, normal, normal_row, shear_row)
       real(wp), intent(in) :: axes(2, 2)          !< R(θ) of the block
       real(wp), intent(in) :: foot(2), offset(2)  !< m, lever arms of the normal and shear force

@@ -18,7 +18,7 @@ module dda_blocks
    implicit none
    private
    public :: blocks_type, set_blocks, update_geometry, is_convex
-   public :: change_material, remove_block, place_of, offset_of, direction_row, shape_matrix, &
+   public :: change_material, remove_block, place_of, offset_of, shape_matrix, &
       reference_of, stress_of
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
@@ -264,25 +264,7 @@ contains
       end associate
    end function reference_of
 
-   !> Row directionᵀT of the material point ρ: its displacement along a direction (paper eq. 4).
-   pure function direction_row(axes, offset, reference, direction) result(row)
-      real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
-      real(wp), intent(in) :: offset(2)     !< m, present offset from the centroid
-      real(wp), intent(in) :: reference(2)  !< m, reference offset ρ
-      real(wp), intent(in) :: direction(2)  !< unit vector
-      real(wp) :: row(6)
-      real(wp) :: along(2)
-
-      along(1) = axes(1, 1)*direction(1) + axes(2, 1)*direction(2)
-      along(2) = axes(1, 2)*direction(1) + axes(2, 2)*direction(2)
-      row(1:2) = direction
-      row(3) = direction(2)*offset(1) - direction(1)*offset(2)
-      row(4) = along(1)*reference(1)
-      row(5) = along(2)*reference(2)
-      row(6) = 0.5_wp*(along(1)*reference(2) + along(2)*reference(1))
-   end function direction_row
-
-   !> Shape matrix T [2,6] of the material point ρ of block b.
+   !> Shape matrix T [2,6] of the material point ρ of block b (paper eq. 4): u = T d.
    pure function shape_matrix(blocks, b, reference) result(t)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< block
@@ -291,8 +273,14 @@ contains
       real(wp) :: offset(2)
 
       offset = offset_of(blocks, b, reference)
-      t(1, :) = direction_row(blocks%axes(:, :, b), offset, reference, [1.0_wp, 0.0_wp])
-      t(2, :) = direction_row(blocks%axes(:, :, b), offset, reference, [0.0_wp, 1.0_wp])
+      associate (axes => blocks%axes(:, :, b))
+         t(:, 1) = [1.0_wp, 0.0_wp]
+         t(:, 2) = [0.0_wp, 1.0_wp]
+         t(:, 3) = [-offset(2), offset(1)]
+         t(:, 4) = axes(:, 1)*reference(1)
+         t(:, 5) = axes(:, 2)*reference(2)
+         t(:, 6) = 0.5_wp*(axes(:, 1)*reference(2) + axes(:, 2)*reference(1))
+      end associate
    end function shape_matrix
 
    !> Stress (σx, σy, τxy) of block b in the model's axes, Pa.
