@@ -117,7 +117,7 @@ def test_ringing_is_told_in_steps(write_input):
     line = finding(report.text, "ringing")
     assert "normal contact springs" in line  # supports have a dashpot and do not ring
     turn, steps = map(float, re.search(r"dt = ([\d.]+)\).* in ([\d.]+) steps", line).groups())
-    assert report.ringing == pytest.approx(steps, rel=1e-5)
+    assert report.ringing == pytest.approx(steps, rel=1e-3)  # four digits are printed
     expected = Scheme().vibration(turn / (2 * math.pi * 1e-3), 1e-3).ringing
     assert report.ringing == pytest.approx(float(expected), rel=1e-4)
 
