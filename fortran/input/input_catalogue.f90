@@ -68,6 +68,16 @@ module dda_input_catalogue
       variable_type('block', 'text', '', 'the first that holds the point', &
          'block that the point belongs to', allowed='the name or number of a block')]
 
+   type(variable_type), parameter :: edge_variables(4) = [ &
+      variable_type('side', 'text', '', 'any', 'edges on a side of the box round the model, or '// &
+         'that face upwards', allowed="'left', 'right', 'bottom', 'top', 'surface'"), &
+      variable_type('along', 'real list', 'm', 'anywhere', &
+         'x, y, x, y …: edges on a polyline of 2 to 256 points; of an edge, what lies on it'), &
+      variable_type('blocks', 'text', '', 'all', &
+         'blocks that the edges belong to', allowed="names: 'one, two, all_*'"), &
+      variable_type('edges', 'real list', '', 'all', &
+         'numbers of edges of these blocks, 1 from their first vertex on', 1.0_wp, 512.0_wp)]
+
    type(variable_type), parameter :: run_variables(1) = [ &
       variable_type('title', 'text', '', 'blank', 'title of the run', allowed='any')]
 

@@ -6,6 +6,7 @@ module dda_input_stages
    use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
       require_choice, require_name, unset, is_set, name_length
    use dda_input_integration, only: check_integration
+   use dda_input_names, only: mark_names, list_length
    use dda_input_settings, only: count_steps
    use dda_model, only: model_type
    use dda_namelist_groups, only: group_type
@@ -15,8 +16,6 @@ module dda_input_stages
    implicit none
    private
    public :: read_stages
-
-   integer, parameter :: list_length = 4096  !< characters of a list of names
 
 contains
 
@@ -210,38 +209,6 @@ contains
       stage%integration = own%integration
       stage%theta = own%theta
    end subroutine set_stepping
-
-   !> Mark all that a list 'one, two, all_*' names; each entry must name something.
-   subroutine mark_names(list, variable, names, place, marked, error)
-      character(len=*), intent(in) :: list, variable  !< as read; its variable
-      character(len=*), intent(in) :: names(:)        !< known ones
-      type(place_type), intent(in) :: place
-      logical, intent(inout) :: marked(:)             !< [names]
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=:), allocatable :: rest, entry
-      integer :: comma, star, i
-      logical :: found
-
-      rest = trim(list)
-      do while (len(rest) > 0 .and. .not. allocated(error))
-         comma = index(rest//',', ',')
-         entry = trim(adjustl(rest(:comma - 1)))
-         rest = trim(rest(min(comma + 1, len(rest) + 1):))
-         star = index(entry, '*')
-         found = .false.
-         do i = 1, size(names)
-            if (star > 0) then
-               if (star /= len(entry) .or. index(names(i), entry(:star - 1)) /= 1) cycle
-            else if (names(i) /= entry) then
-               cycle
-            end if
-            found = entry /= ''
-            marked(i) = marked(i) .or. found
-         end do
-         if (.not. found) call input_error(error, place, variable//': nothing is named '// &
-            quoted(entry))
-      end do
-   end subroutine mark_names
 
    !> Replacements 'old -> new, old -> new'.
    subroutine replace_names(list, variable, group, names, place, new, error)

@@ -1,0 +1,214 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Which pieces of the edges of a model are its outline, and which of these lie where one asks for.
+!>
+!> An edge belongs to the outline where no edge of another block runs along it.  Pieces are in the
+!> order of the blocks and of their edges.
+module dda_outline
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_edge_piece, only: edge_piece_type
+   use dda_neighbours, only: neighbours_type, find_near_pairs
+   implicit none
+   private
+   public :: sides, outline_of, pieces_on_side, pieces_along
+
+   !> Sides of the box round the model, and what faces upwards.
+   character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
+      'top', 'surface']
+
+   real(wp), parameter :: touching = 1.0e-6_wp  !< of half the model size: no gap
+   real(wp), parameter :: parallel = 0.0523_wp  !< sine of 3°
+   real(wp), parameter :: least = 1.0e-6_wp     !< share of an edge that counts as a piece
+
+contains
+
+   !> The outline of the marked blocks in a model.
+   subroutine outline_of(blocks, wanted, pieces)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      logical, intent(in) :: wanted(:)         !< [blocks] whose edges are asked for
+      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of their edges
+      type(neighbours_type) :: neighbours
+      integer, allocatable :: first(:), other(:)
+      integer :: b, e, n
+
+      allocate (pieces(0))
+      call find_near_pairs(neighbours, blocks, 4*touching*blocks%half_size)
+      call list_neighbours(neighbours, blocks%n, first, other)
+      n = 0
+      do b = 1, blocks%n
+         if (.not. wanted(b) .or. blocks%removed(b)) cycle
+         do e = blocks%first(b), blocks%first(b + 1) - 1
+            call add_free_pieces(blocks, e, other(first(b):first(b + 1) - 1), pieces, n)
+         end do
+      end do
+      pieces = pieces(:n)
+   end subroutine outline_of
+
+   !> Near blocks of each block.
+   pure subroutine list_neighbours(neighbours, n, first, other)
+      type(neighbours_type), intent(in) :: neighbours   !< its pairs
+      integer, intent(in) :: n                          !< blocks
+      integer, allocatable, intent(out) :: first(:)     !< [n+1] where those of a block begin
+      integer, allocatable, intent(out) :: other(:)     !< [2 × pairs]
+      integer :: p, side, b
+      integer, allocatable :: at(:)
+
+      allocate (first(n + 1), source=0)
+      do p = 1, neighbours%n_pairs
+         first(neighbours%pair(:, p) + 1) = first(neighbours%pair(:, p) + 1) + 1
+      end do
+      first(1) = 1
+      do b = 1, n
+         first(b + 1) = first(b + 1) + first(b)
+      end do
+      at = first(:n)
+      allocate (other(2*neighbours%n_pairs))
+      do p = 1, neighbours%n_pairs
+         do side = 1, 2
+            b = neighbours%pair(side, p)
+            other(at(b)) = neighbours%pair(3 - side, p)
+            at(b) = at(b) + 1
+         end do
+      end do
+   end subroutine list_neighbours
+
+   !> Append what edges of other blocks leave free of edge e.
+   pure subroutine add_free_pieces(blocks, e, others, pieces, n)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer, intent(in) :: e                 !< edge, named by its first vertex
+      integer, intent(in) :: others(:)         !< near blocks
+      type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list that grows
+      integer, intent(inout) :: n              !< pieces in it
+      real(wp) :: free, span(2)
+      integer :: i, f
+
+      free = 0.0_wp
+      do while (free < 1.0_wp - least)
+         span = [1.0_wp, 1.0_wp]  ! next stretch from `free` on that is covered
+         do i = 1, size(others)
+            do f = blocks%first(others(i)), blocks%first(others(i) + 1) - 1
+               call take_nearer(shared_span(blocks, e, blocks%vertex(:, f), &
+                  blocks%vertex(:, blocks%next(f)), -1.0_wp), free, span)
+            end do
+         end do
+         if (span(1) - free > least) call append(pieces, n, edge_piece_type(blocks%owner(e), e, &
+            free, span(1)))
+         free = span(2)
+      end do
+   end subroutine add_free_pieces
+
+   !> Of covered stretches, that which begins first beyond a place and reaches beyond it.
+   pure subroutine take_nearer(new, free, span)
+      real(wp), intent(in) :: new(2)       !< shares of an edge; empty if the first is larger
+      real(wp), intent(in) :: free         !< share up to which all is done
+      real(wp), intent(inout) :: span(2)   !< the best so far
+
+      if (new(2) - max(new(1), free) <= least) return
+      if (max(new(1), free) < span(1) - least .or. (max(new(1), free) <= span(1) + least .and. &
+         new(2) > span(2))) span = [max(new(1), free), new(2)]
+   end subroutine take_nearer
+
+   !> Shares of edge e along which a segment runs, in the same (1) or the opposite (−1) direction or
+   !> any (0); the first share is larger where it does not.
+   pure function shared_span(blocks, e, from, to, sense) result(span)
+      type(blocks_type), intent(in) :: blocks   !< in their present state
+      integer, intent(in) :: e                  !< edge, named by its first vertex
+      real(wp), intent(in) :: from(2), to(2)    !< m, ends of the segment
+      real(wp), intent(in) :: sense             !< 1, −1 or 0
+      real(wp) :: span(2)
+      real(wp) :: other(2), a(2), b(2), tolerance
+
+      span = [1.0_wp, 0.0_wp]
+      tolerance = touching*blocks%half_size
+      other = to - from
+      associate (along => blocks%along(:, e), length => blocks%length(e), &
+         start => blocks%vertex(:, e))
+         if (abs(along(1)*other(2) - along(2)*other(1)) > parallel*norm2(other)) return
+         if (sense*dot_product(along, other) < 0.0_wp) return
+         a = [dot_product(along, from - start), along(1)*(from(2) - start(2)) &
+            - along(2)*(from(1) - start(1))]
+         b = [dot_product(along, to - start), along(1)*(to(2) - start(2)) &
+            - along(2)*(to(1) - start(1))]
+         if (min(abs(a(2)), abs(b(2))) > tolerance .and. a(2)*b(2) > 0.0_wp) return
+         span = [max(0.0_wp, min(a(1), b(1))), min(length, max(a(1), b(1)))]/length
+         if (distance_at(0.5_wp*sum(span)*length) > tolerance) span = [1.0_wp, 0.0_wp]
+      end associate
+
+   contains
+
+      !> Distance of the segment from the edge, m.
+      pure real(wp) function distance_at(x)
+         real(wp), intent(in) :: x  !< m along the edge
+
+         distance_at = abs(a(2) + (b(2) - a(2))*(x - a(1))/(b(1) - a(1)))
+      end function distance_at
+   end function shared_span
+
+   pure subroutine append(pieces, n, piece)
+      type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list that grows
+      integer, intent(inout) :: n                 !< pieces in it
+      type(edge_piece_type), intent(in) :: piece  !< to append
+      type(edge_piece_type), allocatable :: more(:)
+
+      if (n == size(pieces)) then
+         allocate (more(2*n + 8))
+         more(:n) = pieces
+         call move_alloc(more, pieces)
+      end if
+      n = n + 1
+      pieces(n) = piece
+   end subroutine append
+
+   !> Those pieces that lie on a side of the box round the model; of 'surface': that face upwards.
+   pure function pieces_on_side(blocks, pieces, side) result(found)
+      type(blocks_type), intent(in) :: blocks            !< in their present state
+      type(edge_piece_type), intent(in) :: pieces(:)     !< to choose from
+      character(len=*), intent(in) :: side               !< one of `sides`
+      type(edge_piece_type), allocatable :: found(:)
+      real(wp) :: line, outward(2)
+      integer :: i, axis
+
+      if (side == 'surface') then
+         found = pack(pieces, -blocks%along(1, pieces%edge) > parallel)
+         return
+      end if
+      axis = merge(1, 2, side == 'left' .or. side == 'right')
+      outward = 0.0_wp
+      outward(axis) = merge(-1.0_wp, 1.0_wp, side == 'left' .or. side == 'bottom')
+      line = maxval(outward(axis)*blocks%vertex(axis, :))
+      found = pack(pieces, [(is_there(pieces(i)%edge), i=1, size(pieces))])
+
+   contains
+
+      pure logical function is_there(e)
+         integer, intent(in) :: e  !< edge
+
+         is_there = outward(1)*blocks%along(2, e) - outward(2)*blocks%along(1, e) > 0.0_wp .and. &
+            all(line - outward(axis)*blocks%vertex(axis, [e, blocks%next(e)]) &
+            <= touching*blocks%half_size)
+      end function is_there
+   end function pieces_on_side
+
+   !> The parts of pieces that lie on a polyline.
+   pure function pieces_along(blocks, pieces, line) result(found)
+      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(edge_piece_type), intent(in) :: pieces(:)   !< to choose from
+      real(wp), intent(in) :: line(:,:)                !< [2, points] m, in the engine's coordinates
+      type(edge_piece_type), allocatable :: found(:)
+      real(wp) :: span(2)
+      integer :: i, k, n
+
+      allocate (found(0))
+      n = 0
+      do i = 1, size(pieces)
+         do k = 1, size(line, 2) - 1
+            span = shared_span(blocks, pieces(i)%edge, line(:, k), line(:, k + 1), 0.0_wp)
+            span = [max(span(1), pieces(i)%from), min(span(2), pieces(i)%to)]
+            if (span(2) - span(1) > least) call append(found, n, &
+               edge_piece_type(pieces(i)%block, pieces(i)%edge, span(1), span(2)))
+         end do
+      end do
+      found = found(:n)
+   end function pieces_along
+
+end module dda_outline

@@ -1,0 +1,64 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A piece of an edge of a block, on which something acts: a boundary, a traction, water.
+!>
+!> Displacements are linear along an edge, so two Gauss points integrate products of them exactly.
+module dda_edge_piece
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   implicit none
+   private
+   public :: edge_piece_type, reference_at, piece_length, piece_normal, gauss_points
+
+   !> A piece of an edge; its block moves and strains with it.
+   type :: edge_piece_type
+      integer :: block = 0              !< that owns the edge
+      integer :: edge = 0               !< named by its first vertex, counter-clockwise
+      real(wp) :: from = 0.0_wp         !< share of the edge's length at which it begins, 0 … 1
+      real(wp) :: to = 1.0_wp           !< and ends
+   end type edge_piece_type
+
+contains
+
+   !> Reference offset ρ, m, at a share of the piece: 0 its first end, 1 its last one.
+   pure function reference_at(blocks, piece, share) result(reference)
+      type(blocks_type), intent(in) :: blocks      !< in any state
+      type(edge_piece_type), intent(in) :: piece   !< of an edge
+      real(wp), intent(in) :: share                !< 0 … 1
+      real(wp) :: reference(2)
+      real(wp) :: at
+
+      at = piece%from + share*(piece%to - piece%from)
+      associate (last => blocks%next(piece%edge))
+         reference = (1.0_wp - at)*blocks%reference(:, piece%edge) + at*blocks%reference(:, last)
+      end associate
+   end function reference_at
+
+   !> Present length of the piece, m.
+   pure real(wp) function piece_length(blocks, piece)
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(edge_piece_type), intent(in) :: piece   !< of an edge
+
+      piece_length = (piece%to - piece%from)*blocks%length(piece%edge)
+   end function piece_length
+
+   !> Present outward normal of the piece; turned by +90° it points from its first to its last end.
+   pure function piece_normal(blocks, piece) result(normal)
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(edge_piece_type), intent(in) :: piece   !< of an edge
+      real(wp) :: normal(2)
+
+      normal = [blocks%along(2, piece%edge), -blocks%along(1, piece%edge)]
+   end function piece_normal
+
+   !> Reference offsets ρ, m, of the two Gauss points; each has half of the length as its weight.
+   pure function gauss_points(blocks, piece) result(reference)
+      type(blocks_type), intent(in) :: blocks      !< in any state
+      type(edge_piece_type), intent(in) :: piece   !< of an edge
+      real(wp) :: reference(2, 2)                  !< [2, points]
+      real(wp), parameter :: near = 0.5_wp - 0.5_wp/sqrt(3.0_wp)
+
+      reference(:, 1) = reference_at(blocks, piece, near)
+      reference(:, 2) = reference_at(blocks, piece, 1.0_wp - near)
+   end function gauss_points
+
+end module dda_edge_piece

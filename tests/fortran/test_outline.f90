@@ -1,0 +1,137 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The outline of a model and its parts: every piece once, of the right length, on the right side.
+module test_outline
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_edge_piece, only: edge_piece_type, piece_length, piece_normal, gauss_points, reference_at
+   use dda_outline, only: outline_of, pieces_on_side, pieces_along
+   use dda_outlines, only: outlines_type, add_outline
+   use models, only: blocks_of, rectangle
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: outline_suite
+
+contains
+
+   subroutine outline_suite()
+      call grid()
+      call steps()
+      call slope()
+      call points_of_gauss()
+   end subroutine outline_suite
+
+   !> Blocks from their polygons.
+   subroutine make(blocks, first, vertices)
+      type(blocks_type), intent(out) :: blocks
+      integer, intent(in) :: first(:)
+      real(wp), intent(in) :: vertices(:,:)
+      type(outlines_type) :: outlines
+      integer :: i
+
+      do i = 1, size(first) - 1
+         call add_outline(outlines, vertices(:, first(i):first(i + 1) - 1), 1, 1, 1, '')
+      end do
+      call blocks_of(outlines, blocks)
+   end subroutine make
+
+   pure real(wp) function length_of(blocks, pieces)
+      type(blocks_type), intent(in) :: blocks
+      type(edge_piece_type), intent(in) :: pieces(:)
+      integer :: i
+
+      length_of = sum([(piece_length(blocks, pieces(i)), i=1, size(pieces))])
+   end function length_of
+
+   !> Three by two blocks of 2 m × 1 m.
+   subroutine grid()
+      type(blocks_type) :: blocks
+      type(edge_piece_type), allocatable :: all(:), found(:)
+      real(wp) :: vertices(2, 24)
+      integer :: i, j
+
+      call case('grid')
+      do j = 0, 1
+         do i = 0, 2
+            vertices(:, 12*j + 4*i + 1:12*j + 4*i + 4) = rectangle(2.0_wp*i, 1.0_wp*j, &
+               2.0_wp*i + 2.0_wp, j + 1.0_wp)
+         end do
+      end do
+      call make(blocks, [(4*i + 1, i=0, 6)], vertices)
+      call outline_of(blocks, spread(.true., 1, 6), all)
+      call check(size(all) == 10, 'ten edges are free')
+      call check_close(length_of(blocks, all), 16.0_wp, 'their length', relative=1.0e-12_wp)
+      found = pieces_on_side(blocks, all, 'left')
+      call check(all_equal(found%block, [1, 4]), 'blocks of the left side')
+      call check_close(piece_normal(blocks, found(1)), [-1.0_wp, 0.0_wp], 'normal of the left side')
+      found = pieces_on_side(blocks, all, 'bottom')
+      call check(all_equal(found%block, [1, 2, 3]), 'blocks of the bottom')
+      call check(size(pieces_on_side(blocks, all, 'surface')) == 3, 'three edges face upwards')
+      found = pieces_along(blocks, all, reshape([1.0_wp, 2.0_wp, 6.0_wp, 2.0_wp, 6.0_wp, 1.5_wp], &
+         [2, 3]))
+      call check_close(length_of(blocks, found), 5.5_wp, 'pieces along a polyline', &
+         relative=1.0e-12_wp)
+      call outline_of(blocks, [.false., .true., spread(.false., 1, 4)], found)
+      call check(size(found) == 1 .and. found(1)%block == 2, 'the one free edge of a block')
+   end subroutine grid
+
+   pure logical function all_equal(a, b)
+      integer, intent(in) :: a(:), b(:)
+
+      all_equal = size(a) == size(b)
+      if (all_equal) all_equal = all(a == b)
+   end function all_equal
+
+   !> A narrow block on the middle of a wide one leaves two pieces of its top.
+   subroutine steps()
+      type(blocks_type) :: blocks
+      type(edge_piece_type), allocatable :: found(:)
+
+      call case('steps')
+      call make(blocks, [1, 5, 9, 13], reshape([rectangle(0.0_wp, 0.0_wp, 10.0_wp, 1.0_wp), &
+         rectangle(4.0_wp, 1.0_wp, 5.0_wp, 2.0_wp), rectangle(5.0_wp, 1.0_wp, 7.0_wp, 2.0_wp)], &
+         [2, 12]))
+      call outline_of(blocks, [.true., .false., .false.], found)
+      found = pieces_on_side(blocks, found, 'surface')
+      call check(size(found) == 2, 'two pieces are free')
+      call check_close([found%from, found%to], [0.0_wp, 0.6_wp, 0.3_wp, 1.0_wp], 'shares of '// &
+         'the edge', absolute=1.0e-12_wp)
+      call outline_of(blocks, spread(.true., 1, 3), found)
+      call check_close(length_of(blocks, found), 10.0_wp + 2.0_wp + 7.0_wp + 2.0_wp + 3.0_wp, &
+         'length of the outline', relative=1.0e-12_wp)
+   end subroutine steps
+
+   !> A face that is no side of the box.
+   subroutine slope()
+      type(blocks_type) :: blocks
+      type(edge_piece_type), allocatable :: found(:)
+
+      call case('slope')
+      call make(blocks, [1, 4], reshape([0.0_wp, 0.0_wp, 4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], &
+         [2, 3]))
+      call outline_of(blocks, [.true.], found)
+      found = pieces_along(blocks, found, reshape([4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], [2, 2]))
+      call check(size(found) == 1, 'the slope')
+      call check_close(piece_normal(blocks, found(1)), [0.6_wp, 0.8_wp], 'its normal')
+      call check_close(piece_length(blocks, found(1)), 5.0_wp, 'its length')
+   end subroutine slope
+
+   !> The two points integrate squares of linear functions along a piece.
+   subroutine points_of_gauss()
+      type(blocks_type) :: blocks
+      type(edge_piece_type) :: piece
+      real(wp) :: reference(2, 2), ends(2, 2), centre(2)
+
+      call case('points of Gauss')
+      call make(blocks, [1, 5], rectangle(0.0_wp, 0.0_wp, 4.0_wp, 1.0_wp))
+      piece = edge_piece_type(1, 1, 0.25_wp, 1.0_wp)
+      centre = blocks%position(1:2, 1)
+      reference = gauss_points(blocks, piece) + spread(centre, 2, 2)
+      ends(:, 1) = reference_at(blocks, piece, 0.0_wp) + centre
+      ends(:, 2) = reference_at(blocks, piece, 1.0_wp) + centre
+      call check_close(ends(1, :), [1.0_wp, 4.0_wp], 'ends of the piece')
+      call check_close(0.5_wp*piece_length(blocks, piece)*sum(reference(1, :)**2), 21.0_wp, &
+         'integral of x²', relative=1.0e-12_wp)
+   end subroutine points_of_gauss
+
+end module test_outline
