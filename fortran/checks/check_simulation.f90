@@ -273,7 +273,7 @@ contains
       first = 0.0_wp
       found = ''
       if (report%has_modes) then
-         first = report%modes%damping(1)
+         first = report%modes%of_scheme(1)
          found = to_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
       end if
       followed = .true.

@@ -1,12 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The lowest modes of a linearised model: frequencies, shapes, what base motion excites them, and
-!> what the time integration makes of them.
+!> what damps them.
+!>
+!> The modes are those without damping.  The damping ratio of a mode is that of the time integration
+!> at its frequency plus that of dashpots by strain energy, Σ c s²/(2ω) over the stretches s of the
+!> mass-normalised shape: right for small damping that couples modes little.
 module dda_modes
    use dda_kinds, only: wp, pi
    use dda_deflation, only: null_space_type
    use dda_eigen, only: eigenpairs_type, lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of
+   use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, &
+      term_support
    use dda_rigid_modes, only: find_rigid_modes
    use dda_scheme_response, only: free_damping, period_elongation
    use dda_sorting, only: ascending_order
@@ -29,7 +35,8 @@ module dda_modes
       real(wp), allocatable :: participation(:,:)
       !> [2,n] Γ² / total mass; sums to 1 over all modes
       real(wp), allocatable :: effective_mass(:,:)
-      real(wp), allocatable :: damping(:)           !< ζ by the scheme in free vibration at Δt
+      real(wp), allocatable :: damping(:)           !< ζ in free vibration at Δt
+      real(wp), allocatable :: of_scheme(:)         !< part of it by the time integration
       !> of the period by the scheme, relative; −1: no swing
       real(wp), allocatable :: elongation(:)
       real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
@@ -55,9 +62,11 @@ contains
       modes%omega = sqrt(pairs%value)
       modes%frequency = modes%omega/(2.0_wp*pi)
       modes%residual = pairs%residual
-      modes%damping = free_damping(linear%scheme, modes%omega, linear%time_step)
+      modes%of_scheme = free_damping(linear%scheme, modes%omega, linear%time_step)
       modes%elongation = period_elongation(linear%scheme, modes%omega, linear%time_step)
       call move_alloc(pairs%vector, modes%shape)
+      modes%damping = [(min(1.0_wp, modes%of_scheme(i) + dashpot_damping(linear, modes%omega(i), &
+         modes%shape(:, :, i))), i=1, modes%n)]
       modes%total_mass = sum(linear%block_mass)
       allocate (modes%participation(2, modes%n))
       do i = 1, modes%n
@@ -66,6 +75,23 @@ contains
       modes%effective_mass = modes%participation**2/modes%total_mass
       call put_in_words(linear, count, modes)
    end subroutine find_modes
+
+   !> Damping ratio of a mass-normalised mode by dashpots; those of supports belong to the scheme.
+   pure real(wp) function dashpot_damping(linear, omega, shape) result(ratio)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp), intent(in) :: omega       !< rad/s
+      real(wp), intent(in) :: shape(:,:)  !< [6,n]
+      integer :: i
+
+      ratio = 0.0_wp
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            if (term%instant /= mean_dashpot .and. (term%instant /= end_dashpot .or. &
+               term%kind == term_support)) cycle
+            ratio = ratio + term%coefficient*stretch_of(term, shape)**2/(2.0_wp*omega)
+         end associate
+      end do
+   end function dashpot_damping
 
    !> Γ = φᵀMr for r = a unit translation of all blocks, which is how rigid supports carry the
    !> model.

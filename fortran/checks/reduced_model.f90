@@ -9,55 +9,70 @@
 !>
 !> where K_e acts at the end of the step and C, C_e are dashpots: the damping is not classical, so
 !> no real modes do.  The equations are projected on a real basis, orthonormal in M, which begins
-!> with the static response and grows by the real and imaginary part of K⁻¹ times the residual at
-!> sample frequencies until that is small at all of them.
+!> with the static response and grows by the real and imaginary part of (K + sM)⁻¹ times the
+!> residual at sample frequencies until that is small at all of them.  The shift s, far below the
+!> end of the band, lets K be singular: a model may stand on dashpots alone.
 module dda_reduced_model
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
-   use dda_block_matrix, only: multiply
+   use dda_block_matrix, only: block_matrix_type, multiply
    use dda_eigen, only: shifted_inverse_type, prepare_inverse
-   use dda_errors, only: error_type
+   use dda_errors, only: error_type, error_solver, fail
    use dda_lapack, only: zsysv
    use dda_linear_model, only: linear_model_type
-   use dda_linear_terms, only: linear_term_type, stretch_of, at_end, mean_dashpot, end_dashpot, &
-      instants
+   use dda_linear_terms, only: linear_term_type, stretch_of, at_theta, at_end, mean_dashpot, &
+      end_dashpot, instants
    use dda_scheme_response, only: steady_type, steady_weights
+   use dda_text, only: to_text
    implicit none
    private
-   public :: reduced_model_type, reduce_model, solve_reduced, weights_at
+   public :: reduced_model_type, weights_type, reduce_model, solve_reduced, weights_at, &
+      undamped_weights
 
    integer, parameter :: most_vectors = 240
    integer, parameter :: samples = 16                 !< frequencies, evenly over the band
    integer, parameter :: most_expansions = 60         !< at one of them
    real(wp), parameter :: accuracy = 1.0e-10_wp       !< of K⁻¹ times the residual, relative
+   real(wp), parameter :: tolerable = 1.0e-5_wp       !< the same, beyond which there is no answer
    real(wp), parameter :: independent = 1.0e-8_wp     !< least share of a vector that is new
+   real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band, rad/s
+
+   !> Factors in steady vibration of all that A consists of.
+   type :: weights_type
+      complex(wp) :: inertia = 0.0_wp         !< of M, in place of −ω², 1/s²
+      complex(wp) :: load = 0.0_wp            !< of forces at t₀ + θΔt
+      complex(wp) :: ground(instants) = 0.0_wp  !< of what the ground exerts by terms of an instant
+      complex(wp), allocatable :: part(:)     !< [parts] of each part, beyond what K has of it
+   end type weights_type
 
    !> Projected matrices, and the basis.
    type :: reduced_model_type
       integer :: m = 0                           !< vectors of the basis
       real(wp), allocatable :: basis(:,:,:)      !< [6,n,room] orthonormal in M
       real(wp), allocatable :: stiffness(:,:)    !< [room,room] K
-      real(wp), allocatable :: part(:,:,:)       !< [room,room,instants] terms by their instant
-      real(wp), allocatable :: force(:,:)        !< [room,loads] b
+      real(wp), allocatable :: part(:,:,:)       !< [room,room,parts] terms by their instant
+      real(wp), allocatable :: force(:,:)        !< [room,instants] b
       real(wp) :: residual = 0.0_wp              !< largest at the sample frequencies, relative
    end type reduced_model_type
 
 contains
 
-   !> Project a model that is excited by forces; combinations of these with the given weights are
-   !> answered.
+   !> Project a model that the ground excites through terms of each instant.
    subroutine reduce_model(reduced, linear, static, force, highest, error)
       type(reduced_model_type), intent(out) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: static(:,:)    !< [6,n] static response, first vector of the basis
-      real(wp), intent(in) :: force(:,:,:)   !< [6,n,loads] N/m …
+      real(wp), intent(in) :: force(:,:,:)   !< [6,n,instants] N/m …
       real(wp), intent(in) :: highest        !< end of the band, Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
+      type(block_matrix_type) :: shifted
       integer :: room, i
       logical :: added
 
-      call prepare_inverse(inverse, linear%stiffness, linear%mass, error)
+      shifted = linear%stiffness
+      shifted%diagonal = shifted%diagonal + (2.0_wp*pi*shift_share*highest)**2*linear%mass
+      call prepare_inverse(inverse, shifted, linear%mass, error)
       if (allocated(error)) return
       room = min(most_vectors, 6*linear%n)
       allocate (reduced%basis(6, linear%n, room), reduced%force(room, size(force, 3)))
@@ -66,17 +81,20 @@ contains
       do i = samples, 1, -1
          call fit_frequency(reduced, linear, inverse, force, highest*i/samples)
       end do
+      if (.not. reduced%residual <= tolerable) call fail(error, error_solver, &
+         'the equations of the transfer function hold only to '//to_text(reduced%residual)// &
+         ' with '//to_text(reduced%m)//' basis vectors up to '//to_text(highest)// &
+         ' Hz; ask for lower frequencies')
    end subroutine reduce_model
 
    !> Extend the basis until the equations hold at a frequency.
    subroutine fit_frequency(reduced, linear, inverse, force, frequency)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(shifted_inverse_type), intent(inout) :: inverse  !< factor of K
-      real(wp), intent(in) :: force(:,:,:)  !< [6,n,loads] N/m …
+      type(shifted_inverse_type), intent(inout) :: inverse  !< factor of K + sM
+      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] N/m …
       real(wp), intent(in) :: frequency  !< Hz
-      type(steady_type) :: weights
-      complex(wp) :: load(size(force, 3))
+      type(weights_type) :: weights
       complex(wp), allocatable :: y(:)
       real(wp), dimension(6, linear%n) :: re, im, d_re, d_im
       real(wp) :: error
@@ -84,10 +102,9 @@ contains
       logical :: added(2)
 
       weights = weights_at(linear, frequency)
-      load = [weights%end_stiffness, weights%end_dashpot]
       do i = 1, most_expansions
-         call solve_reduced(reduced, weights, load, y)
-         call residual_of(reduced, linear, weights, load, force, y, re, im)
+         call solve_reduced(reduced, weights, weights%ground, y)
+         call residual_of(reduced, linear, weights, force, y, re, im)
          call solve(inverse%factor, re, d_re)
          call solve(inverse%factor, im, d_im)
          error = sqrt(mass_product(linear, d_re, d_re) + mass_product(linear, d_im, d_im)) &
@@ -100,48 +117,48 @@ contains
       reduced%residual = max(reduced%residual, error)
    end subroutine fit_frequency
 
-   !> Factors of the scheme at a frequency, kept short of the Nyquist frequency.
-   pure type(steady_type) function weights_at(linear, frequency)
+   !> Factors at a frequency, kept short of the Nyquist frequency.
+   pure type(weights_type) function weights_at(linear, frequency) result(weights)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
       real(wp), parameter :: short_of_nyquist = 0.5_wp*(1.0_wp - 1.0e-9_wp)
+      type(steady_type) :: steady
 
-      weights_at = steady_weights(linear%scheme, &
-         2.0_wp*pi*min(abs(frequency), short_of_nyquist/linear%time_step), linear%time_step, &
-         linear%dynamic_factor)
+      steady = steady_weights(linear%scheme, 2.0_wp*pi*min(abs(frequency), short_of_nyquist &
+         /linear%time_step), linear%time_step, linear%dynamic_factor)
+      weights%inertia = steady%inertia
+      weights%load = steady%load
+      weights%ground(at_theta) = 1.0_wp
+      weights%ground(at_end) = steady%end_stiffness
+      weights%ground(mean_dashpot) = steady%mean_dashpot
+      weights%ground(end_dashpot) = steady%end_dashpot
+      weights%part = weights%ground
+      weights%part([at_theta, at_end]) = weights%part([at_theta, at_end]) - 1.0_wp
    end function weights_at
 
-   !> Weight of a term in A, beyond what K has of it.
-   pure complex(wp) function extra_weight(weights, instant)
-      type(steady_type), intent(in) :: weights  !< factors in steady vibration
-      integer, intent(in) :: instant
+   !> Factors of the model in continuous time, without any damping.
+   pure type(weights_type) function undamped_weights(frequency) result(weights)
+      real(wp), intent(in) :: frequency  !< Hz
 
-      select case (instant)
-      case (at_end)
-         extra_weight = weights%end_stiffness - 1.0_wp
-      case (mean_dashpot)
-         extra_weight = weights%mean_dashpot
-      case (end_dashpot)
-         extra_weight = weights%end_dashpot
-      case default
-         extra_weight = 0.0_wp
-      end select
-   end function extra_weight
+      weights%inertia = -(2.0_wp*pi*frequency)**2
+      weights%load = 1.0_wp
+      weights%ground([at_theta, at_end]) = 1.0_wp
+      weights%part = spread((0.0_wp, 0.0_wp), 1, instants)
+   end function undamped_weights
 
    !> Coordinates in the basis of the answer to Σ load × force.
    subroutine solve_reduced(reduced, weights, load, y)
       type(reduced_model_type), intent(in) :: reduced  !< projected model
-      type(steady_type), intent(in) :: weights  !< factors in steady vibration
-      complex(wp), intent(in) :: load(:)              !< [loads] factors of the forces
+      type(weights_type), intent(in) :: weights  !< factors in steady vibration
+      complex(wp), intent(in) :: load(:)              !< [instants] factors of the forces
       complex(wp), allocatable, intent(out) :: y(:)   !< [m]
       complex(wp) :: a(reduced%m, reduced%m), work(32*reduced%m)
       integer :: pivot(reduced%m), i, info
 
       associate (m => reduced%m)
          a = reduced%stiffness(:m, :m)
-         do i = 1, instants
-            if (abs(extra_weight(weights, i)) > 0.0_wp) &
-               a = a + extra_weight(weights, i)*reduced%part(:m, :m, i)
+         do i = 1, size(weights%part)
+            if (abs(weights%part(i)) > 0.0_wp) a = a + weights%part(i)*reduced%part(:m, :m, i)
          end do
          do i = 1, m
             a(i, i) = a(i, i) + weights%inertia
@@ -154,12 +171,12 @@ contains
    end subroutine solve_reduced
 
    !> Re and Im of b − A x.
-   subroutine residual_of(reduced, linear, weights, load, force, y, re, im)
+   subroutine residual_of(reduced, linear, weights, force, y, re, im)
       type(reduced_model_type), intent(in) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(steady_type), intent(in) :: weights  !< factors in steady vibration
-      complex(wp), intent(in) :: load(:), y(:)
-      real(wp), intent(in) :: force(:,:,:)  !< [6,n,loads] N/m …
+      type(weights_type), intent(in) :: weights  !< factors in steady vibration
+      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] N/m …
+      complex(wp), intent(in) :: y(:)
       real(wp), intent(out) :: re(6, linear%n), im(6, linear%n)
       real(wp), dimension(6, linear%n) :: x_re, x_im
       complex(wp) :: pull
@@ -169,8 +186,8 @@ contains
       x_im = combined(reduced%basis, aimag(y))
       call multiply(linear%stiffness, x_re, re)
       call multiply(linear%stiffness, x_im, im)
-      re = combined(force, real(load)) - re
-      im = combined(force, aimag(load)) - im
+      re = combined(force, real(weights%ground)) - re
+      im = combined(force, aimag(weights%ground)) - im
       do b = 1, linear%n
          associate (c => weights%inertia, m_re => matmul(linear%mass(:, :, b), x_re(:, b)), &
             m_im => matmul(linear%mass(:, :, b), x_im(:, b)))
@@ -180,7 +197,7 @@ contains
       end do
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            pull = -term%coefficient*extra_weight(weights, term%instant) &
+            pull = -term%coefficient*weights%part(term%instant) &
                *cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp)
             if (.not. abs(pull) > 0.0_wp) cycle
             call add_row(term, real(pull), re)
@@ -228,7 +245,7 @@ contains
    subroutine add_vector(reduced, linear, force, vector, added)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: force(:,:,:), vector(:,:)  !< [6,n,loads] N/m …; [6,n] candidate
+      real(wp), intent(in) :: force(:,:,:), vector(:,:)  !< [6,n,instants] N/m …; [6,n] candidate
       logical, intent(out) :: added  !< it was independent
       real(wp) :: v(6, linear%n), before, length
       integer :: pass, j

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Exact transfer functions of the linearised model between two measured points, for base motion.
 !>
-!> Supports that move push by w_e F + w_d F_d, their springs and dashpots times the motion
-!> (`dda_scheme_response`); motion given as a body force has ω² w_l M x_s on the right, with x_s a
-!> unit translation, and gives the motion relative to the base.
+!> Where the ground moves, its springs and dashpots push by their coefficients times the motion,
+!> each with the factor of its instant (`dda_scheme_response`); motion given as a body force has
+!> ω² w_l M x_s on the right, with x_s a unit translation, and gives the motion relative to the
+!> base.
 module dda_transfer
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -11,16 +12,15 @@ module dda_transfer
    use dda_eigen, only: shifted_inverse_type, prepare_inverse
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_model, only: linear_model_type
-   use dda_linear_terms, only: at_end, end_dashpot, term_support
-   use dda_reduced_model, only: reduced_model_type, reduce_model, solve_reduced, weights_at
-   use dda_scheme_response, only: steady_type, steady_weights
+   use dda_linear_terms, only: at_end, at_theta, end_dashpot, instants, &
+      term_support
+   use dda_reduced_model, only: reduced_model_type, weights_type, reduce_model, solve_reduced, &
+      weights_at, undamped_weights
    use dda_text, only: to_text
    implicit none
    private
    public :: transfer_type, transfer_peak_type, prepare_transfer
    public :: transfer_at, undamped_transfer_at, transfer_peak
-
-   integer, parameter :: spring = 1, dashpot = 2, loads = 2  !< forces that base motion makes
 
    !> A transfer function, ready to be evaluated.
    type :: transfer_type
@@ -42,11 +42,12 @@ module dda_transfer
 
 contains
 
-   !> Prepare x_out(ω)/x_in(ω) for base motion along an axis.
+   !> Prepare x_out(ω)/x_in(ω) for base motion along an axis.  A point of number 0 is the prescribed
+   !> motion itself.
    subroutine prepare_transfer(transfer, linear, points, axes, base_axis, highest, error)
       type(transfer_type), intent(out) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      integer, intent(in) :: points(2)      !< numbers of the measured points: out, in
+      integer, intent(in) :: points(2)      !< numbers of the measured points: out, in; 0: motion
       integer, intent(in) :: axes(2)        !< 1: x, 2: y, of each
       integer, intent(in) :: base_axis      !< along which the base moves
       real(wp), intent(in) :: highest       !< frequency up to which it will be asked for, Hz
@@ -54,7 +55,7 @@ contains
       real(wp), allocatable :: static(:,:), force(:,:,:)
       integer :: i, j
 
-      if (any(points < 1 .or. points > size(linear%points))) then
+      if (any(points < 0 .or. points > size(linear%points))) then
          call fail(error, error_input, 'a transfer function needs two measured points; the '// &
             'model has '//to_text(size(linear%points)))
          return
@@ -63,8 +64,12 @@ contains
       if (.not. allocated(error)) &
          call reduce_model(transfer%reduced, linear, static, force, highest, error)
       if (allocated(error)) return
-      allocate (transfer%weight(2, transfer%reduced%m))
+      allocate (transfer%weight(2, transfer%reduced%m), source=0.0_wp)
       do i = 1, 2
+         if (points(i) == 0) then
+            transfer%base(i) = 1.0_wp
+            cycle
+         end if
          associate (b => linear%points(points(i))%block, row => linear%point_rows(axes(i), :, &
             points(i)))
             if (transfer%body_force) transfer%base(i) = dot_product(row, static(:, b))
@@ -83,49 +88,63 @@ contains
          to_text(highest)//' Hz'
    end subroutine prepare_transfer
 
-   !> Forces for a unit motion of the base, and the static response to it.
+   !> Forces for a unit motion of the base, and the static response to it: a translation where all
+   !> the ground moves.
    subroutine excite(transfer, linear, axis, static, force, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
       real(wp), allocatable, intent(out) :: static(:,:)   !< [6,n]
-      real(wp), allocatable, intent(out) :: force(:,:,:)  !< [6,n,loads]
+      real(wp), allocatable, intent(out) :: force(:,:,:)  !< [6,n,instants]
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
       integer :: held, moved, b
 
-      allocate (static(6, linear%n), force(6, linear%n, loads), source=0.0_wp)
+      allocate (static(6, linear%n), force(6, linear%n, instants), source=0.0_wp)
       static(axis, :) = 1.0_wp
       transfer%body_force = linear%base_motion(axis) > 0
       if (transfer%body_force) then
          transfer%words = 'base motion as body force'
          do b = 1, linear%n
-            force(:, b, spring) = matmul(linear%mass(:, :, b), static(:, b))
+            force(:, b, at_theta) = matmul(linear%mass(:, :, b), static(:, b))
          end do
          return
       end if
-      call push_supports(linear, axis, force, held, moved)
+      call push_ground(linear, axis, force, held, moved)
       if (held == 0) then
-         call fail(error, error_input, 'there is no base: no fixed point is held in '// &
-            merge('x', 'y', axis == 1)//' and there is no base motion in it')
+         call fail(error, error_input, 'there is no base: no fixed point or dashpot holds the '// &
+            'model in '//merge('x', 'y', axis == 1)//' and there is no base motion in it')
       else if (moved < held) then
-         transfer%words = to_text(moved)//' of '//to_text(held)//' fixed points move'
+         transfer%words = to_text(moved)//' of '//to_text(held)//' '//ground_name(linear)//' move'
          call prepare_inverse(inverse, linear%stiffness, linear%mass, error)
-         if (.not. allocated(error)) call solve(inverse%factor, force(:, :, spring), static)
+         if (.not. allocated(error)) call solve(inverse%factor, force(:, :, at_theta) &
+            + force(:, :, at_end), static)
       else
-         transfer%words = 'all fixed points move together'
+         transfer%words = 'all '//ground_name(linear)//' move together'
       end if
    end subroutine excite
 
-   !> Forces of the supports that follow the first of their motions along an axis, or of all where
-   !> none has a motion, for a unit displacement of the ground.
-   pure subroutine push_supports(linear, axis, force, held, moved)
+   !> What ties the model to the ground, in words.
+   pure function ground_name(linear) result(name)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      character(len=:), allocatable :: name
+
+      name = 'fixed points'
+      associate (term => linear%terms%term(:linear%terms%n))
+         if (any(term%block_b == 0 .and. term%kind /= term_support)) name = 'supports and dashpots'
+      end associate
+   end function ground_name
+
+   !> Forces of the terms to the ground that follow the first of their motions along an axis, or of
+   !> all where none has a motion, for a unit displacement of the ground.
+   pure subroutine push_ground(linear, axis, force, held, moved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
-      real(wp), intent(inout) :: force(:,:,:)  !< [6,n,loads]
-      integer, intent(out) :: held             !< supports held along the axis
+      real(wp), intent(inout) :: force(:,:,:)  !< [6,n,instants]
+      integer, intent(out) :: held             !< terms that hold along the axis
       integer, intent(out) :: moved            !< those that move
       integer :: i, motion
+      logical :: counts
 
       held = 0
       moved = 0
@@ -136,12 +155,13 @@ contains
          end do
          do i = 1, size(term)
             if (.not. is_held(i)) cycle
-            if (term(i)%instant == at_end) held = held + 1
+            ! The dashpot of a support is part of it.
+            counts = .not. (term(i)%kind == term_support .and. term(i)%instant == end_dashpot)
+            if (counts) held = held + 1
             if (term(i)%motion /= motion) cycle
-            if (term(i)%instant == at_end) moved = moved + 1
-            associate (part => force(:, term(i)%block_a, &
-               merge(spring, dashpot, term(i)%instant == at_end)))
-               part = part + term(i)%coefficient*term(i)%row_a
+            if (counts) moved = moved + 1
+            associate (part => force(:, term(i)%block_a, term(i)%instant))
+               part = part + term(i)%coefficient*term(i)%row_a(axis)*term(i)%row_a
             end associate
          end do
       end associate
@@ -151,13 +171,10 @@ contains
       pure logical function is_held(i)
          integer, intent(in) :: i  !< number, from 1
 
-         associate (term => linear%terms%term(i))
-            is_held = term%kind == term_support .and. term%block_b == 0 .and. &
-               term%row_a(axis) == 1.0_wp .and. (term%instant == at_end .or. &
-               term%instant == end_dashpot)
-         end associate
+         is_held = linear%terms%term(i)%block_b == 0 .and. &
+            abs(linear%terms%term(i)%row_a(axis)) > 0.0_wp
       end function is_held
-   end subroutine push_supports
+   end subroutine push_ground
 
    !> Undamped frequencies of the basis.
    subroutine find_resonances(transfer, error)
@@ -182,22 +199,19 @@ contains
    complex(wp) function undamped_transfer_at(transfer, frequency)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz
-      type(steady_type) :: weights
 
-      weights = steady_type(-cmplx(2.0_wp*pi*frequency, 0.0_wp, wp)**2, (1.0_wp, 0.0_wp), &
-         (0.0_wp, 0.0_wp), (0.0_wp, 0.0_wp), (1.0_wp, 0.0_wp))
-      undamped_transfer_at = ratio_at(transfer, frequency, weights)
+      undamped_transfer_at = ratio_at(transfer, frequency, undamped_weights(frequency))
    end function undamped_transfer_at
 
    complex(wp) function ratio_at(transfer, frequency, weights) result(ratio)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz
-      type(steady_type), intent(in) :: weights  !< factors in steady vibration
+      type(weights_type), intent(in) :: weights  !< factors in steady vibration
       complex(wp), allocatable :: y(:)
-      complex(wp) :: load(loads), answer(2)
+      complex(wp) :: load(instants), answer(2)
 
-      load = [weights%end_stiffness, weights%end_dashpot]
-      if (transfer%body_force) load = [(2.0_wp*pi*frequency)**2*weights%load, (0.0_wp, 0.0_wp)]
+      load = weights%ground
+      if (transfer%body_force) load(at_theta) = (2.0_wp*pi*frequency)**2*weights%load
       call solve_reduced(transfer%reduced, weights, load, y)
       answer = transfer%base + matmul(transfer%weight, y)
       ratio = 0.0_wp

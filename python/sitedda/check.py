@@ -108,9 +108,13 @@ class Modes:
     ----------
     frequency : ndarray, shape (modes,)
         Hz, undamped.
-    damping, elongation : ndarray, shape (modes,)
-        Damping ratio and period elongation in free vibration, by the model's time integration at
-        its step; 1 and -1 where a mode does not oscillate.
+    damping : ndarray, shape (modes,)
+        Damping ratio in free vibration: by the model's time integration at its step, and by
+        dashpots through their share of the energy of the undamped mode; 1 where a mode does not
+        oscillate.
+    elongation : ndarray, shape (modes,)
+        Of the period in free vibration, by the time integration; -1 where a mode does not
+        oscillate.
     participation : ndarray, shape (modes, 2)
         For base motion in x and y, sqrt(kg) per metre of thickness.
     effective_mass : ndarray, shape (modes, 2)
@@ -242,7 +246,7 @@ def transfer(
     model,
     frequencies,
     surface: str = "surface",
-    base: str = "base",
+    base: str | None = "base",
     direction: str = "x",
     damped: bool = True,
     contacts: str = "auto",
@@ -258,12 +262,14 @@ def transfer(
     model : path or Simulation
     frequencies : array_like, shape (n,)
         Hz, below the Nyquist frequency of the time step.
-    surface, base : str
-        Measured points.
+    surface : str
+        Measured point.
+    base : str or None
+        Measured point to divide by; None: the prescribed motion itself.
     direction : {'x', 'y'}
     damped : bool
-        With the damping of the model's time integration (θ, χ) and of its supports, or in
-        continuous time without any.
+        With the damping of the model's time integration (θ, χ), of its supports and of dashpots,
+        or in continuous time without any.
     contacts : str
         See `modes`.
     changes, **more
@@ -278,9 +284,9 @@ def transfer(
     with _opened(model, changes, more) as simulation:
         names = simulation.point_names
         for name in (surface, base):
-            if name not in names:
+            if name is not None and name not in names:
                 raise ValueError(f"{name!r} is not a measured point; there are {names}")
-        points = [names.index(surface) + 1, names.index(base) + 1]
+        points = [0 if name is None else names.index(name) + 1 for name in (surface, base)]
         return simulation._ask("transfer_of", contacts, points, axis, frequencies, int(damped))
 
 

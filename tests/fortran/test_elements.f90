@@ -13,7 +13,7 @@ module test_elements
    use dda_errors, only: error_type
    use dda_kinematics, only: kinetic_energy
    use dda_linear_model, only: linear_model_type, linearise
-   use dda_linear_terms, only: at_end, at_theta
+   use dda_linear_terms, only: add_term, at_end, at_theta, linear_term_type, mean_dashpot
    use dda_modes, only: find_modes, modes_type
    use dda_scheme, only: scheme_type
    use dda_scheme_response, only: amplification_roots, steady_type, steady_weights
@@ -51,6 +51,7 @@ contains
          call bolted_pair(i, 4.0e3_wp)
          call bolts_and_contacts(members(i))
          call bolted_transfer(i)
+         call dashpot_to_ground(i)
       end do
       call linear_solvers()
       call bolted_modes()
@@ -360,6 +361,7 @@ contains
       call case('modes of two blocks on a bolt')
       call begin_pair(simulation, '', 1.0e-3_wp, '')
       bolt%stiffness = 1.0e6_wp
+      bolt%viscosity = 1.0e3_wp
       call put_bolts(simulation, [bolt])
       call linearise(linear, simulation, 'closed', error)
       call check_no_error(error, 'linearise')
@@ -368,6 +370,8 @@ contains
       call check_close(modes%omega(1), sqrt(2.0_wp*bolt%stiffness/mass), 'ω = √(2k/m)', &
          relative=1.0e-9_wp)
       call check(modes%rigid + modes%mechanisms == 5, 'all other rigid motions are free')
+      call check_close(modes%damping(1) - modes%of_scheme(1), bolt%viscosity &
+         /(mass*modes%omega(1)), 'damping ratio c/(mω) by the dashpot', relative=1.0e-9_wp)
    end subroutine bolted_modes
 
    !> A block on a bolt to one that supports move: H = (k + w_c c)/(k + w_c c + w_m m), with the
@@ -412,5 +416,39 @@ contains
          end do
       end do
    end subroutine bolted_transfer
+
+   !> A free block on a dashpot to a ground that moves: H = w_c c/(w_c c + w_m m).
+   subroutine dashpot_to_ground(member)
+      integer, intent(in) :: member
+      real(wp), parameter :: dt = 4.0e-3_wp, viscosity = 5.0e4_wp
+      type(simulation_type) :: simulation
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(error_type), allocatable :: error
+      type(steady_type) :: weights
+      type(linear_term_type) :: term
+      integer :: i
+
+      call case('a block on a dashpot alone, '//trim(members(member)))
+      call begin_pair(simulation, members(member), dt, &
+         " &measured_point name = 'a' x = 0.5 y = 0.5 /")
+      call linearise(linear, simulation, 'closed', error)
+      term%block_a = 1
+      term%instant = mean_dashpot
+      term%row_a(1) = 1.0_wp
+      term%coefficient = viscosity
+      linear%terms%n = 0
+      call add_term(linear%terms, term)
+      call prepare_transfer(transfer, linear, [1, 0], [1, 1], 1, 60.0_wp, error)
+      call check_no_error(error, 'transfer')
+      if (allocated(error)) return
+      do i = 1, 12
+         weights = steady_weights(linear%scheme, 2*pi*5.0_wp*i, dt, 1.0_wp)
+         associate (pull => viscosity*weights%mean_dashpot)
+            call check_close(abs(transfer_at(transfer, 5.0_wp*i) - pull/(pull &
+               + mass*weights%inertia)), 0.0_wp, 'H', absolute=1.0e-8_wp)
+         end associate
+      end do
+   end subroutine dashpot_to_ground
 
 end module test_elements

@@ -263,7 +263,7 @@ contains
       call check_no_error(error, 'transfer')
       call check(index(transfer%words, '2 of 4 fixed points move') == 1, 'in words')
       call solve_reduced(transfer%reduced, weights_at(linear, 1.0e-3_wp), &
-         [(1.0_wp, 0.0_wp), (0.0_wp, 0.0_wp)], y)
+         [(0.0_wp, 0.0_wp), (1.0_wp, 0.0_wp), (0.0_wp, 0.0_wp), (0.0_wp, 0.0_wp)], y)
       call check_close(abs(sum(transfer%weight(2, :)*y)), 0.5_wp, &
          'the middle of the base follows half', relative=1.0e-3_wp)
       call check_close(abs(transfer_at(transfer, 1.0e-3_wp)), 1.0_wp, 'static', absolute=1.0e-3_wp)
