@@ -83,7 +83,7 @@ __all__ = [
 ]
 # Read when asked for.
 _MODULES = (
-    "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals",
+    "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "study",
 )  # fmt: skip
 _FUNCTIONS = {"draw": "pictures", "open_output": "scene"}  # of modules that are
 

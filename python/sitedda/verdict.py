@@ -66,6 +66,7 @@ def verdict(source) -> Verdict:
     _fallen(found, scene)
     _lost(found, scene)
     _points(found, scene.data)
+    _spectra(found, scene.data)
     _damping(found, scene.data)
     _energies(found, scene.data)
     return found
@@ -249,7 +250,8 @@ def _lost(found: Verdict, scene: Scene) -> None:
     )
 
 
-def _points(found: Verdict, data: xr.Dataset) -> None:
+def _main_motions(data: xr.Dataset):
+    """Name, axis, acceleration and velocity of measured points that move, and the time step."""
     if "acceleration" not in data or data.sizes["time"] < 3:
         return
     step = float(data.time[-1] - data.time[0]) / (data.sizes["time"] - 1)
@@ -258,21 +260,32 @@ def _points(found: Verdict, data: xr.Dataset) -> None:
         if not np.any(acceleration):
             continue
         axis = int(np.argmax(abs(acceleration).max(axis=0)))
-        series, velocity = acceleration[:, axis], data.velocity.values[:, i, axis]
-        arias = np.pi / (2 * GRAVITY) * np.trapezoid(series**2, dx=step)
-        spectrum = acceleration_spectrum(series, step)
-        top = int(np.argmax(spectrum))
+        yield name, "xy"[axis], acceleration[:, axis], data.velocity.values[:, i, axis], step
+
+
+def _points(found: Verdict, data: xr.Dataset) -> None:
+    for name, axis, acceleration, velocity, step in _main_motions(data):
+        arias = np.pi / (2 * GRAVITY) * np.trapezoid(acceleration**2, dx=step)
         found.say(
             f"point {name}",
-            f"along {'xy'[axis]}: PGA {abs(series).max():.3g} m/s², "
-            f"PGV {abs(velocity).max():.3g} m/s, Arias {arias:.3g} m/s, "
-            f"Sa (5 %) {spectrum[top]:.3g} m/s² at {PERIODS[top]:.2g} s",
+            f"along {axis}: PGA {abs(acceleration).max():.3g} m/s², "
+            f"PGV {abs(velocity).max():.3g} m/s, Arias {arias:.3g} m/s",
             **{
-                f"pga_m_s2[{name}]": abs(series).max(),
+                f"pga_m_s2[{name}]": abs(acceleration).max(),
                 f"pgv_m_s[{name}]": abs(velocity).max(),
                 f"arias_m_s[{name}]": arias,
-                f"sa_m_s2[{name}]": spectrum[top],
             },
+        )
+
+
+def _spectra(found: Verdict, data: xr.Dataset) -> None:
+    for name, axis, acceleration, _, step in _main_motions(data):
+        spectrum = acceleration_spectrum(acceleration, step)
+        top = int(np.argmax(spectrum))
+        found.say(
+            f"Sa {name}",
+            f"along {axis}, 5 %: largest {spectrum[top]:.3g} m/s² at {PERIODS[top]:.2g} s",
+            **{f"sa_m_s2[{name}]": spectrum[top]},
         )
 
 

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda.study`: cases, an executor, a table."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from .axes import Axis
+from .case import Work
+from .distribute import distribute
+from .evaluate import evaluate
+from .plan import Plan, folder_or_temporary, make_plan
+from .table import collect
+from .workers import Workers
+
+
+def study(
+    model,
+    parameters,
+    results=None,
+    *,
+    folder=None,
+    fixed: Mapping | None = None,
+    task: str | Callable = "run",
+    executor=None,
+    workers: int | None = None,
+    memory: float | None = None,
+    time_limit: float = np.inf,
+    keep: bool = True,
+    retry: bool = False,
+    progress: bool | Callable = False,
+    table=None,
+):
+    """Run a model with many values of its parameters, and gather what comes out in one table.
+
+    Parameters
+    ----------
+    model : path, Model or callable
+        What is run; or a function of the parameters that returns numbers or arrays.
+    parameters : mapping, Axis or sequence of these
+        Lists of values by the name of what they change, such as
+        ``{"joint[bed].friction_angle": [25, 30, 35], "motion.scale": [1, 2]}``: all combinations,
+        a dimension each; ``{"phi": ("joint[*].friction_angle", [25, 30])}`` names the dimension.
+        Also the axes of `records`, `latin_hypercube`, `sobol`, `saltelli`, `one_at_a_time`,
+        `Points`.
+    results : str, callable, sequence or mapping of these
+        What is kept of each run, see `sitedda.study.measure`; all numbers of its verdict by
+        default.  Functions are of a `sitedda.Run`.
+    folder : path, optional
+        Of the study; what is there already is not run again.  A temporary one by default.
+    fixed : mapping, optional
+        Changes that all cases have.
+    task : 'run' or callable
+        A function of the path of a case's input, in place of a run: such as one that calls
+        `sitedda.check`.
+    executor : concurrent.futures.Executor or dask.distributed.Client
+        What runs the cases; processes of this machine by default.
+    workers : int
+        Processes, one thread each (as many as this process may use processors).
+    memory : float
+        Bytes that a process may allocate (its share of what is free).
+    time_limit : float
+        s of the clock that a case may take.
+    keep : bool
+        Keep the outputs of the runs.
+    retry : bool
+        Try cases again that have failed.
+    progress : bool or callable
+        Show a bar; or called with the numbers of cases that are done and that have failed.
+    table : path
+        Where the table is written, netCDF or zarr.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the dimensions of the parameters; see `sitedda.study.collect`.
+
+    Raises
+    ------
+    InputError
+        If a parameter or a quantity is not known.
+    InterruptedRun
+        If it was stopped; another call with the same folder goes on.
+    """
+    plan = make_plan(model, parameters, results, folder, fixed, task)
+    _check_workers(workers)
+    with shown(progress, plan.count) as show:
+        if callable(model) and folder is None:
+            with _executor(executor, workers, memory, time_limit) as pool:
+                return evaluate(plan, pool, show)
+        with folder_or_temporary(folder) as plan.folder:
+            plan.write()
+            run(plan, executor, workers, memory, time_limit, keep, retry, show)
+            found = collect(plan.folder, table)
+            return found.load() if folder is None and table is None else found
+
+
+def run(plan: Plan, executor=None, workers=None, memory=None, time_limit=np.inf, keep=True,
+        retry=False, show=None) -> None:  # fmt: skip
+    """Carry out the cases of a plan that has been written; see `study`."""
+    model = plan.model if callable(plan.model) else None
+    work = Work(plan.folder, model, plan.task, plan.quantities, time_limit, keep, retry)
+    with _executor(executor, workers, memory, time_limit) as pool:
+        distribute(pool, work, plan.keys, show)
+
+
+def _check_workers(workers) -> None:
+    if workers is not None and (int(workers) != workers or workers < 1):
+        raise InputError(f"workers = {workers}: give a whole number above 0")
+
+
+@contextmanager
+def _executor(executor, workers, memory, time_limit) -> Iterator:
+    """What runs the cases: the given one, left as it is, or processes that end with this."""
+    if executor is not None:
+        yield executor.get_executor(pure=False) if hasattr(executor, "get_executor") else executor
+        return
+    count = workers or len(os.sched_getaffinity(0))
+    limit = memory or free_memory() / count
+    pool = Workers(count, limit, time_limit)
+    try:
+        yield pool
+    except BaseException:
+        pool.shutdown(cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+def free_memory() -> float:
+    """Bytes that are free, or can be freed."""
+    for line in Path("/proc/meminfo").read_text().splitlines():
+        if line.startswith("MemAvailable"):
+            return 1024.0 * float(line.split()[1])
+    return float("inf")
+
+
+@contextmanager
+def shown(progress, count: int) -> Iterator[Callable | None]:
+    """What is called with the numbers of cases that are done and have failed."""
+    if progress is not True:
+        yield progress or None
+        return
+    from tqdm import tqdm
+
+    with tqdm(total=count, unit=" cases") as bar:
+
+        def show(done: int, failed: int) -> None:
+            bar.update(done - bar.n)
+            if failed:
+                bar.set_postfix_str(f"{failed} failed")
+
+        yield show
+
+
+__all__ = ["Axis", "free_memory", "run", "shown", "study"]

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters of a study as axes: what is changed along each dimension of its table."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from ..errors import InputError
+
+_NAME = re.compile(r"[A-Za-z]\w*")
+RESERVED = frozenset(
+    ("status", "message", "warning", "case", "seconds", "time", "frame", "period", "frequency")
+)
+
+
+@runtime_checkable
+class Axis(Protocol):
+    """One or more dimensions of a study.
+
+    Attributes
+    ----------
+    dims : dict of int
+        Length of each dimension, in order.
+    coordinates : dict
+        By name: dimensions, values and attributes, as `xarray.Variable` takes them.
+    """
+
+    dims: dict[str, int]
+    coordinates: dict[str, tuple]
+
+    def changes(self, place: tuple[int, ...]) -> dict:
+        """What is changed at a place along the dimensions: values by the names of changes."""
+        ...
+
+
+@dataclass
+class Points:
+    """One dimension along which several variables change together.
+
+    Parameters
+    ----------
+    name : str
+        Of the dimension.
+    values : mapping of sequences
+        Values along the dimension by the name of what they change, such as
+        ``joint[bed].friction_angle``; all of the same length.
+    labels : mapping of str, optional
+        Names of the coordinates that hold them (made from the names of the changes).
+    number : bool
+        The dimension has numbers from 0 as its own coordinate.
+    """
+
+    name: str
+    values: Mapping[str, Sequence]
+    labels: Mapping[str, str] = field(default_factory=dict)
+    number: bool = True
+    dims: dict[str, int] = field(init=False)
+    coordinates: dict[str, tuple] = field(init=False)
+
+    def __post_init__(self):
+        checked_name(self.name)
+        self.values = {path: list(values) for path, values in self.values.items()}
+        lengths = {len(values) for values in self.values.values()}
+        if len(lengths) != 1 or 0 in lengths:
+            raise InputError(f"parameter {self.name!r}: give at least one value, and as many of "
+                             "each variable")  # fmt: skip
+        self.dims = {self.name: lengths.pop()}
+        self.labels = dict(short_names(self.values)) | dict(self.labels)
+        self.coordinates = {
+            self.labels[path]: ((self.name,), coordinate(values), {"changes": path})
+            for path, values in self.values.items()
+        }
+        if self.number and self.name not in self.coordinates:
+            self.coordinates[self.name] = ((self.name,), np.arange(self.dims[self.name]), {})
+
+    def changes(self, place: tuple[int, ...]) -> dict:
+        """Values at a place."""
+        return {path: values[place[0]] for path, values in self.values.items()}
+
+
+def checked_name(name: str) -> str:
+    """The name of a dimension, if it can be one."""
+    if not _NAME.fullmatch(name) or name in RESERVED:
+        why = "is a name of the table itself" if name in RESERVED else "letters, digits and _ only"
+        raise InputError(f"{name!r} cannot name a parameter: {why}")
+    return name
+
+
+def coordinate(values: Sequence) -> np.ndarray:
+    """Values of a parameter as they stand in a table: numbers, or texts for all else."""
+    if all(isinstance(v, int | float | np.number) and not isinstance(v, bool) for v in values):
+        return np.asarray(values)
+    return np.array([v if isinstance(v, str) else str(v) for v in values], dtype=object)
+
+
+def short_names(paths) -> dict[str, str]:
+    """Names of coordinates for changes: the variable, with group and name where two are alike.
+
+    ``{"material.clay.density": "density"}``.
+    """
+    for take in (1, 2, None):
+        names = {path: _short(path, take) for path in paths}
+        if max(Counter(names.values()).values(), default=1) == 1:
+            break
+    return names
+
+
+def _short(path: str, take: int | None) -> str:
+    words = re.findall(r"\w+", path.replace("*", "all"))
+    words = words if take is None else words[-take:]
+    name = "_".join(words) or "parameter"
+    return f"p_{name}" if not name[0].isalpha() or name in RESERVED else name
+
+
+def axes_of(parameters) -> list[Axis]:
+    """The axes that the parameters of `study` mean.
+
+    Parameters
+    ----------
+    parameters : mapping, Axis or sequence of these
+        A list of values by the name of what they change is a dimension; an `Axis` is what it is.
+    """
+    if isinstance(parameters, Axis):
+        return _distinct([parameters])
+    if isinstance(parameters, Mapping):
+        return _distinct(_of_mapping(parameters))
+    return _distinct([axis for one in parameters for axis in axes_of(one)])
+
+
+def _of_mapping(parameters: Mapping) -> list[Axis]:
+    names = short_names([k for k, v in parameters.items() if not isinstance(v, Axis)])
+    axes: list[Axis] = []
+    for path, values in parameters.items():
+        if isinstance(values, Axis):
+            axes.append(values)
+            continue
+        if isinstance(values, tuple) and len(values) == 2 and isinstance(values[0], str):
+            named, values = values
+            axes.append(Points(path, {named: _listed(path, values)}, {named: path}, number=False))
+            continue
+        name = names[path]
+        axes.append(Points(name, {path: _listed(path, values)}, {path: name}, number=False))
+    return axes
+
+
+def _listed(path: str, values) -> list:
+    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray | range):
+        raise InputError(f"parameter {path!r}: give a list of values, not {values!r}")
+    return np.asarray(values).tolist() if isinstance(values, np.ndarray) else list(values)
+
+
+def _distinct(axes: list[Axis]) -> list[Axis]:
+    """The axes, if no two have a dimension or a coordinate of the same name."""
+    for what in ("dims", "coordinates"):
+        names = Counter(name for axis in axes for name in getattr(axis, what))
+        twice = [name for name, count in names.items() if count > 1]
+        if twice:
+            raise InputError(f"two parameters are called {twice[0]!r}; name them, as "
+                             f"{{'{twice[0]}_2': ('group.variable', [...])}}")  # fmt: skip
+    return axes
+
+
+def seeds(path: str, count: int, first: int = 1) -> dict[str, list[int]]:
+    """Realisations of a random joint network: so many values of a ``seed``.
+
+    Parameters
+    ----------
+    path : str
+        Such as ``joint_set[bedding].seed``, ``voronoi.seed``, or ``joint_set[*].seed``.
+    count : int
+    first : int
+    """
+    return {path: list(range(first, first + count))}

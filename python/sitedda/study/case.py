@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One case of a study, carried out by a worker: run or resumed, measured, written."""
+
+from __future__ import annotations
+
+import json
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InterruptedRun, OutputError, SiteddaError
+from ..stop import Stop
+from .quantities import Array, Quantity, measure, returned
+from .store import (
+    INPUT,
+    OUTPUT,
+    WORDS,
+    case_folder,
+    locked,
+    read_result,
+    write_result,
+    write_whole,
+)
+
+_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
+_STATE = ("", ".partial", ".journal", ".checkpoint", ".checkpoint.previous", ".checkpoint.coming",
+          ".writing")  # fmt: skip
+KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time"}
+
+
+@dataclass(frozen=True)
+class Work:
+    """What is done with each case.
+
+    Attributes
+    ----------
+    study : Path
+        Folder of the study.
+    model : callable or None
+        The function that is the model.
+    task : str or callable
+        ``'run'`` or a function of the path of the input.
+    quantities : list of Quantity
+    time_limit : float
+        s of the clock that a case may take.
+    keep : bool
+        Outputs stay after they have been measured.
+    again : bool
+        Cases that have failed are tried again.
+    """
+
+    study: Path
+    model: Callable | None = None
+    task: str | Callable = "run"
+    quantities: list[Quantity] = field(default_factory=list)
+    time_limit: float = np.inf
+    keep: bool = True
+    again: bool = False
+
+
+def carry_out(work: Work, key: str, wait: bool = False) -> dict:
+    """Carry out a case if that has not been done yet.
+
+    Parameters
+    ----------
+    work : Work
+    key : str
+        Of the case.
+    wait : bool
+        For another process that works on the case.
+
+    Returns
+    -------
+    dict
+        ``status``: 'complete', 'failed', 'interrupted', 'unfinished' (the disk) or 'busy';
+        ``message``.
+    """
+    folder = case_folder(work.study, key)
+    if not folder.is_dir():
+        raise OutputError(f"{folder} is not there: workers must see the folder of the study, "
+                          "by the same name")  # fmt: skip
+    with locked(folder, wait) as mine:
+        if not mine:
+            return {"status": "busy", "message": ""}
+        found = finished(work, folder)
+        if found is None:
+            found = _result(work, folder)
+    return {"status": found["status"], "message": found["message"]}
+
+
+def finished(work: Work, folder: Path) -> dict | None:
+    """The result of a case, if it is what is wanted now."""
+    found = read_result(folder)
+    if found is None:
+        return None
+    if found["status"] == "failed":
+        return None if work.again else found
+    asked = [[one.label, one.name] for one in work.quantities]
+    return found if found.get("asked") == asked else None
+
+
+def _result(work: Work, folder: Path) -> dict:
+    begun = time.time()
+    try:
+        numbers, arrays, more = _done(work, folder)
+    except (InterruptedRun, KeyboardInterrupt):
+        return {"status": "interrupted", "message": ""}
+    except OutputError as error:  # of the disk, not of the case: to be tried again
+        return {"status": "unfinished", "message": str(error)}
+    except SiteddaError as error:
+        return write_result(folder, "failed", str(error), kind=KINDS.get(error.kind, "input"))
+    except MemoryError:
+        return write_result(folder, "failed", "not enough memory", kind="memory")
+    except Exception as error:  # of the user's function: it is that case's failure alone
+        words = f"{type(error).__name__}: {error}"
+        return write_result(folder, "failed", words, kind="function")
+    kept = {f"{k}|{d}": np.asarray(c) for k, a in arrays.items() for d, c in a.coordinates.items()}
+    kept |= {name: array.values for name, array in arrays.items()}
+    return write_result(
+        folder,
+        "complete",
+        asked=[[one.label, one.name] for one in work.quantities],
+        numbers=numbers,
+        arrays=kept,
+        shapes={k: {"dims": a.dims, "shape": a.values.shape, "units": a.units}
+                for k, a in arrays.items()},
+        seconds=round(time.time() - begun, 3),
+        **more,
+    )  # fmt: skip
+
+
+def _done(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array], dict]:
+    """Numbers, arrays, and what else is noted of a case."""
+    if work.model is not None:
+        values = json.loads((folder / "values.json").read_text())
+        return *_sorted(returned("value", work.model(**values))), {}
+    if callable(work.task):
+        return *_sorted(returned("value", work.task(folder / INPUT))), {}
+    warning = run_input(folder, work.time_limit)
+    numbers, arrays = measure(folder / OUTPUT, work.quantities)
+    if not work.keep:
+        remove_output(folder)
+    return numbers, arrays, {"warning": warning}
+
+
+def _sorted(values: dict) -> tuple[dict[str, float], dict[str, Array]]:
+    arrays = {name: value for name, value in values.items() if isinstance(value, Array)}
+    return {n: v for n, v in values.items() if n not in arrays}, arrays
+
+
+def run_input(folder: Path, time_limit: float = np.inf) -> str:
+    """Run the input of a case to its end, from its last checkpoint if there is one; warnings.
+
+    Raises
+    ------
+    InterruptedRun
+        If a signal asked for it; the checkpoint is there to go on from.
+    SiteddaError
+        If the run fails, or takes longer than the limit.
+    """
+    if (folder / OUTPUT).exists():
+        if (words := warnings_of(folder)) is not None:
+            return words
+        remove_output(folder)  # killed before its warnings were written
+    try:
+        return _to_end(folder, time_limit)
+    except OutputError as error:
+        if "checkpoint" not in str(error):
+            raise
+    remove_output(folder)  # no checkpoint can be used: from the start
+    return _to_end(folder, time_limit)
+
+
+def _to_end(folder: Path, time_limit: float) -> str:
+    from ..simulation import Simulation
+    from ..simulation import _to_end as step_to_end
+
+    begun = time.monotonic()
+
+    def look(simulation) -> None:
+        if time.monotonic() - begun > time_limit:
+            raise TimeLimit(f"stopped at t = {simulation.time:g} s of {simulation.duration:g} s: "
+                            f"the time limit of {time_limit:g} s is over")  # fmt: skip
+
+    with (
+        Stop(_STOPS) as stop,
+        Simulation(folder / INPUT, folder / OUTPUT, resume=True) as simulation,
+    ):
+        complete = step_to_end(simulation, look, stop)
+        simulation.finish()
+        if not complete:
+            raise InterruptedRun("interrupted")
+        peaks = simulation._text("peaks").decode("utf-8", "replace")
+        write_whole(folder / WORDS, "\n".join(filter(None, [simulation.warning, peaks])))
+    return warnings_of(folder)
+
+
+class TimeLimit(SiteddaError):
+    """A case has taken longer than it may."""
+
+    kind = 6
+
+
+def warnings_of(folder: Path) -> str | None:
+    """What a finished run warned of, one a line; None if it has not yet said."""
+    try:
+        text = (folder / WORDS).read_text("utf-8", "replace")
+    except OSError:
+        return None
+    return "\n".join(line.removeprefix("warning: ") for line in text.splitlines() if line.strip())
+
+
+def remove_output(folder: Path) -> None:
+    """Take away the output of a case and all that belongs to an unfinished one."""
+    for end in _STATE:
+        (folder / f"{OUTPUT}{end}").unlink(missing_ok=True)
+    (folder / WORDS).unlink(missing_ok=True)

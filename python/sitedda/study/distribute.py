@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cases given to an executor, a window of them at a time, until all are done."""
+
+from __future__ import annotations
+
+import queue
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError
+
+from ..errors import InterruptedRun, OutputError, SiteddaError
+from .case import Work, carry_out, finished
+from .store import case_folder, locked, write_result
+from .workers import TaskTooLong, WorkerDied
+
+_DEATHS = 3  # of its process, before a case has failed
+_WINDOW = 256  # cases that an executor has at a time, if it does not say how many it works on
+_POLL = 0.05  # s between looks at futures that do not call back
+
+
+def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | None = None) -> None:
+    """Carry out all cases that are not done yet.
+
+    A case that another client works on is taken up last, when there is nothing else to do.  One
+    whose process dies is tried again, twice, then marked as failed.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor, or alike
+        Its ``submit`` returns futures with ``done`` and ``result``.
+    work : Work
+    keys : sequence of str
+        Of the cases.
+    progress : callable, optional
+        Called with the number of cases that are done and of those that have failed.
+
+    Raises
+    ------
+    InterruptedRun
+        If a worker was asked to stop.
+    OutputError
+        If the executor is gone, or a case cannot be written.
+    """
+    distinct = list(dict.fromkeys(keys))
+    todo = [key for key in distinct if finished(work, case_folder(work.study, key)) is None]
+    loop = _Loop(executor, work, todo)
+    done, failed = len(distinct) - len(todo), 0
+    if progress:
+        progress(done, failed)
+    for status in loop.results():
+        done, failed = done + 1, failed + (status == "failed")
+        if progress:
+            progress(done, failed)
+
+
+class _Loop:
+    def __init__(self, executor, work: Work, keys: Sequence[str]):
+        self.executor, self.work = executor, work
+        self.fresh, self.busy = deque(keys), deque()
+        self.running: dict = {}
+        self.ended: queue.SimpleQueue = queue.SimpleQueue()
+        self.deaths: Counter = Counter()
+        workers = getattr(executor, "count", None) or getattr(executor, "_max_workers", None)
+        self.window = 2 * workers if workers else _WINDOW
+
+    def results(self):
+        """The status of each case as it ends."""
+        while self.fresh or self.busy or self.running:
+            self._submit()
+            future = self._next_ended()
+            key = self.running.pop(future)
+            status = self._status(key, future)
+            if status is not None:
+                yield status
+
+    def _submit(self) -> None:
+        while len(self.running) < self.window and (self.fresh or self.busy):
+            wait = not self.fresh
+            key = self.busy.popleft() if wait else self.fresh.popleft()
+            try:
+                future = self.executor.submit(carry_out, self.work, key, wait)
+            except (BrokenExecutor, RuntimeError) as trouble:
+                raise _gone(trouble) from trouble
+            self.running[future] = key
+            if hasattr(future, "add_done_callback"):
+                future.add_done_callback(self.ended.put)
+
+    def _next_ended(self):
+        if all(hasattr(future, "add_done_callback") for future in self.running):
+            return self.ended.get()
+        while True:
+            for future in self.running:
+                if future.done():
+                    return future
+            time.sleep(_POLL)
+
+    def _status(self, key: str, future) -> str | None:
+        """What became of a case; None if it will be tried again."""
+        try:
+            found = future.result()
+        except TaskTooLong:
+            return self._fail(key, f"the time limit of {self.work.time_limit:g} s is over", "time")
+        except (BrokenExecutor, CancelledError) as trouble:
+            raise _gone(trouble) from trouble
+        except SiteddaError:
+            raise
+        except Exception as trouble:
+            if not isinstance(trouble, WorkerDied) and type(trouble).__name__ != "KilledWorker":
+                raise
+            return self._after_death(key, trouble)
+        if found["status"] == "busy":
+            self.busy.append(key)
+            return None
+        if found["status"] == "interrupted":
+            raise InterruptedRun("interrupted; call again to go on with what is missing")
+        if found["status"] == "unfinished":
+            raise OutputError(f"case {key}: {found['message']}")
+        return found["status"]
+
+    def _after_death(self, key: str, trouble: Exception) -> str | None:
+        self.deaths[key] += 1
+        if self.deaths[key] >= _DEATHS:
+            return self._fail(key, str(trouble), "process")
+        self.fresh.append(key)
+        return None
+
+    def _fail(self, key: str, message: str, kind: str) -> str:
+        folder = case_folder(self.work.study, key)
+        with locked(folder, wait=True):
+            write_result(folder, "failed", message, kind=kind)
+        return "failed"
+
+
+def _gone(trouble: BaseException) -> OutputError:
+    name = type(trouble).__name__
+    return OutputError(f"the executor is gone ({name}: {trouble}); what is done is kept: start "
+                       "another and call again to go on with what is missing")  # fmt: skip

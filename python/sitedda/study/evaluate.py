@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A study of a function, in memory: many cases in one task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, wait
+
+import numpy as np
+
+from .plan import Plan, _plain
+from .quantities import Array, returned
+from .table import _values
+
+_TASKS_EACH = 8  # tasks for each worker: a slow one holds nobody up
+
+
+def evaluate(plan: Plan, executor, progress: Callable | None = None):
+    """The table of a plan whose model is a function.
+
+    Parameters
+    ----------
+    plan : Plan
+    executor : concurrent.futures.Executor
+    progress : callable, optional
+        Called with the numbers of cases that are done and that have failed.
+
+    Returns
+    -------
+    xarray.Dataset
+        With ``status`` and ``message`` of each case.
+    """
+    cases = [{name: _plain(value) for name, value in one.items()} for one in plan.changes()]
+    workers = getattr(executor, "count", None) or getattr(executor, "_max_workers", None) or 32
+    size = max(1, -(-len(cases) // (workers * _TASKS_EACH)))
+    starts = range(0, len(cases), size)
+    futures = {executor.submit(call_each, plan.model, cases[i : i + size]): i for i in starts}
+    rows: list = [None] * len(cases)
+    done, failed, left = 0, 0, set(futures)
+    while left:
+        ended, left = wait(left, return_when=FIRST_COMPLETED)
+        for future in ended:
+            found = future.result()
+            rows[futures[future] : futures[future] + len(found)] = found
+            done, failed = done + len(found), failed + sum(bool(words) for _, words in found)
+        if progress:
+            progress(done, failed)
+    return _table(plan, rows)
+
+
+def call_each(function: Callable, cases: Sequence[dict]) -> list[tuple[dict, str]]:
+    """What a function returns for each of some cases, and the message where it fails."""
+    found = []
+    for values in cases:
+        try:
+            found.append((returned("value", function(**values)), ""))
+        except Exception as error:  # that case's failure alone
+            found.append(({}, f"{type(error).__name__}: {error}"))
+    return found
+
+
+def _table(plan: Plan, rows: list):
+    import xarray as xr
+
+    dims, shape = tuple(plan.dims), tuple(plan.dims.values())
+    messages = np.array([words for _, words in rows], dtype=object)
+    status = np.where(messages == "", "complete", "failed").astype(object)
+    variables = {
+        "status": (dims, status.reshape(shape)),
+        "message": (dims, messages.reshape(shape)),
+    }
+    coordinates = {
+        name: (tuple(where), _values([_plain(v) for v in values]), attributes)
+        for axis in plan.axes
+        for name, (where, values, attributes) in axis.coordinates.items()
+    }
+    for name in dict.fromkeys(name for values, _ in rows for name in values):
+        first = next(values[name] for values, _ in rows if name in values)
+        inner = first if isinstance(first, Array) else Array(np.asarray(first), (), {})
+        column = np.full((len(rows), *inner.values.shape), np.nan)
+        for i, (values, _) in enumerate(rows):
+            if name in values:
+                column[i] = getattr(values[name], "values", values[name])
+        variables[name] = ((*dims, *inner.dims), column.reshape(*shape, *inner.values.shape))
+        coordinates |= {d: ((d,), c) for d, c in inner.coordinates.items()}
+    return xr.Dataset(variables, coordinates, {"model": str(getattr(plan.model, "__name__", ""))})

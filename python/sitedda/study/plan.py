@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A study as a list of cases: their inputs, their keys, and the manifest."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from .. import engine
+from ..building import opened_input
+from ..changes import _flat, changed_input
+from ..errors import InputError
+from ..groups import variables
+from ..namelist import Namelist
+from .axes import Axis, axes_of
+from .quantities import DEFAULT, Quantity, quantities_of
+from .store import INPUT, MANIFEST, OUTPUT, case_folder, checksum, keep_file, make_folder
+from .store import write_whole as write
+
+_FORMAT = 1
+_CHECKPOINTS = ("checkpoint_interval", "checkpoint_minutes")
+
+
+@dataclass
+class Plan:
+    """A study before it is run.
+
+    Attributes
+    ----------
+    model : path, Model or callable
+        What is changed, or the function that is called.
+    axes : list of Axis
+    quantities : list of Quantity
+        What is kept of each case.
+    task : str or callable
+        ``'run'``, or a function of the path of a case's input.
+    fixed : dict
+        Changes that all cases have.
+    folder : Path or None
+    keys : list of str
+        Of the cases, in the order of the dimensions, the last one fastest.
+    """
+
+    model: object
+    axes: list[Axis]
+    quantities: list[Quantity]
+    task: str | Callable = "run"
+    fixed: dict = field(default_factory=dict)
+    folder: Path | None = None
+    keys: list[str] = field(default_factory=list)
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """Length of each dimension."""
+        return {name: size for axis in self.axes for name, size in axis.dims.items()}
+
+    @property
+    def count(self) -> int:
+        """Number of cases."""
+        return int(np.prod(list(self.dims.values()), dtype=int))
+
+    def changes(self) -> Iterator[dict]:
+        """The changes of each case, in order."""
+        for place in np.ndindex(*self.dims.values()):
+            found, at = dict(self.fixed), 0
+            for axis in self.axes:
+                found |= axis.changes(place[at : at + len(axis.dims)])
+                at += len(axis.dims)
+            yield found
+
+    def write(self) -> Plan:
+        """Write inputs and manifest into the folder of the study; cases that are there stay."""
+        make_folder(self.folder)
+        if callable(self.model):
+            self.keys = self._write_calls()
+        else:
+            self.keys = self._write_inputs()
+        write(self.folder / MANIFEST, json.dumps(self._manifest()))
+        return self
+
+    def _write_inputs(self) -> list[str]:
+        files = _Files(self.folder)
+        with opened_input(self.model) as (file, text):
+            base = files.kept_in(text, Path(file).parent)
+        standing = Namelist.of(base)
+        always: dict = {"output.file": OUTPUT}
+        if not any(g.get(name) for g in standing.named("output") for name in _CHECKPOINTS):
+            always["output.checkpoint_minutes"] = 1
+        base = changed_input(base, always)
+        head = (str(_FORMAT), engine.version(), build(), _task_name(self.task))
+        keys = []
+        for number, changes in enumerate(self.changes()):
+            try:
+                text = changed_input(base, files.kept(changes))
+            except InputError as error:
+                raise InputError(f"case {number}: {error}") from None
+            keys.append(checksum(*head, text))
+            folder = case_folder(self.folder, keys[-1])
+            if not (folder / INPUT).exists():
+                make_folder(folder)
+                write(folder / INPUT, text)
+        return keys
+
+    def _write_calls(self) -> list[str]:
+        keys = []
+        for changes in self.changes():
+            text = json.dumps(changes, default=_plain)
+            keys.append(checksum(str(_FORMAT), build(), function_name(self.model), text))
+            folder = make_folder(case_folder(self.folder, keys[-1]))
+            write(folder / "values.json", text)
+        return keys
+
+    def _manifest(self) -> dict:
+        coordinates = {
+            name: {"dims": list(dims), "values": [_plain(v) for v in values], "attrs": attrs}
+            for axis in self.axes
+            for name, (dims, values, attrs) in axis.coordinates.items()
+        }
+        for one in coordinates.values():
+            if len(one["dims"]) > 1:
+                one["values"] = np.asarray(one["values"]).tolist()
+        return {
+            "format": _FORMAT,
+            "program": f"sitedda {engine.version()}",
+            "build": build(),
+            "model": model_name(self.model),
+            "task": _task_name(self.task),
+            "dims": self.dims,
+            "coordinates": coordinates,
+            "fixed": {name: _plain(value) for name, value in self.fixed.items()},
+            "quantities": [one.name for one in self.quantities],
+            "cases": self.keys,
+        }
+
+
+def make_plan(model, parameters, results=None, folder=None, fixed=None, task="run") -> Plan:
+    """The plan of a study; see `sitedda.study` for what the arguments are."""
+    if isinstance(model, str | os.PathLike):
+        model = Path(model)
+    if task != "run" and not callable(task):
+        raise InputError(f"task = {task!r}: give 'run' or a function of the path of an input")
+    if callable(model) and task != "run":
+        raise InputError("a function as the model has no task of its own")
+    default = DEFAULT if task == "run" and not callable(model) else ()
+    wanted = quantities_of(default if results is None else results)
+    if wanted and not default:
+        raise InputError("results are what the function returns; give none")
+    axes = axes_of(parameters)
+    where = None if folder is None else Path(folder).absolute()
+    return Plan(model, axes, wanted, task, dict(_flat(fixed or {})), where)
+
+
+def model_name(model) -> str:
+    """What the model is called in a manifest."""
+    if callable(model):
+        return function_name(model).partition(" ")[0]
+    return str(model) if isinstance(model, Path) else getattr(model, "title", "") or "model"
+
+
+def function_name(function: Callable) -> str:
+    """Where a function is from, with the sum of its source, so that a changed one is another."""
+    try:
+        source = inspect.getsource(function)
+    except (OSError, TypeError):
+        source = ""
+    where = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', function)}"
+    return f"{where} {checksum(source)}"
+
+
+def _task_name(task) -> str:
+    return task if isinstance(task, str) else function_name(task)
+
+
+@cache
+def build() -> str:
+    """The sum of the engine's library: two builds are two, whatever their version says."""
+    from .. import _core
+
+    with open(_core.__file__, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()[:32]
+
+
+def _plain(value):
+    """A value as JSON holds it."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray | list | tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, str | int | float | bool | None):
+        return value
+    return str(value)
+
+
+class _Files:
+    """Files that inputs name, copied into the study once each."""
+
+    def __init__(self, study: Path):
+        self.study = study
+        self.names: dict[Path, str] = {}
+
+    def kept(self, changes: Mapping) -> dict:
+        """Changes whose files are those of the study."""
+        return {
+            path: self._name(Path(value), path) if _names_a_file(path) and value else value
+            for path, value in changes.items()
+        }
+
+    def kept_in(self, text: str, folder: Path) -> str:
+        """A text whose files are those of the study."""
+        namelist = Namelist.of(text)
+        for group in namelist.groups:
+            if group.name != "output" and "file" in variables().get(group.name, {}):
+                name = group.get("file")
+                if name:
+                    group.set("file", self._name(folder / name, f"&{group.name}"))
+        return str(namelist)
+
+    def _name(self, file: Path, where: str) -> str:
+        if file not in self.names:
+            try:
+                data = file.read_bytes()
+            except OSError as trouble:
+                words = f"{where}: {file} cannot be read: {trouble.strerror}"
+                raise InputError(words) from trouble
+            self.names[file] = keep_file(self.study, data, file.suffix)
+        return self.names[file]
+
+
+def _names_a_file(path: str) -> bool:
+    return path.strip().lower().endswith(".file") and not path.lower().startswith("output")
+
+
+@contextmanager
+def folder_or_temporary(folder) -> Iterator[Path]:
+    """The folder of a study, or one that is gone in the end."""
+    import tempfile
+
+    if folder is not None:
+        yield Path(folder).absolute()
+        return
+    with tempfile.TemporaryDirectory(prefix="sitedda-study-") as name:
+        yield Path(name)

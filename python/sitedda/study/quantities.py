@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is kept of each case: numbers and arrays of an output by name, or by a function."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError, OutputError
+from ..simulation import _FILES
+
+DEFAULT = ("verdict",)
+REDUCTIONS: dict[str, Callable] = {
+    "largest": lambda v: v[np.argmax(abs(v))],
+    "max": np.max,
+    "min": np.min,
+    "range": np.ptp,
+    "last": lambda v: v[-1],
+}
+_PATH = re.compile(r"(\w+)(?:\[([^\]]*)\])?(?:\.(\w+))?(?:\.(\w+))?")
+_LABELS = {
+    "axis": ("x", "y"),
+    "component": ("xx", "yy", "xy"),
+    "coordinate": ("x", "y", "rotation", "strain_x", "strain_y", "shear_strain"),
+}
+_TOPICS = {
+    "_movement": ("largest_displacement_m", "residual_displacement_m", "largest_tilt_rad",
+                  "residual_tilt_rad", "residual_drift"),
+    "_joints": ("joints_slipped", "joints_opened", "largest_slip_m", "largest_opening_m",
+                "bonds_broken"),
+    "_fallen": ("blocks_fallen", "first_block_fallen_s"),
+    "_lost": ("blocks_lost", "first_block_lost_s"),
+    "_points": ("pga_m_s2", "pgv_m_s", "arias_m_s"),
+    "_spectra": ("sa_m_s2",),
+    "_damping": ("amplification", "amplification_frequency_hz"),
+    "_energies": ("energy_balance_j_m",),
+}  # fmt: skip
+_BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates")
+_CONTACTS = tuple(
+    f"contact_{name}"
+    for name in ("frame", "vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
+)
+_HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
+_NEEDS = {
+    "_joints": _CONTACTS,
+    "_points": _HISTORY,
+    "_spectra": _HISTORY,
+    "_damping": _HISTORY,
+    "_energies": _HISTORY,
+}
+_LARGE = 5e7  # bytes of block coordinates; of larger outputs only frames in question are read
+_ZERO = ("joints_slipped", "joints_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array quantity of one case.
+
+    Attributes
+    ----------
+    values : ndarray
+    dims : tuple of str
+    coordinates : dict of ndarray
+        By dimension.
+    units : str
+    """
+
+    values: np.ndarray
+    dims: tuple[str, ...]
+    coordinates: dict[str, np.ndarray]
+    units: str = ""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One thing that is kept of each case.
+
+    Attributes
+    ----------
+    label : str
+        Its name in the table.
+    name : str
+        What it is: a name of `measure`, or that of a function with the sum of its source.
+    function : callable, optional
+        Of a `sitedda.Run`.
+    """
+
+    label: str
+    name: str
+    function: Callable | None = None
+
+
+def quantities_of(results) -> list[Quantity]:
+    """The quantities that ``results`` of `study` mean.
+
+    Parameters
+    ----------
+    results : str, callable, sequence or mapping of these
+        Names of quantities or functions of a Run; in a mapping by their name in the table.
+    """
+    if isinstance(results, str) or callable(results):
+        results = [results]
+    if isinstance(results, Mapping):
+        pairs: Iterable = results.items()
+    else:
+        pairs = ((None, one) for one in results)
+    return [_quantity(label, one) for label, one in pairs]
+
+
+def _quantity(label: str | None, what) -> Quantity:
+    if callable(what):
+        from .plan import function_name
+
+        return Quantity(label or what.__name__, function_name(what), what)
+    if not isinstance(what, str) or not (found := _PATH.fullmatch(what)):
+        raise InputError(f"{what!r} is not a quantity, as largest_tilt_rad or "
+                         "displacement[top].x.max")  # fmt: skip
+    if found[4] and found[4] not in REDUCTIONS:
+        raise InputError(f"{what}: there is no {found[4]!r}; use {', '.join(REDUCTIONS)}")
+    return Quantity(label or what, what)
+
+
+class Output:
+    """An output of a run, of which only what is asked for is read."""
+
+    def __init__(self, file: Path):
+        import netCDF4
+
+        self.file = file
+        self._values: dict[str, np.ndarray] = {}
+        with _FILES:
+            try:
+                self._data = netCDF4.Dataset(file)
+            except OSError as trouble:
+                raise OutputError(f"{file} cannot be read as an output: {trouble}") from trouble
+            self._data.set_auto_maskandscale(False)
+            self._data.set_auto_chartostring(False)
+            self.attributes = {name: self._data.getncattr(name) for name in self._data.ncattrs()}
+
+    def __enter__(self) -> Output:
+        """Use in a with statement."""
+        return self
+
+    def __exit__(self, *_) -> None:
+        """Close the file."""
+        with _FILES:
+            self._data.close()
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Dimensions of a variable."""
+        if name not in self._data.variables:
+            raise InputError(f"an output has no quantity {name!r}")
+        return self._data[name].dimensions
+
+    def units(self, name: str) -> str:
+        """Unit of a variable."""
+        with _FILES:
+            return str(getattr(self._data[name], "units", ""))
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The values of a variable."""
+        if name not in self._values:
+            with _FILES:
+                self._values[name] = np.asarray(self._data[name][...])
+        return self._values[name]
+
+    def names(self, what: str) -> list[str]:
+        """Names of measured points or of blocks."""
+        if what == "point":
+            rows = self["point"]
+            return [b"".join(row).decode("utf-8", "replace").strip("\0 ") for row in rows]
+        from ..namelist_groups import block_labels
+
+        return block_labels(str(self.attributes.get("input_text", "")))[0]
+
+    def dataset(self, names: Iterable[str]):
+        """Some variables as an `xarray.Dataset` with points by name."""
+        import xarray as xr
+
+        if 8.0 * self._data["block_coordinates"].size > _LARGE:
+            from ..scene import open_output
+
+            return open_output(self.file)
+        kept = {name: (self.dims(name), self[name]) for name in names}
+        found = xr.Dataset(kept, attrs=self.attributes)
+        return found.assign_coords(point=("point", self.names("point")))
+
+
+def measure(file: Path, wanted: Iterable[Quantity]) -> tuple[dict[str, float], dict[str, Array]]:
+    """Numbers and arrays of an output, by their label.
+
+    Names are
+
+    - ``verdict``, all numbers of `sitedda.Run.verdict` but those of spectra, or one by its name, as
+      ``largest_tilt_rad`` or ``pga_m_s2[top]``; counts of what did not happen are 0;
+    - ``variable[point or block].component``, such as ``displacement[top].x``,
+      ``block_stress[drum_3].yy``, ``energy_friction``: a history; with ``.max``, ``.min``,
+      ``.range``, ``.last`` or ``.largest`` (by its size) behind it a number;
+    - ``spectrum[point].x``, the acceleration response spectrum with 5 % damping;
+    - ``amplification_ratio``, of the first &amplification of the input.
+
+    Parameters
+    ----------
+    file : path
+        An output.
+    wanted : iterable of Quantity
+
+    Raises
+    ------
+    InputError
+        If the output has no such quantity; the message says what it has.
+    """
+    numbers: dict[str, float] = {}
+    arrays: dict[str, Array] = {}
+    with Output(file) as output:
+        for one in wanted:
+            for label, value in _one(output, one).items():
+                if isinstance(value, Array):
+                    arrays[label] = value
+                else:
+                    numbers[label] = float(value)
+    return numbers, arrays
+
+
+def _one(output: Output, wanted: Quantity) -> dict:
+    if wanted.function:
+        return returned(wanted.label, wanted.function(_run(output.file)))
+    name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
+    if name == "verdict":
+        return _verdict(output, [part for part in _TOPICS if part != "_spectra"])
+    for part, names in _TOPICS.items():
+        if name in names:
+            return {wanted.label: _verdict_number(output, part, name, label)}
+    if name == "spectrum":
+        return {wanted.label: _spectrum(output, wanted.name, label, component)}
+    if name == "amplification_ratio":
+        return {wanted.label: _amplification(output)}
+    return {wanted.label: _variable(output, wanted.name, name, label, component, reduction)}
+
+
+def _run(file: Path):
+    """An output as a `sitedda.Run`."""
+    import xarray as xr
+
+    from ..scene import labelled
+    from ..simulation import Run
+
+    with _FILES, xr.open_dataset(file, engine="netcdf4") as dataset:
+        history = dataset.load()
+    return Run(labelled(history), True, file, str(history.attrs.get("step_control", "")))
+
+
+def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
+    """Numbers of the parts of a verdict, from the variables that they need."""
+    from .. import verdict as words
+    from ..scene import Scene
+
+    found = words.Verdict()
+    names = dict.fromkeys([*_BLOCKS, *(name for part in parts for name in _NEEDS.get(part, ()))])
+    data = output.dataset(names)
+    scene = Scene.of(data)
+    if "amplification" not in str(output.attributes.get("input_text", "")).lower():
+        parts = [part for part in parts if part != "_damping"]
+    for part in parts:
+        of_history = _NEEDS.get(part) is _HISTORY
+        getattr(words, part)(found, data if of_history else scene)
+    return {name: 0.0 for p in parts for name in _TOPICS[p] if name in _ZERO} | found.values
+
+
+def _verdict_number(output: Output, part: str, name: str, label: str | None) -> float:
+    values = _verdict(output, [part])
+    key = name if label is None else f"{name}[{label}]"
+    if key in values:
+        return values[key]
+    if name.startswith("first_"):
+        return np.nan
+    hint = f"; there are {', '.join(n for n in values if n.startswith(name))}" if values else ""
+    raise InputError(f"the run has no {key}{hint}")
+
+
+def _spectrum(output: Output, name: str, point: str | None, axis: str | None) -> Array:
+    from ..verdict import PERIODS, acceleration_spectrum
+
+    series = _variable(output, name, "acceleration", point, axis or "x", None)
+    time = series.coordinates["time"]
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    values = acceleration_spectrum(series.values, step)
+    return Array(values, ("period",), {"period": PERIODS}, "m s-2")
+
+
+def _amplification(output: Output) -> Array:
+    from ..response import amplifications
+
+    found = amplifications(output.dataset([*_BLOCKS, *_HISTORY]))
+    if not found:
+        raise InputError("amplification_ratio needs a group &amplification in the input")
+    one = found[0]
+    return Array(one.ratio, ("frequency",), {"frequency": one.frequency}, "1")
+
+
+def _variable(output, path, name, label, component, reduction) -> Array | float:
+    """A variable over time, or over frames, at one point or block and for one component."""
+    dims, values = output.dims(name), None
+    if component in REDUCTIONS and reduction is None and len(dims) < 3:
+        component, reduction = None, component
+    if dims[:1] not in (("time",), ("frame",)):
+        raise InputError(f"{path}: {name} does not vary in time")
+    values, kept = output[name], dims[0]
+    if len(dims) > 1:
+        names = output.names(dims[1])
+        values = values[:, _index(path, f"a {dims[1]}", label, names)]
+    if len(dims) > 2:
+        values = values[:, _index(path, f"a {dims[2]}", component, _LABELS.get(dims[2], ()))]
+    if reduction:
+        return float(REDUCTIONS[reduction](values))
+    time = output["time" if kept == "time" else "frame_time"]
+    return Array(values, (kept,), {kept: time}, output.units(name))
+
+
+def _index(path: str, what: str, name: str | None, names) -> int:
+    if name in names:
+        return list(names).index(name)
+    shown = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
+    if name is None:
+        raise InputError(f"{path}: name {what} of {shown}")
+    raise InputError(f"{path}: there is no {what.partition(' ')[2]} {name!r}; there are {shown}")
+
+
+def returned(label: str, value) -> dict:
+    """What a function returned: a number, an array, a DataArray, or a mapping of these."""
+    if isinstance(value, Mapping):
+        return {k: v for name, one in value.items() for k, v in returned(str(name), one).items()}
+    if hasattr(value, "dims") and hasattr(value, "coords"):
+        coordinates = {d: np.asarray(value[d].values) for d in value.dims}
+        units = str(value.attrs.get("units", ""))
+        array = Array(np.asarray(value.values), tuple(map(str, value.dims)), coordinates, units)
+        return {label: array if array.dims else float(array.values)}
+    try:
+        values = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{label}: a function must return numbers or arrays of them, not "
+                         f"{type(value).__name__}") from None  # fmt: skip
+    if values.ndim == 0:
+        return {label: float(values)}
+    dims = tuple(f"{label}_{i}" for i in range(values.ndim))
+    return {label: Array(values, dims, {d: np.arange(n) for d, n in zip(dims, values.shape,
+                                                                        strict=True)})}  # fmt: skip

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples of random parameters: Latin hypercube, Sobol', and the designs of two indices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..errors import InputError
+from .axes import Points
+
+__all__ = [
+    "distribution",
+    "latin_hypercube",
+    "lognormal",
+    "normal",
+    "one_at_a_time",
+    "saltelli",
+    "sobol",
+    "uniform",
+]
+
+
+def uniform(low: float, high: float):
+    """Equally likely between two values; of `scipy.stats`."""
+    from scipy import stats
+
+    if not low < high:
+        raise InputError(f"a uniform distribution needs low < high, not {low:g}, {high:g}")
+    return stats.uniform(low, high - low)
+
+
+def normal(mean: float, deviation: float):
+    """Gaussian; of `scipy.stats`."""
+    from scipy import stats
+
+    if not deviation > 0:
+        raise InputError(f"a normal distribution needs a deviation > 0, not {deviation:g}")
+    return stats.norm(mean, deviation)
+
+
+def lognormal(median: float, deviation: float):
+    """Lognormal by its median and the standard deviation of the natural logarithm."""
+    from scipy import stats
+
+    if not (deviation > 0 and median > 0):
+        raise InputError("a lognormal distribution needs median > 0 and deviation > 0, not "
+                         f"{median:g}, {deviation:g}")  # fmt: skip
+    return stats.lognorm(deviation, scale=median)
+
+
+_KINDS = {"uniform": uniform, "normal": normal, "lognormal": lognormal}
+
+
+def distribution(values: Mapping):
+    """A distribution from plain values: ``{distribution = "uniform", low = 1, high = 2}``."""
+    values = dict(values)
+    kind = values.pop("distribution", None)
+    if kind not in _KINDS:
+        raise InputError(f"distribution = {kind!r}: name one of {', '.join(_KINDS)}")
+    try:
+        return _KINDS[kind](**values)
+    except TypeError as trouble:
+        raise InputError(f"distribution {kind!r}: {trouble}") from None
+
+
+def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
+    """A Latin hypercube sample, of `scipy.stats.qmc`.
+
+    Parameters
+    ----------
+    count : int
+        Of cases.
+    distributions : mapping
+        By the name of what they change; frozen distributions of `scipy.stats`, or `uniform`,
+        `normal`, `lognormal` of this package.
+    seed : int
+    name : str
+        Of the dimension.
+    """
+    from scipy.stats import qmc
+
+    unit = qmc.LatinHypercube(len(distributions), seed=_generator(seed)).random(_positive(count))
+    return Points(name, _values(distributions, unit))
+
+
+def sobol(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
+    """A scrambled Sobol' sample, of `scipy.stats.qmc`; see `latin_hypercube`.
+
+    Raises
+    ------
+    InputError
+        If `count` is not a power of two, of which alone the sequence keeps its balance.
+    """
+    return Points(name, _values(distributions, _sobol(count, len(distributions), seed)))
+
+
+def saltelli(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
+    """The design for `sobol_indices`: count × (parameters + 2) cases.
+
+    Samples A and B of a Sobol' sequence of twice the dimension, then A with each column in turn
+    from B (Saltelli et al. 2010, Comput. Phys. Commun. 181, 259).
+
+    Parameters
+    ----------
+    count : int
+        Of each sample, a power of two.
+    distributions, seed, name
+        See `latin_hypercube`.
+    """
+    width = len(distributions)
+    unit = _sobol(count, 2 * width, seed)
+    a, b = unit[:, :width], unit[:, width:]
+    mixed = [np.where(np.arange(width) == i, b, a) for i in range(width)]
+    return Points(name, _values(distributions, np.concatenate([a, b, *mixed])))
+
+
+def one_at_a_time(ranges: Mapping, name: str = "variation") -> Points:
+    """The design for `tornado`: all parameters at their base, then each at its low and its high.
+
+    Parameters
+    ----------
+    ranges : mapping of (low, base, high)
+        By the name of what they change.
+    name : str
+        Of the dimension.
+    """
+    for path, values in ranges.items():
+        if len(values) != 3:
+            raise InputError(f"parameter {path!r}: give low, base and high, not {values!r}")
+    base = {path: middle for path, (_, middle, _) in ranges.items()}
+    rows = [base] + [base | {path: v} for path, (low, _, high) in ranges.items()
+                     for v in (low, high)]  # fmt: skip
+    return Points(name, {path: [row[path] for row in rows] for path in ranges})
+
+
+def _sobol(count: int, width: int, seed: int) -> np.ndarray:
+    from scipy.stats import qmc
+
+    count = _positive(count)
+    if count & (count - 1):
+        near = 1 << (count.bit_length() - 1)
+        raise InputError(f"a Sobol' sample needs a power of two, such as {near} or {2 * near}, "
+                         f"not {count}")  # fmt: skip
+    return qmc.Sobol(width, seed=_generator(seed)).random(count)
+
+
+def _positive(count: int) -> int:
+    if int(count) != count or count < 1:
+        raise InputError(f"count = {count} must be a whole number above 0")
+    return int(count)
+
+
+def _generator(seed: int) -> np.random.Generator:
+    return np.random.Generator(np.random.PCG64(seed))
+
+
+def _values(distributions: Mapping, unit: np.ndarray) -> dict[str, list[float]]:
+    """Values of the distributions at points of the unit cube."""
+    if not distributions:
+        raise InputError("a sample needs at least one parameter")
+    found = {}
+    for (path, one), column in zip(distributions.items(), unit.T, strict=True):
+        one = distribution(one) if isinstance(one, Mapping) else one
+        if not hasattr(one, "ppf"):
+            raise InputError(f"parameter {path!r}: {one!r} is not a distribution")
+        found[path] = one.ppf(column).tolist()
+    return found

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The folder of a study on the disk: names, locks, atomic writes, and nothing read outside of it.
+
+::
+
+    STUDY/study.json              the manifest: what the study is, and the key of each case
+    STUDY/files/SUM.ext           records and other files that inputs name
+    STUDY/cases/ab/ab…/           one case, by its key
+        model.nml, out.nc         input and output (out.nc.checkpoint … while it runs)
+        words.txt                 what the run warned of
+        result.json, result.npz   what was asked for, numbers and arrays
+        lock                      held by whoever works on the case
+
+Nothing here is pickled.  A file is written under another name and renamed.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import re
+import socket
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError, OutputError
+
+MANIFEST = "study.json"
+INPUT, OUTPUT, WORDS = "model.nml", "out.nc", "words.txt"
+_KEY = re.compile(r"[0-9a-f]{32}")
+_ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
+_MOST = 1 << 30  # bytes of a JSON file that are read
+
+
+def checksum(*parts: bytes | str) -> str:
+    """32 hexadecimal digits of SHA-256 over parts and their lengths."""
+    found = hashlib.sha256()
+    for part in parts:
+        data = part.encode("utf-8", "surrogateescape") if isinstance(part, str) else part
+        found.update(len(data).to_bytes(8, "little") + data)
+    return found.hexdigest()[:32]
+
+
+def case_folder(study: Path, key: str) -> Path:
+    """The folder of a case; its name is checked, so that no manifest can lead elsewhere."""
+    if not _KEY.fullmatch(key):
+        raise OutputError(f"{study / MANIFEST} is damaged: {key!r} is not the key of a case")
+    return Path(study) / "cases" / key[:2] / key
+
+
+def keep_file(study: Path, data: bytes, ending: str) -> str:
+    """Put a file into the study under its sum; the name that inputs of cases know it by."""
+    ending = ending.lower() if _ENDING.fullmatch(ending) else ".txt"
+    name = f"{checksum(data)}{ending}"
+    target = Path(study) / "files" / name
+    if not target.exists():
+        make_folder(target.parent)
+        write_whole(target, data)
+    return f"../../../files/{name}"
+
+
+def make_folder(folder: Path) -> Path:
+    """A folder with those above it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as trouble:
+        raise OutputError(f"{folder} cannot be made: {trouble.strerror}") from trouble
+    return folder
+
+
+def write_whole(file: Path, data: bytes | str) -> None:
+    """Write a file under another name in its folder, then rename it."""
+    data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
+    name = None
+    try:
+        handle, name = tempfile.mkstemp(prefix=".new-", dir=file.parent)
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        os.chmod(name, 0o644)
+        os.replace(name, file)
+    except OSError as trouble:
+        if name:
+            Path(name).unlink(missing_ok=True)
+        raise OutputError(f"{file} cannot be written: {trouble.strerror}") from trouble
+
+
+def read_json(file: Path):
+    """The values of a JSON file that is not a link; None if there is none or it is damaged."""
+    try:
+        with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW), "rb") as stream:
+            return json.loads(stream.read(_MOST))
+    except (OSError, ValueError):
+        return None
+
+
+def refuse_links(study: Path, file: Path) -> Path:
+    """A path below the study, if neither it nor a folder between is a link."""
+    at = Path(study)
+    for part in file.relative_to(study).parts:
+        at = at / part
+        if part == ".." or at.is_symlink():
+            raise OutputError(f"{at} is a link; a study reads only below its own folder")
+    return file
+
+
+@contextmanager
+def locked(folder: Path, wait: bool) -> Iterator[bool]:
+    """Hold the lock of a case; False if another process has it and is not waited for.
+
+    The lock ends with the process, however that ends, on this machine or, by the lock manager of
+    a network file system, on another.
+    """
+    try:
+        handle = os.open(folder / "lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+    except OSError as trouble:
+        raise OutputError(f"{folder / 'lock'} cannot be opened: {trouble.strerror}") from trouble
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        except BlockingIOError:
+            yield False
+        else:
+            yield True
+    finally:
+        os.close(handle)
+
+
+# --- the result of a case ------------------------------------------------------------------------
+
+
+def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
+    """Write what came out of a case: ``arrays`` go to result.npz, all else to result.json."""
+    arrays = more.pop("arrays", {})
+    if arrays:
+        name = tempfile.mktemp(prefix=".new-", suffix=".npz", dir=folder)
+        try:
+            np.savez(name, **arrays)
+            os.replace(name, folder / "result.npz")
+        except OSError as trouble:
+            Path(name).unlink(missing_ok=True)
+            raise OutputError(f"{folder} cannot be written: {trouble.strerror}") from trouble
+    found = {"status": status, "message": message, **more, "host": socket.gethostname()}
+    found["arrays"] = sorted(arrays)
+    write_whole(folder / "result.json", json.dumps(found))
+    return found
+
+
+def read_result(folder: Path) -> dict | None:
+    """What came out of a case, its arrays not yet read; None if there is nothing yet."""
+    found = read_json(folder / "result.json")
+    return found if isinstance(found, dict) and isinstance(found.get("status"), str) else None
+
+
+def read_arrays(folder: Path) -> dict[str, np.ndarray]:
+    """The arrays of a case."""
+    try:
+        handle = os.open(folder / "result.npz", os.O_RDONLY | os.O_NOFOLLOW)
+        with os.fdopen(handle, "rb") as stream, np.load(stream, allow_pickle=False) as data:
+            return {name: data[name] for name in data.files}
+    except (OSError, ValueError, KeyError) as trouble:
+        raise OutputError(f"{folder / 'result.npz'} cannot be read: {trouble}") from trouble
+
+
+def read_manifest(study: Path) -> dict:
+    """The manifest of a study.
+
+    Raises
+    ------
+    InputError
+        If the folder holds none, or one of another format.
+    """
+    file = Path(study) / MANIFEST
+    found = read_json(file)
+    if not isinstance(found, dict):
+        raise InputError(f"{study} is not the folder of a study: it holds no good {MANIFEST}")
+    if found.get("format") != 1:
+        raise InputError(f"{file} is of format {found.get('format')!r}, not 1")
+    return found

@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The table of a study: one dataset of all cases, filled case by case."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import OutputError
+from .store import case_folder, read_arrays, read_manifest, read_result, refuse_links
+
+IN_MEMORY = 200e6  # bytes of arrays; a larger table goes to a file, a case at a time
+_TEXTS = ("status", "message", "warning")
+
+
+def collect(study, file=None):
+    """The table of a study, of as many cases as there are.
+
+    Parameters
+    ----------
+    study : path
+        Folder of the study.
+    file : path, optional
+        Where the table is written: netCDF, or zarr if its name ends so; chunked by case, never
+        whole in memory.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the dimensions of the parameters.  ``status`` is 'complete', 'failed' or 'missing',
+        ``message`` why a case has failed, ``warning`` what a run warned of, ``case`` the key of
+        its folder.
+    """
+    import xarray as xr
+
+    study = Path(study).absolute()
+    manifest = read_manifest(study)
+    results = _Results(study, manifest)
+    if file is None and results.size > IN_MEMORY:
+        file = study / "table.nc"
+    if file is None:
+        return results.dataset(lambda name, shape, chunks: np.full(shape, np.nan))
+    file = Path(file).absolute()
+    kind = _write_zarr if file.suffix == ".zarr" else _write_netcdf
+    scratch = Path(tempfile.mkdtemp(prefix=".new-", dir=file.parent))
+    try:
+        kind(results, scratch / file.name)
+        if file.is_dir() and not file.is_symlink():
+            shutil.rmtree(file)
+        (scratch / file.name).replace(file)
+    except OSError as trouble:
+        raise OutputError(f"{file} cannot be written: {trouble}") from trouble
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return xr.open_zarr(file) if file.suffix == ".zarr" else xr.open_dataset(file, cache=False)
+
+
+class _Results:
+    """The results of all cases: numbers and texts in memory, arrays on the disk."""
+
+    def __init__(self, study: Path, manifest: dict):
+        self.study, self.manifest = study, manifest
+        self.dims = {str(name): int(size) for name, size in manifest["dims"].items()}
+        self.shape = tuple(self.dims.values())
+        keys = manifest["cases"]
+        if len(keys) != int(np.prod(self.shape, dtype=int)):
+            raise OutputError(f"{study}: the manifest has {len(keys)} cases for {self.dims}")
+        refuse_links(study, study / "cases")
+        self.keys = np.array(keys, dtype=object)
+        self.texts = {name: np.full(len(keys), "", dtype=object) for name in _TEXTS}
+        self.numbers: dict[str, np.ndarray] = {}
+        self.seconds = np.full(len(keys), np.nan)
+        self.arrays: dict[str, dict] = {}
+        self.with_arrays: list[int] = []
+        for number, key in enumerate(keys):
+            self._read(number, key)
+        self.coordinates = self._common_coordinates()
+
+    def _read(self, number: int, key: str) -> None:
+        folder = refuse_links(self.study, case_folder(self.study, key))
+        found = read_result(folder)
+        self.texts["status"][number] = found["status"] if found else "missing"
+        if not found:
+            return
+        self.texts["message"][number] = str(found.get("message", ""))
+        self.texts["warning"][number] = str(found.get("warning", ""))
+        self.seconds[number] = found.get("seconds", np.nan)
+        for name, value in found.get("numbers", {}).items():
+            if name not in self.numbers:
+                self.numbers[name] = np.full(len(self.keys), np.nan)
+            self.numbers[name][number] = value
+        for name, about in found.get("shapes", {}).items():
+            known = self.arrays.setdefault(name, {**about, "shape": list(about["shape"])})
+            if known["dims"] != about["dims"]:
+                raise OutputError(f"{name} has dimensions {known['dims']} in one case and "
+                                  f"{about['dims']} in case {number}")  # fmt: skip
+            known["shape"] = [max(p) for p in zip(known["shape"], about["shape"], strict=True)]
+        if found.get("shapes"):
+            self.with_arrays.append(number)
+
+    @property
+    def size(self) -> float:
+        """Bytes of the arrays of all cases."""
+        each = sum(np.prod(about["shape"]) for about in self.arrays.values())
+        return 8.0 * float(each) * len(self.keys)
+
+    def each_array(self) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+        """Number and arrays of every case that has any."""
+        for number in self.with_arrays:
+            yield number, read_arrays(case_folder(self.study, self.keys[number]))
+
+    def _common_coordinates(self) -> dict[str, np.ndarray]:
+        """The coordinate of each inner dimension, and whether cases must be brought to it.
+
+        Where cases differ, as with adaptive steps: equal steps as long as the longest that a case
+        has in the mean, to the last end.
+        """
+        names = {d: n for n, about in self.arrays.items() for d in about["dims"]}
+        first: dict[str, np.ndarray] = {}
+        ends: dict[str, list] = {}
+        self.uneven: set[str] = set()
+        for _, arrays in self.each_array() if names else ():
+            for dim, name in names.items():
+                here = arrays.get(f"{name}|{dim}")
+                if here is None:
+                    continue
+                if dim in first and not np.array_equal(here, first[dim]):
+                    self.uneven.add(dim)
+                first.setdefault(dim, here)
+                step = (here[-1] - here[0]) / max(len(here) - 1, 1)
+                ends.setdefault(dim, []).append((here[0], here[-1], step))
+        for dim in self.uneven:
+            low, high, step = np.array(ends[dim], dtype=float).T
+            count = round((high.max() - low.min()) / (step.max() or 1.0)) + 1
+            first[dim] = np.linspace(low.min(), high.max(), count)
+        return first
+
+    def array_dims(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
+        """Dimensions and shape of an array over all cases."""
+        inner = tuple(self.arrays[name]["dims"])
+        sizes = tuple(len(self.coordinates[d]) for d in inner)
+        return (*self.dims, *inner), (*self.shape, *sizes)
+
+    def on_common(self, name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
+        """An array of a case on the common coordinates; NaN beyond its ends."""
+        values = arrays[name]
+        for axis, dim in enumerate(self.arrays[name]["dims"]):
+            if dim in self.uneven:
+                here = arrays[f"{name}|{dim}"]
+                values = np.apply_along_axis(
+                    lambda v, x=here, d=dim: np.interp(
+                        self.coordinates[d], x, v, left=np.nan, right=np.nan
+                    ),
+                    axis,
+                    values,
+                )
+        return values
+
+    def fill(self, targets: dict) -> None:
+        """Put the arrays of all cases into targets that take values at a place."""
+        for number, arrays in self.each_array():
+            place = np.unravel_index(number, self.shape)
+            for name, target in targets.items():
+                if name in arrays:
+                    target[tuple(int(i) for i in place)] = self.on_common(name, arrays)
+
+    def small(self) -> dict[str, tuple]:
+        """All variables without inner dimensions, and the coordinates."""
+        dims = tuple(self.dims)
+        found = {n: (dims, v.reshape(self.shape), {}) for n, v in self.numbers.items()}
+        found |= {n: (dims, v.reshape(self.shape), {}) for n, v in self.texts.items()}
+        found["case"] = (dims, self.keys.reshape(self.shape), {"long_name": "key of its folder"})
+        found["seconds"] = (dims, self.seconds.reshape(self.shape),
+                            {"units": "s", "long_name": "of the clock"})  # fmt: skip
+        return found
+
+    def coordinate_variables(self) -> dict[str, tuple]:
+        """Coordinates of parameters and of inner dimensions."""
+        found = {
+            name: (tuple(one["dims"]), _values(one["values"]), one.get("attrs", {}))
+            for name, one in self.manifest["coordinates"].items()
+        }
+        units = {"time": "s", "frame": "s", "period": "s", "frequency": "Hz"}
+        for dim, values in self.coordinates.items():
+            attrs = {"units": units[dim]} if dim in units else {}
+            if dim in self.uneven:
+                attrs["comment"] = "cases differ; histories interpolated to equal steps"
+            found[dim] = ((dim,), values, attrs)
+        return found
+
+    def attributes(self) -> dict[str, str]:
+        """Of the table."""
+        names = ("model", "task", "program", "build")
+        return {n: str(self.manifest.get(n, "")) for n in names} | {
+            "fixed": json.dumps(self.manifest.get("fixed", {})),
+        }
+
+    def dataset(self, make: Callable):
+        """The dataset in memory."""
+        import xarray as xr
+
+        arrays = {name: make(name, self.array_dims(name)[1], None) for name in self.arrays}
+        self.fill(arrays)
+        variables = {
+            name: (self.array_dims(name)[0], values, {"units": self.arrays[name]["units"]})
+            for name, values in arrays.items()
+        }
+        return xr.Dataset(self.small() | variables, self.coordinate_variables(), self.attributes())
+
+
+def _values(values: list) -> np.ndarray:
+    found = np.asarray(values)
+    return found.astype(object) if found.dtype.kind in "US" else found
+
+
+def _frame(results: _Results):
+    """The table without its arrays, as a dataset to be written first."""
+    import xarray as xr
+
+    return xr.Dataset(results.small(), results.coordinate_variables(), results.attributes())
+
+
+def _write_netcdf(results: _Results, file: Path) -> None:
+    import netCDF4
+
+    _frame(results).to_netcdf(file, engine="netcdf4")
+    with netCDF4.Dataset(file, "a") as data:
+        targets = {}
+        for name in results.arrays:
+            dims, shape = results.array_dims(name)
+            chunks = (1,) * len(results.dims) + shape[len(results.dims) :]
+            targets[name] = data.createVariable(
+                name, "f8", dims, chunksizes=chunks, zlib=True, complevel=1, shuffle=True,
+                fill_value=np.nan,
+            )  # fmt: skip
+            targets[name].units = results.arrays[name]["units"]
+        results.fill(targets)
+
+
+def _write_zarr(results: _Results, file: Path) -> None:
+    try:
+        import zarr
+    except ImportError as trouble:
+        raise ImportError("a table in zarr needs the package: pip install zarr") from trouble
+    frame = _frame(results)
+    for name in frame.variables:
+        if frame[name].dtype == object:
+            frame[name] = frame[name].astype(str)
+    frame.to_zarr(file, mode="w", consolidated=False, zarr_format=2)
+    group = zarr.open_group(file, mode="a")
+    targets = {}
+    for name in results.arrays:
+        dims, shape = results.array_dims(name)
+        chunks = (1,) * len(results.dims) + shape[len(results.dims) :]
+        targets[name] = group.create_array(
+            name, shape=shape, chunks=chunks, dtype="f8", fill_value=np.nan,
+            attributes={"_ARRAY_DIMENSIONS": list(dims), "units": results.arrays[name]["units"]},
+        )  # fmt: skip
+    results.fill(targets)
+    zarr.consolidate_metadata(file)
+
+
+def counts(table) -> Counter:
+    """How many cases are complete, have failed, are missing."""
+    return Counter(np.asarray(table["status"].values).ravel().tolist())

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Worker processes behind the protocol of `concurrent.futures.Executor`.
+
+Other than in a `ProcessPoolExecutor`, a process that dies takes only its own task with it: its
+future says so, and another process takes its place.  Memory and time of a task can be limited.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import Executor, Future
+from multiprocessing.connection import Connection, wait
+
+_GRACE = 5.0  # s that a task has beyond its time limit to end by itself
+_POLL = 0.5  # s between looks at the parent
+
+
+class WorkerDied(Exception):
+    """The process of a task ended; the message says how."""
+
+
+class TaskTooLong(Exception):
+    """The process of a task was ended: it took longer than it may."""
+
+
+class Workers(Executor):
+    """Processes that work for this one.
+
+    Parameters
+    ----------
+    count : int
+        Of processes.
+    memory : float
+        Bytes that each may allocate.
+    time_limit : float
+        s of the clock that a task may take.
+    """
+
+    def __init__(self, count: int, memory: float = float("inf"), time_limit: float = float("inf")):
+        self.count, self.memory, self.time_limit = count, memory, time_limit
+        self._tasks: queue.SimpleQueue = queue.SimpleQueue()
+        self._closed = threading.Event()
+        self._processes: set[subprocess.Popen] = set()
+        self._threads = [threading.Thread(target=self._serve, daemon=True) for _ in range(count)]
+        for thread in self._threads:
+            thread.start()
+
+    def submit(self, function, /, *arguments, **more) -> Future:
+        """Have a function called in one of the processes."""
+        future: Future = Future()
+        self._tasks.put((future, _pickled(function, arguments, more)))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes: after their tasks, or at once (with checkpoints) if cancelled."""
+        self._closed.set()
+        if cancel_futures:
+            for process in list(self._processes):
+                process.terminate()
+        for _ in self._threads:
+            self._tasks.put(None)
+        if wait:
+            for thread in self._threads:
+                thread.join()
+
+    def _serve(self) -> None:
+        """One process: start it, give it tasks, replace it when it dies."""
+        process = None
+        while (task := self._tasks.get()) is not None:
+            future, data = task
+            if self._closed.is_set() or not future.set_running_or_notify_cancel():
+                future.cancel()
+                continue
+            try:
+                process = process or _Process(self.memory, self._processes)
+                future.set_result(process.call(data, self.time_limit + _GRACE))
+            except BaseException as error:
+                if isinstance(error, WorkerDied | TaskTooLong):
+                    process = None
+                future.set_exception(error)
+        if process:
+            process.close()
+
+
+def _pickled(*task) -> bytes:
+    """A task as bytes; functions of the main program need cloudpickle."""
+    try:
+        from cloudpickle import dumps
+    except ImportError:
+        dumps = pickle.dumps
+    if dumps is pickle.dumps and b"__main__" in (data := _plainly(task)):
+        raise ValueError(
+            "a function that is defined in the main program or a notebook needs the package "
+            "cloudpickle (pip install cloudpickle); else define it in a module"
+        )
+    return data if dumps is pickle.dumps else dumps(task)
+
+
+def _plainly(task) -> bytes:
+    try:
+        return pickle.dumps(task)
+    except (pickle.PicklingError, AttributeError, TypeError) as trouble:
+        raise ValueError(f"this cannot be sent to another process: {trouble}; define functions "
+                         "in a module, or pip install cloudpickle") from trouble  # fmt: skip
+
+
+class _Process:
+    """A worker process and the connection to it."""
+
+    def __init__(self, memory: float, processes: set):
+        ours, theirs = socket.socketpair()
+        one = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        with theirs:
+            self.process = subprocess.Popen(
+                [sys.executable, "-c", "from sitedda.study.workers import main; main()",
+                 str(theirs.fileno())],
+                pass_fds=[theirs.fileno()],
+                env=os.environ | one | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                stdin=subprocess.DEVNULL,
+            )  # fmt: skip
+        self.processes = processes
+        processes.add(self.process)
+        self.connection = Connection(ours.detach())
+        self.connection.send(memory)
+
+    def call(self, data: bytes, time_limit: float):
+        """The value of a task.
+
+        Raises
+        ------
+        WorkerDied, TaskTooLong
+        """
+        try:
+            self.connection.send_bytes(data)
+            patience = None if time_limit == float("inf") else time_limit
+            if not wait([self.connection], patience):
+                self._end(signal.SIGKILL)
+                raise TaskTooLong("it did not end at its time limit")
+            good, value = self.connection.recv()
+        except (EOFError, OSError) as trouble:
+            raise WorkerDied(self._end(None)) from trouble
+        if not good:
+            raise value
+        return value
+
+    def _end(self, number: int | None) -> str:
+        if number:
+            self.process.send_signal(number)
+        status = self.process.wait()
+        self.connection.close()
+        self.processes.discard(self.process)
+        if status < 0:
+            why = " (as for want of memory)" if status == -signal.SIGKILL else ""
+            return f"its process was ended by signal {-status}{why}"
+        return f"its process ended with status {status}"
+
+    def close(self) -> None:
+        """Let the process end."""
+        self.connection.close()
+        self.process.wait()
+        self.processes.discard(self.process)
+
+
+def main() -> None:
+    """A worker process: calls what it is sent until the connection ends."""
+    connection = Connection(int(sys.argv[-1]))
+    threading.Thread(target=_watch_parent, args=(os.getppid(),), daemon=True).start()
+    memory = connection.recv()
+    if memory != float("inf"):
+        resource.setrlimit(resource.RLIMIT_DATA, (int(memory), int(memory)))
+    while True:
+        try:
+            data = connection.recv_bytes()
+        except (EOFError, OSError):
+            return
+        try:
+            function, arguments, more = pickle.loads(data)
+            answer = (True, function(*arguments, **more))
+        except Exception as error:
+            answer = (False, error)
+        connection.send(answer)
+
+
+def _watch_parent(parent: int) -> None:
+    """A worker whose client is gone writes a checkpoint and ends."""
+    while os.getppid() == parent:
+        time.sleep(_POLL)
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(_GRACE)
+    os._exit(1)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Functions that studies of the tests call, here and in worker processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import numpy as np
+
+
+def ishigami(x1: float, x2: float, x3: float) -> float:
+    """sin x1 + 7 sin² x2 + 0.1 x3⁴ sin x1."""
+    return np.sin(x1) + 7.0 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1)
+
+
+def plane(a: float, b: float, word: str = "") -> dict:
+    """Numbers and an array; fails for b = 0."""
+    if b == 0:
+        raise ValueError(f"b is nothing {word}".strip())
+    return {"sum": a + b, "row": np.array([a, b, a * b])}
+
+
+def troubled(kind: str) -> float:
+    """Ends its process, takes all memory, or never ends; else returns a number."""
+    if kind == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if kind == "exits":
+        os._exit(3)
+    if kind == "memory":
+        return float(np.ones(1 << 34).sum())
+    if kind == "endless":
+        time.sleep(1000.0)
+    return 1.0
+
+
+def steps_of(run) -> float:
+    """Number of samples of a run."""
+    return float(run.history.sizes["time"])
+
+
+def first_frequency(file) -> dict:
+    """What can be known of an input without a run."""
+    import sitedda
+
+    found = sitedda.modes(file, 1)
+    return {"frequency_1": found.frequency[0], "damping_1": found.damping[0]}
