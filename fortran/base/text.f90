@@ -4,7 +4,7 @@ module dda_text
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: to_text, short_text, lower_case, quoted, whole_characters, joined, closest
+   public :: to_text, short_text, lower_case, quoted, whole_characters, valid_text, joined, closest
 
    !> A number written in as few characters as a reader needs.
    interface to_text
@@ -117,6 +117,46 @@ contains
       if (iachar(first) >= 224) bytes = 3
       if (iachar(first) >= 240) bytes = 4
    end function length_of_character
+
+   !> A text in which bytes that are no part of a character (UTF-8, RFC 3629) are question marks.
+   pure function valid_text(text) result(valid)
+      character(len=*), intent(in) :: text  !< any bytes
+      character(len=len(text)) :: valid
+      integer :: at, bytes
+
+      valid = text
+      at = 1
+      do while (at <= len(text))
+         bytes = 1
+         if (iachar(text(at:at)) >= 128) then
+            bytes = length_of_character(text(at:at))
+            if (.not. is_character(text(at:min(at + bytes - 1, len(text))), bytes)) then
+               bytes = 1
+               valid(at:at) = '?'
+            end if
+         end if
+         at = at + bytes
+      end do
+   end function valid_text
+
+   !> Whether bytes, of which the first is above 127, are one character.
+   pure logical function is_character(bytes, length)
+      character(len=*), intent(in) :: bytes  !< to judge
+      integer, intent(in) :: length          !< that the first asks for
+      integer :: code(4), i, lowest, highest
+
+      is_character = .false.
+      if (len(bytes) /= length) return
+      code(:length) = [(iachar(bytes(i:i)), i=1, length)]
+      lowest = 128
+      highest = 191
+      if (code(1) == 224) lowest = 160
+      if (code(1) == 237) highest = 159
+      if (code(1) == 240) lowest = 144
+      if (code(1) == 244) highest = 143
+      is_character = code(1) >= 194 .and. code(1) <= 244 .and. code(2) >= lowest &
+         .and. code(2) <= highest .and. all(code(3:length) >= 128 .and. code(3:length) <= 191)
+   end function is_character
 
    !> Words in one text, with something between them.
    pure function joined(words, between) result(text)

@@ -48,12 +48,13 @@ contains
       model%file = file
       model%text = text
       folder = file(:index(file, '/', back=.true.))
+      allocate (model%block_files(0))
       call split_groups(file, text, groups, error)
       if (.not. allocated(error)) call check_names(file, groups, error)
       if (.not. allocated(error)) call read_settings(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_substances(model, file, folder, groups, error)
       if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
-      if (.not. allocated(error)) call read_bodies(model, file, groups, error)
+      if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
       if (.not. allocated(error)) call read_stages(model, file, groups, error)
       if (allocated(error)) return

@@ -1,21 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups that make blocks: &block, &layers, &drums, &wall.
+!> The groups that make blocks: &block, &blocks, &layers, &drums, &wall.
 module dda_input_blocks
    use dda_kinds, only: wp
    use dda_errors, only: error_type
+   use dda_input_block_file, only: read_block_group
+   use dda_input_catalogue, only: most_blocks, most_vertices
    use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
       require_name, unset, is_set, name_length
+   use dda_input_materials, only: find_substances
    use dda_model, only: model_type
-   use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall
-   use dda_polygon, only: area_of, is_simple
+   use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall, &
+      outline_failure
    use dda_text, only: quoted, to_text
    implicit none
    private
    public :: read_blocks, is_block_group
 
-   integer, parameter :: most_vertices = 512
    character, parameter :: unnamed = achar(0)    !< edge that the input does not mention
-   integer, parameter :: most_blocks = 2000000   !< of a group
    !> of the name of generated blocks, which get a number
    integer, parameter :: longest_stem = name_length - 8
 
@@ -25,21 +26,25 @@ contains
    pure logical function is_block_group(name)
       character(len=*), intent(in) :: name       !< of the group
 
-      is_block_group = any(name == [character(len=6) :: 'block', 'layers', 'drums', 'wall'])
+      is_block_group = any(name == [character(len=6) :: 'block', 'blocks', 'layers', 'drums', &
+         'wall'])
    end function is_block_group
 
    !> Any of the block groups.
-   subroutine read_blocks(text, place, source, model, outlines, error)
+   subroutine read_blocks(text, place, source, folder, model, outlines, error)
       character(len=*), intent(in) :: text       !< of the group
       type(place_type), intent(in) :: place      !< of the group
       integer, intent(in) :: source              !< number of the group
-      type(model_type), intent(in) :: model      !< with its materials and joints
+      character(len=*), intent(in) :: folder     !< of the input, '' or ending in '/'
+      type(model_type), intent(inout) :: model   !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       select case (place%group)
       case ('block')
          call read_block(text, place, source, model, outlines, error)
+      case ('blocks')
+         call read_block_group(text, place, source, folder, model, outlines, error)
       case ('layers')
          call read_layers(text, place, source, model, outlines, error)
       case ('drums')
@@ -48,22 +53,6 @@ contains
          call read_wall(text, place, source, model, outlines, error)
       end select
    end subroutine read_blocks
-
-   !> Positions of a material and a joint by name; a blank name takes the only or first one.
-   subroutine resolve(place, material, joint, model, m, j, error)
-      type(place_type), intent(in) :: place      !< of the group
-      character(len=*), intent(in) :: material, joint        !< names, or blank
-      type(model_type), intent(in) :: model      !< with its materials and joints
-      integer, intent(out) :: m, j               !< positions in the model's lists
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      m = 1
-      j = 1
-      if (material /= '') call require_name(error, place, 'material', material, &
-         model%materials%name, 'material', m)
-      if (joint /= '') call require_name(error, place, 'joint', joint, model%joints%name, 'joint', &
-         j)
-   end subroutine resolve
 
    !> Generated names must leave space for their number.
    subroutine check_stem(place, name, error)
@@ -98,7 +87,7 @@ contains
       vertices = unset
       read (text, nml=block, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
-      call resolve(place, material, joint, model, m, j, error)
+      call find_substances(place, material, joint, model, m, j, error)
       count = last_set(vertices)
       call check_outline(place, vertices(:, :count), error)
       call resolve_edges(place, edge_joints, model, count, j, joints, error)
@@ -144,21 +133,14 @@ contains
       type(place_type), intent(in) :: place  !< of the group
       real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: size_squared
+      character(len=:), allocatable :: failure
 
       if (size(vertices, 2) < 3) call input_error(error, place, &
          'vertices: '//to_text(size(vertices, 2))//' given, a block needs at least 3')
       call require_list(error, place, 'vertices', reshape(vertices, [size(vertices)]))
       if (allocated(error)) return
-      size_squared = maxval(maxval(vertices, 2) - minval(vertices, 2))**2
-      if (.not. is_simple(vertices)) then
-         call input_error(error, place, 'vertices: the polygon crosses or touches itself, or '// &
-            'repeats a vertex')
-      else if (area_of(vertices) < 0.0_wp) then
-         call input_error(error, place, 'vertices run clockwise; give them counter-clockwise')
-      else if (.not. area_of(vertices) > 1.0e-12_wp*size_squared) then
-         call input_error(error, place, 'vertices: the polygon has no area')
-      end if
+      failure = outline_failure(vertices)
+      if (failure /= '') call input_error(error, place, 'vertices'//failure)
    end subroutine check_outline
 
    !> &layers: a stack of equal layers.
@@ -188,7 +170,7 @@ contains
       call require(error, place, 'left bottom width thickness count', &
          [left, bottom, width, thickness, real(count, wp)])
       call check_stem(place, name, error)
-      call resolve(place, material, joint, model, m, j, error)
+      call find_substances(place, material, joint, model, m, j, error)
       if (.not. allocated(error)) call add_layers(outlines, left, bottom, width, thickness, count, &
          m, j, source, name)
    end subroutine read_layers
@@ -222,7 +204,7 @@ contains
       call require(error, place, 'centre bottom width top_width height count', &
          [centre, bottom, width, top_width, height, real(count, wp)])
       call check_stem(place, name, error)
-      call resolve(place, material, joint, model, m, j, error)
+      call find_substances(place, material, joint, model, m, j, error)
       if (.not. allocated(error)) call add_drums(outlines, centre, bottom, height, &
          [width, top_width], count, m, j, source, name)
    end subroutine read_drums
@@ -255,11 +237,11 @@ contains
       call check_read(error, place, status, message)
       call require(error, place, 'left bottom brick_length brick_height bricks courses', &
          [left, bottom, brick_length, brick_height, real(bricks, wp), real(courses, wp)])
-      if (courses > most_blocks/max(bricks, 1)) call input_error(error, place, 'courses = '// &
+      if (real(courses, wp)*bricks > most_blocks) call input_error(error, place, 'courses = '// &
          to_text(courses)//' of '//to_text(bricks)//' bricks are more than '// &
-         to_text(most_blocks)//' blocks')
+         to_text(int(most_blocks))//' blocks')
       call check_stem(place, name, error)
-      call resolve(place, material, joint, model, m, j, error)
+      call find_substances(place, material, joint, model, m, j, error)
       if (.not. allocated(error)) call add_wall(outlines, left, bottom, &
          [brick_length, brick_height], bricks, courses, m, j, source, name)
    end subroutine read_wall

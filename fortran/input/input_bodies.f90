@@ -30,9 +30,9 @@ module dda_input_bodies
 contains
 
    !> All blocks, moved so that the middle of the model is the engine's origin.
-   subroutine read_bodies(model, file, groups, error)
+   subroutine read_bodies(model, file, folder, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
-      character(len=*), intent(in) :: file  !< path
+      character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(outlines_type) :: outlines
@@ -40,11 +40,11 @@ contains
 
       do i = 1, size(groups)
          if (is_block_group(groups(i)%name)) call read_blocks(groups(i)%text, &
-            place_of_group(file, groups(i)), i, model, outlines, error)
+            place_of_group(file, groups(i)), i, folder, model, outlines, error)
          if (allocated(error)) return
       end do
       if (outlines%n == 0) call fail(error, error_input, file// &
-         ': there are no blocks; give &block, &layers, &drums or &wall')
+         ': there are no blocks; give &block, &blocks, &layers, &drums or &wall')
       call check_memory(file, outlines%n, error)
       if (.not. allocated(error)) call check_sizes(file, groups, outlines, error)
       if (allocated(error)) return

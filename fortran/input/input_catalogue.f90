@@ -11,7 +11,7 @@ module dda_input_catalogue
    implicit none
    private
    public :: variable_type, input_groups, find_variable, all_variables, range_of
-   public :: unknown_group, unknown_variable, above_zero, usable
+   public :: unknown_group, unknown_variable, above_zero, usable, most_blocks, most_vertices
 
    !> A group of the namelist file.
    type :: group_entry_type
@@ -22,6 +22,7 @@ module dda_input_catalogue
    real(wp), parameter :: usable = 1.0e30_wp           !< no input number is larger
    real(wp), parameter :: above_zero = tiny(1.0_wp)    !< as `lowest`: any positive number
    real(wp), parameter :: most_blocks = 2.0e6_wp       !< of a group
+   integer, parameter :: most_vertices = 512           !< of a block
    character(len=*), parameter :: solvers = "'"//trim(solver_names(1))//"', '"// &
       trim(solver_names(2))//"', '"//trim(solver_names(3))//"', '"//trim(solver_names(4))// &
       "', '"//trim(solver_names(5))//"', '"//trim(solver_names(6))//"'"
@@ -39,11 +40,12 @@ module dda_input_catalogue
       character(len=14) :: group = ''         !< set by `all_variables`
    end type variable_type
 
-   type(group_entry_type), parameter :: input_groups(16) = [ &
+   type(group_entry_type), parameter :: input_groups(*) = [ &
       group_entry_type('run', .false.), group_entry_type('control', .false.), &
       group_entry_type('contact', .false.), group_entry_type('output', .false.), &
       group_entry_type('material', .true.), group_entry_type('joint', .true.), &
       group_entry_type('motion', .true.), group_entry_type('block', .true.), &
+      group_entry_type('blocks', .true.), &
       group_entry_type('layers', .true.), group_entry_type('drums', .true.), &
       group_entry_type('wall', .true.), group_entry_type('fixed_point', .true.), &
       group_entry_type('load', .true.), group_entry_type('measured_point', .true.), &
@@ -187,6 +189,10 @@ module dda_input_catalogue
       'joint of each edge, from the one between the first two vertices on; a blank or missing '// &
       'one is that of the block', allowed='names of &joint groups, at most one an edge')]
 
+   type(variable_type), parameter :: blocks_variables(1) = [ &
+      variable_type('file', 'text', '', 'required', &
+         'netCDF file of blocks, relative to the folder of the input', allowed='a readable file')]
+
    type(variable_type), parameter :: layers_variables(5) = [ &
       variable_type('left', 'real', 'm', '0', 'left side of the stack'), &
       variable_type('bottom', 'real', 'm', '0', 'lower side of the first layer'), &
@@ -311,6 +317,8 @@ contains
          list = motion_variables
       case ('block')
          list = [block_variables, own_name_variables, naming_variables]
+      case ('blocks')
+         list = [blocks_variables, naming_variables]
       case ('layers')
          list = [layers_variables, generated_variables, naming_variables]
       case ('drums')

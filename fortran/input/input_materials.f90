@@ -5,14 +5,15 @@ module dda_input_materials
    use dda_baseline, only: baseline_type, make_motion_curve
    use dda_errors, only: error_type
    use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
-      require_choice, unset, is_set, name_length
+      require_choice, require_name, unset, is_set, name_length
+   use dda_model, only: model_type
    use dda_material, only: material_type, joint_type
    use dda_motion, only: motion_type
    use dda_record, only: record_type, read_record
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_material, read_joint, read_motion
+   public :: read_material, read_joint, read_motion, find_substances
 
    integer, parameter :: most_values = 4096  !< of a motion given in the input itself
 
@@ -201,5 +202,21 @@ contains
          record%description//', '//to_text(size(record%values))//' samples of '//record%quantity// &
          ' every '//to_text(record%time_step)//' s; '//new%curve%method
    end subroutine make_motion
+
+   !> Positions of a material and a joint by name; a blank name takes the only or first one.
+   subroutine find_substances(place, material, joint, model, m, j, error)
+      type(place_type), intent(in) :: place      !< of the group
+      character(len=*), intent(in) :: material, joint        !< names, or blank
+      type(model_type), intent(in) :: model      !< with its materials and joints
+      integer, intent(out) :: m, j               !< positions in the model's lists
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      m = 1
+      j = 1
+      if (material /= '') call require_name(error, place, 'material', material, &
+         model%materials%name, 'material', m)
+      if (joint /= '') call require_name(error, place, 'joint', joint, model%joints%name, &
+         'joint', j)
+   end subroutine find_substances
 
 end module dda_input_materials

@@ -11,7 +11,14 @@ module dda_model
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: model_type, half_size, contact_distance, default_stiffness, run_steps, run_duration
+   public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
+      run_steps, run_duration, block_sources
+
+   !> A file that blocks come from.
+   type :: block_source_type
+      character(len=:), allocatable :: file
+      integer(long) :: checksum = 0                  !< of what it says
+   end type block_source_type
 
    !> A model; blocks stand in their first state.
    type :: model_type
@@ -32,6 +39,7 @@ module dda_model
       type(stage_type), allocatable :: stages(:)     !< in order, one at least
       type(amplification_type), allocatable :: amplifications(:)
       character(len=64), allocatable :: block_names(:)
+      type(block_source_type), allocatable :: block_files(:)  !< none where all stands in the text
       type(blocks_type) :: blocks
    end type model_type
 
@@ -66,6 +74,24 @@ contains
 
       run_duration = sum(model%stages%steps*model%stages%time_step)
    end function run_duration
+
+   !> The files that blocks come from, with the checksum of what they say, a line each.
+   pure function block_sources(model) result(text)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=:), allocatable :: text
+      character(len=16) :: digits
+      integer :: i
+
+      text = ''
+      if (.not. allocated(model%block_files)) return
+      do i = 1, size(model%block_files)
+         associate (source => model%block_files(i))
+            write (digits, '(z16.16)') source%checksum
+            text = text//source%file(index(source%file, '/', back=.true.) + 1:)//', CRC-64 '// &
+               digits//new_line('a')
+         end associate
+      end do
+   end function block_sources
 
    !> Penalty when the input gives none: 40 × the largest Young's modulus × 1 m (paper §2.2).
    pure real(wp) function default_stiffness(materials)

@@ -3,9 +3,12 @@
 module dda_outlines
    use dda_growth, only: grow
    use dda_kinds, only: wp
+   use dda_polygon, only: area_of, is_simple
    implicit none
    private
-   public :: outlines_type, add_outline, add_layers, add_drums, add_wall
+   public :: outlines_type, add_outline, add_layers, add_drums, add_wall, outline_failure
+
+   real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the polygon's size
 
    !> A growing list of polygons with what they are made of.
    type :: outlines_type
@@ -48,6 +51,23 @@ contains
       outlines%n = n
       outlines%n_vertices = last
    end subroutine add_outline
+
+   !> Why a polygon of finite vertices cannot be a block; blank if it can.
+   pure function outline_failure(vertices) result(failure)
+      real(wp), intent(in) :: vertices(:,:)  !< [2, ≥ 3] m
+      character(len=:), allocatable :: failure
+      real(wp) :: size_squared
+
+      size_squared = maxval(maxval(vertices, 2) - minval(vertices, 2))**2
+      failure = ''
+      if (.not. is_simple(vertices)) then
+         failure = ': the polygon crosses or touches itself, or repeats a vertex'
+      else if (area_of(vertices) < 0.0_wp) then
+         failure = ' run clockwise; give them counter-clockwise'
+      else if (.not. area_of(vertices) > least_area*size_squared) then
+         failure = ': the polygon has no area'
+      end if
+   end function outline_failure
 
    !> Rectangle from its lower left and upper right corner.
    pure function rectangle(left, bottom, right, top) result(vertices)

@@ -13,7 +13,7 @@ module dda_output_file
    use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       row_sample
-   use dda_model, only: model_type
+   use dda_model, only: model_type, block_sources
    use dda_netcdf_calls, only: dataset_type, variable_type, checked, define_variables, &
       define_dimension, describe, put, put_names, text_of
    use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
@@ -79,10 +79,15 @@ module dda_output_file
       variable_type('contact_stretch', nf90_double, 'contact', 'm', 'elastic shear stretch')]
 
    !> Names that let xarray select points and joints, and the shape of the model.
-   type(variable_type), parameter :: model_variables(6) = [ &
+   type(variable_type), parameter :: model_variables(9) = [ &
       variable_type('point', nf90_char, 'letter point', '1', 'name of a measured point'), &
       variable_type('point_place', nf90_double, 'axis point', 'm', &
          'first place of a measured point'), &
+      variable_type('block_name', nf90_char, 'letter block', '1', 'name of a block'), &
+      variable_type('block_material', nf90_int, 'block', '1', &
+         'material of a block at the start, from 0 in the order of the input'), &
+      variable_type('edge_joint', nf90_int, 'vertex', '1', &
+         'joint of the edge that begins at a vertex at the start, from 0'), &
       variable_type('block_density', nf90_double, 'block', 'kg m-3', 'density'), &
       variable_type('block_shear_modulus', nf90_double, 'block', 'Pa', 'shear modulus'), &
       variable_type('vertex_block', nf90_int, 'vertex', '1', 'block of a vertex, from 0'), &
@@ -130,6 +135,12 @@ contains
          if (same_file(file, model%motions(i)%file)) call fail(error, error_file, 'the output '// &
             file//' would replace the record of motion '//trim(model%motions(i)%name))
       end do
+      if (.not. allocated(model%block_files)) return
+      do i = 1, size(model%block_files)
+         if (allocated(error)) return
+         if (same_file(file, model%block_files(i)%file)) call fail(error, error_file, &
+            'the output '//file//' would replace the block file '//model%block_files(i)%file)
+      end do
    end subroutine check_target
 
    !> Write all that the journal holds to FILE, or to FILE.partial if the run is not complete.
@@ -164,7 +175,7 @@ contains
 
       bytes = overhead + 2*len(simulation%model%text) + journal%bytes &
          + 256*size(simulation%model%points) + 64*size(simulation%model%joints) &
-         + 32*size(simulation%blocks%owner)
+         + 64*size(simulation%blocks%owner) + 128*simulation%blocks%n
       do i = 1, size(simulation%model%motions)
          bytes = bytes + 2*len(simulation%model%motions(i)%source)
       end do
@@ -235,6 +246,7 @@ contains
       call describe(dataset, 'compiler', compiler_version()//' '//compiler_options())
       call describe(dataset, 'input_file', simulation%model%file)
       call describe(dataset, 'input_text', simulation%model%text)
+      call describe(dataset, 'block_files', block_sources(simulation%model))
       call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
       call describe(dataset, 'stages', joined(simulation%model%stages%name, ', '))
@@ -269,6 +281,7 @@ contains
       if (.not. is_complete) return
       is_complete = text_of(dataset, 'complete') == 'yes' &
          .and. text_of(dataset, 'input_text') == model%text &
+         .and. text_of(dataset, 'block_files') == block_sources(model) &
          .and. text_of(dataset, 'motions') == sources_of(model)
       call checked(dataset, nf90_close(dataset%id), 'close the file')
    end function is_complete
@@ -286,6 +299,11 @@ contains
          end do
          call put_names(dataset, 'point', points%name)
          call put_names(dataset, 'joint', simulation%model%joints%name)
+         call put_names(dataset, 'block_name', simulation%model%block_names)
+         call put(dataset, 'block_material', real(simulation%model%blocks%material - 1, wp), [1], &
+            [blocks%n])
+         call put(dataset, 'edge_joint', real(simulation%model%blocks%joint - 1, wp), [1], &
+            [size(blocks%owner)])
          call put(dataset, 'vertex_block', real(blocks%owner - 1, wp), [1], [size(blocks%owner)])
          call put(dataset, 'block_density', blocks%mass/blocks%area, [1], [blocks%n])
          call put(dataset, 'block_shear_modulus', blocks%stiffness(3, 3, :)/blocks%area, [1], &

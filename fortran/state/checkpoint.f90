@@ -17,7 +17,7 @@ module dda_checkpoint
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
    use dda_journal, only: journal_type, serialise_mark, return_to_mark
-   use dda_model, only: model_type
+   use dda_model, only: model_type, block_sources
    use dda_motion_curve, only: motion_curve_type
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_simulation, only: simulation_type
@@ -39,7 +39,7 @@ module dda_checkpoint
       type(rate_limiter_type) :: flushing = rate_limiter_type(cost_ratio=400)
       type(archive_type) :: archive
       character(len=:), allocatable :: build  !< compiler and options
-      integer(long) :: input = 0    !< checksum of the input's text
+      integer(long) :: input = 0    !< checksum of the input's text and block files
       integer(long) :: motions = 0  !< checksum of the motions made from the records
    end type checkpoints_type
 
@@ -60,13 +60,13 @@ contains
    !> Checksums of all that an input says.
    subroutine digest_model(model, input, motions)
       type(model_type), intent(in) :: model  !< as read from the input
-      integer(long), intent(out) :: input, motions  !< checksums of the text and of the curves
+      integer(long), intent(out) :: input, motions  !< checksums of text and blocks, of the curves
       type(archive_type) :: archive
       type(motion_curve_type) :: curve
       character(len=:), allocatable :: text
       integer :: i
 
-      text = model%text
+      text = model%text//block_sources(model)
       call write_archive(archive)
       call serialise(archive, text)
       input = checksum_of(archive%bytes(:archive%at))
@@ -224,7 +224,7 @@ contains
       else if (build /= checkpoints%build) then
          call fail(error, error_file, 'was made by another build: '//quoted(build))
       else if (input /= checkpoints%input) then
-         call fail(error, error_file, 'was made from another input')
+         call fail(error, error_file, 'was made from another input or block file')
       else if (motions /= checkpoints%motions) then
          call fail(error, error_file, 'was made with other records')
       end if

@@ -41,8 +41,8 @@ module api
    private
    public :: open_run, advance_run, save_state, finish_run, close_run, run_sizes, run_clock, &
       run_text
-   public :: block_states, set_block_states, vertex_places, contact_states, energies, &
-      point_motions, run_phases, run_counts
+   public :: block_states, block_properties, set_block_states, vertex_places, contact_states, &
+      energies, point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping
@@ -313,6 +313,28 @@ contains
       end if
       call report(error, status, message)
    end subroutine block_states
+
+   !> Present material of each block and joint of each edge, by the vertex where it begins, from 0.
+   subroutine block_properties(handle, n, vertices, material, joint, status, message)
+      integer(c_int), intent(in) :: handle, n, vertices
+      integer(c_int), intent(out) :: material(n), joint(vertices)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      material = 0
+      joint = 0
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
+      if (.not. allocated(error)) call check_size(vertices, size(run%simulation%blocks%owner), &
+         error)
+      if (.not. allocated(error)) then
+         material = run%simulation%blocks%material - 1
+         joint = run%simulation%blocks%joint - 1
+      end if
+      call report(error, status, message)
+   end subroutine block_properties
 
    !> Set the rates of all blocks, such as a mode's shape for a free vibration.
    subroutine set_block_states(handle, n, rates, status, message)

@@ -6,14 +6,16 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 
-from .errors import InputError
+from .block_file import LARGE, write_block_file
+from .errors import InputError, OutputError
 from .groups import (
     CUT,
     FROM_FILE,
@@ -211,7 +213,29 @@ def opened_input(source) -> Iterator[tuple[Path, str]]:
         yield Path(source), _read_input(Path(source))
 
 
-def built_text(text: str, file) -> tuple[str, Built]:
+def block_writer(file, block_file: bool | None = None) -> Callable[[Sequence[dict]], str]:
+    """What turns blocks into text for a namelist file, or into block files beside it.
+
+    Parameters
+    ----------
+    file : path
+        The namelist file.  Block files are NAME.blocks.nc, NAME.blocks_2.nc and so on.
+    block_file : bool, optional
+        Always or never write block files (from 10,000 blocks on).
+    """
+    numbers = count(1)
+
+    def put(blocks: Sequence[dict]) -> str:
+        if not (len(blocks) >= LARGE if block_file is None else block_file):
+            return blocks_text(blocks)
+        number = next(numbers)
+        name = Path(file).with_suffix(f".blocks_{number}.nc" if number > 1 else ".blocks.nc")
+        return group_text("blocks", {"file": write_block_file(name, blocks).name})
+
+    return put
+
+
+def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built]:
     """A namelist text whose groups of joints and masonry are turned into blocks.
 
     Those groups stay as comments, and every other line keeps its number.
@@ -221,6 +245,8 @@ def built_text(text: str, file) -> tuple[str, Built]:
     text : str
     file : path
         Where it comes from, for messages and for files that it names.
+    put : callable
+        Turns the blocks into text.
     """
     every = list(find_groups(text)) if _ANY.search(text) else []
     found = [one for one in every if is_made(one.name)]
@@ -235,7 +261,7 @@ def built_text(text: str, file) -> tuple[str, Built]:
     head = f"! {len(built.blocks)} blocks, made from the groups that stand as comments above.\n"
     body = _as_comments(text, found)
     end = "" if body.endswith("\n") else "\n"
-    return f"{body}{end}\n{head}{blocks_text(built.blocks)}", built
+    return f"{body}{end}\n{head}{put(built.blocks)}", built
 
 
 def _as_comments(text: str, found: Sequence[Found]) -> str:
@@ -256,7 +282,7 @@ def _blank(text: str) -> str:
     return re.sub(r"[^\n]", " ", text)
 
 
-def build_file(file, output=None) -> tuple[Path, Built]:
+def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path, Built]:
     """Turn the groups of joints and masonry of an input into blocks, and write the result.
 
     Parameters
@@ -265,6 +291,8 @@ def build_file(file, output=None) -> tuple[Path, Built]:
         Namelist input.
     output : path, optional
         What to write (beside the input, NAME_blocks.nml).
+    block_file : bool, optional
+        Put the blocks into a netCDF file beside it, NAME_blocks.blocks.nc (from 10,000 on).
 
     Returns
     -------
@@ -279,13 +307,11 @@ def build_file(file, output=None) -> tuple[Path, Built]:
     text = _read_input(file)
     if output.resolve() == file.resolve():
         raise InputError(f"{output} is the input itself; give another output")
-    text, built = built_text(text, file)
     text = _moved(text, file.parent, output.parent)
+    text, built = built_text(text, file, block_writer(output, block_file))
     try:
         output.write_text(text, encoding="utf-8", errors="surrogateescape")
     except OSError as trouble:
-        from .errors import OutputError
-
         raise OutputError(f"{output} cannot be written: {trouble.strerror}") from trouble
     return output, built
 
@@ -294,12 +320,12 @@ _RECORD = re.compile(r"(\bfile\s*=\s*)('(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")", re.
 
 
 def _moved(text: str, folder: Path, target: Path) -> str:
-    """The text with the records of its motions named from another folder."""
+    """The text with the records of its motions and its block files named from another folder."""
     if folder.resolve() == target.resolve():
         return text
     parts, at = [], 0
     for one in find_groups(text):
-        if one.name != "motion":
+        if one.name not in ("motion", "blocks"):
             continue
         parts += [text[at : one.start], _RECORD.sub(lambda m: _from(m, folder, target),
                                                     text[one.start : one.end])]  # fmt: skip

@@ -87,6 +87,11 @@ def _parser() -> argparse.ArgumentParser:
     building = commands.add_parser("build", help="turn joints and masonry of an input into blocks")
     building.add_argument("file", type=Path, metavar="FILE.nml")
     building.add_argument("-o", "--output", type=_file_name, help="(beside it, FILE_blocks.nml)")
+    building.add_argument(
+        "--block-file",
+        action=argparse.BooleanOptionalAction,
+        help="put the blocks into a netCDF file beside it (from 10,000 on)",
+    )
     building.set_defaults(act=_build)
     for command in (running, resuming, checking):
         command.add_argument(
@@ -134,7 +139,7 @@ def _record(options: argparse.Namespace) -> int:
 def _build(options: argparse.Namespace) -> int:
     from .building import build_file, summary
 
-    output, built = build_file(options.file, options.output)
+    output, built = build_file(options.file, options.output, options.block_file)
     print(summary(built))
     _tell("\n".join(built.messages))
     print(f"output: {output}")

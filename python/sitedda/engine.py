@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from functools import cache
 from itertools import count, takewhile
 from typing import NamedTuple
@@ -14,7 +15,9 @@ os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 from ._core import api  # noqa: E402
 from .errors import SiteddaError  # noqa: E402
 
-__all__ = ["InputVariable", "api", "checked", "engine_names", "input_catalogue", "version"]
+__all__ = ["FILES", "InputVariable", "api", "checked", "engine_names", "input_catalogue", "version"]
+
+FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
 
 def checked(*result):

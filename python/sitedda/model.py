@@ -7,11 +7,12 @@ import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
-from .building import build_blocks
+from .building import block_writer, blocks_text, build_blocks
 from .errors import InputError, OutputError
 from .groups import (
     checked,
@@ -326,35 +327,40 @@ class Model:
                 )
         return self._text()
 
-    def _text(self, motions: dict | None = None) -> str:
+    def _text(self, moved: dict | None = None, put=blocks_text) -> str:
         groups = [one for one in self._once.values() if one._values] + self.groups
-        motions = motions or {}
-        return "".join(
-            group_text(group._name, motions.get(id(group), group._values)) for group in groups
-        )
+        moved, parts = moved or {}, []
+        for kind, same in groupby(groups, key=lambda group: group._name):
+            values = [moved.get(id(group), group._values) for group in same]
+            parts += [put(values)] if kind == "block" else [group_text(kind, v) for v in values]
+        return "".join(parts)
 
-    def write(self, file) -> Path:
+    def write(self, file, block_file: bool | None = None) -> Path:
         """Write the model to a namelist file.
 
         Motions of more than 4096 values go into text files beside it, ``FILE.MOTION.txt``, and
-        records of motions are named from its folder.
+        files that groups name are named from its folder.
 
         Parameters
         ----------
         file : path
+        block_file : bool, optional
+            Put the blocks into a netCDF file beside it, ``FILE.blocks.nc`` (from 10,000 blocks
+            that follow each other on).
         """
         file = Path(file)
         try:
-            motions = self._motions(file.parent, f"{file.stem}.")
-            file.write_text(self._text(motions), encoding="utf-8")
+            moved = self._files_from(file.parent, f"{file.stem}.")
+            text = self._text(moved, block_writer(file, block_file))
+            file.write_text(text, encoding="utf-8")
         except OSError as trouble:
             raise OutputError(f"{file} cannot be written: {trouble.strerror}") from trouble
         return file
 
-    def _motions(self, folder: Path, prefix: str) -> dict[int, dict]:
-        """Variables of motions whose records stand elsewhere for a file in a folder."""
+    def _files_from(self, folder: Path, prefix: str) -> dict[int, dict]:
+        """Variables of groups whose files have another name, seen from a folder."""
         found = {}
-        for group in self["motion"]:
+        for group in [*self["motion"], *self["blocks"]]:
             values = dict(group._values)
             if len(values.get("values", ())) > _LONGEST:
                 record = folder / f"{prefix}{group.name}.txt"
@@ -395,10 +401,10 @@ class Model:
     def opened(self) -> Iterator[tuple[Path, str]]:
         """A file name and a text that can be run while this lasts."""
         with tempfile.TemporaryDirectory() as folder:
-            motions = self._motions(Path(folder), "motion.")
-            for values in motions.values():
+            moved = self._files_from(Path(folder), "motion.")
+            for values in moved.values():
                 values["file"] = str((Path(folder) / values["file"]).resolve())
-            yield self.folder / "model.nml", self._text(motions)
+            yield self.folder / "model.nml", self._text(moved)
 
     def check(self, **changes):
         """Check the model before a run, see `sitedda.check`."""

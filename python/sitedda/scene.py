@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from .engine import FILES
 from .errors import InputError, OutputError
-from .namelist_groups import block_labels, listed, small_groups
-from .simulation import _FILES, Run, Simulation
+from .namelist_groups import listed, small_groups
+from .simulation import Run, Simulation
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
 STATES = ("open", "sliding", "sticking")
@@ -55,13 +56,11 @@ class Scene:
     ----------
     data : xarray.Dataset
         With the variables of an output; those of frames and contacts are read when needed.
-    labels : tuple of three lists of str
-        Names, materials and joints of the blocks; empty lists where they are not known.
     before : bool
         A model that has not been run.
     """
 
-    def __init__(self, data: xr.Dataset, labels, before: bool = False):
+    def __init__(self, data: xr.Dataset, before: bool = False):
         self.data = data
         self.before = before
         self.owner = data["vertex_block"].values.astype(int)
@@ -70,14 +69,9 @@ class Scene:
         self.time = np.atleast_1d(data["frame_time"].values)
         self.title = str(data.attrs.get("title", "")).strip()
         self.groups = small_groups(str(data.attrs.get("input_text", "")))
-        names, materials, joints = labels
-        known = len(names) == self.blocks
-        self.names = [
-            name or f"block {i + 1}"
-            for i, name in enumerate(names if known else [""] * self.blocks)
-        ]
-        known = len(materials) == len(joints) == self.blocks
-        self._set_materials(materials if known else None, joints if known else None)
+        names = data["block_name"].values.tolist() if "block_name" in data else [""] * self.blocks
+        self.names = [str(name) or f"block {i + 1}" for i, name in enumerate(names)]
+        self._set_materials()
 
     @classmethod
     def of(cls, source) -> Scene:
@@ -85,7 +79,7 @@ class Scene:
         if isinstance(source, Run):
             source = source.history
         if isinstance(source, xr.Dataset):
-            return cls(source, block_labels(str(source.attrs.get("input_text", ""))))
+            return cls(source)
         if isinstance(source, Simulation):
             return cls._of_simulation(source)
         if isinstance(source, str | os.PathLike):
@@ -99,12 +93,10 @@ class Scene:
 
     @classmethod
     def _of_simulation(cls, simulation: Simulation) -> Scene:
-        data = _present_state(simulation)
-        _, materials, joints = block_labels(data.attrs["input_text"])
-        return cls(data, (simulation.block_names, materials, joints), simulation.steps == 0)
+        return cls(_present_state(simulation), simulation.steps == 0)
 
-    def _set_materials(self, materials, joints) -> None:
-        """Number the materials; where the input does not tell, by density and shear modulus."""
+    def _set_materials(self) -> None:
+        """Number the materials; where the data do not tell, by density and shear modulus."""
         self.material_names = [
             str(group.get("name", "")) or f"material {i + 1}"
             for i, group in enumerate(listed(self.groups, "material"))
@@ -113,11 +105,11 @@ class Scene:
             str(group.get("name", "")) or f"joint {i + 1}"
             for i, group in enumerate(listed(self.groups, "joint"))
         ] or ["joint"]
-        if materials is not None:
-            self.material = _numbered(materials, self.material_names)
-            self.joint = self._edge_joints(joints)
-            return
         self.joint = np.zeros(len(self.owner), dtype=int)
+        if "block_material" in self.data:
+            self.material = self.data["block_material"].values.astype(int)
+            self.joint = self.data["edge_joint"].values.astype(int)
+            return
         if "block_density" not in self.data:
             self.material = np.zeros(self.blocks, dtype=int)
             return
@@ -126,14 +118,6 @@ class Scene:
         self.material = self.material.ravel()
         if len(kinds) != len(self.material_names):
             self.material_names = [f"{density:.4g} kg/m³" for density, _ in kinds]
-
-    def _edge_joints(self, joints) -> np.ndarray:
-        """The joint of each edge, by the vertex where it begins."""
-        texts = []
-        for (usual, *own), edges in zip(joints, np.diff(self.first), strict=True):
-            own = [text or usual for text in own[:edges]]
-            texts += own + [usual] * (edges - len(own))
-        return _numbered(texts, self.joint_names)
 
     # --- frames ------------------------------------------------------------------------------
 
@@ -147,7 +131,7 @@ class Scene:
         return self.frames - 1 if time is None else int(np.argmin(abs(self.time - time)))
 
     def _read(self, name: str, frame: int) -> np.ndarray:
-        with _FILES:
+        with FILES:
             return self.data[name][frame].values
 
     def vertices(self, frame: int) -> np.ndarray:
@@ -180,7 +164,7 @@ class Scene:
 
     @cached_property
     def _contact_starts(self) -> np.ndarray:
-        with _FILES:
+        with FILES:
             frame = self.data["contact_frame"].values
         return np.searchsorted(frame, np.arange(self.frames + 1))
 
@@ -188,7 +172,7 @@ class Scene:
         """Contacts of a frame: vertex, edge, state, bonded, gap, normal_force, shear_force."""
         names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
         which = slice(*self._contact_starts[frame : frame + 2])
-        with _FILES:
+        with FILES:
             return {name: self.data[f"contact_{name}"][which].values for name in names}
 
     # --- geometry ----------------------------------------------------------------------------
@@ -360,7 +344,7 @@ def open_output(file) -> xr.Dataset:
         If it is not an output of a run.
     """
     try:
-        with _FILES:
+        with FILES:
             data = xr.open_dataset(file, engine="netcdf4", cache=False)
     except (OSError, ValueError) as trouble:
         raise OutputError(f"{file} cannot be read as an output: {trouble}") from trouble
@@ -417,12 +401,6 @@ def _is_netcdf(file: Path) -> bool:
     return head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF"))
 
 
-def _numbered(texts: list[str], names: list[str]) -> np.ndarray:
-    """Numbers of the names in a list; blank or unknown ones are the first."""
-    number = {name: i for i, name in reversed(list(enumerate(names)))}
-    return np.array([number.get(text, 0) for text in texts], dtype=int)
-
-
 def _gradient(coordinates: np.ndarray) -> np.ndarray:
     """R(θ) (I + ε), shape (k, 2, 2)."""
     _, _, turn, ex, ey, gxy = coordinates.T
@@ -445,6 +423,11 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "vertex_block": ("vertex", owner),
         "contact_frame": ("contact", np.zeros(len(contacts["vertex"]), dtype=int)),
     } | {f"contact_{name}": ("contact", values) for name, values in contacts.items()}
+    frame |= {
+        "block_name": ("block", simulation.block_names),
+        "block_material": ("block", simulation.block_materials),
+        "edge_joint": ("vertex", simulation.edge_joints),
+    }
     text = simulation.input_text
     names = {"title": simulation.title, "input_file": str(simulation.file)}
     return xr.Dataset(frame, attrs=names | {"input_text": text})

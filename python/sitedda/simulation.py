@@ -21,7 +21,7 @@ import numpy as np
 
 from .building import built_text, opened_input
 from .changes import changed_input
-from .engine import api, checked, engine_names
+from .engine import FILES, api, checked, engine_names
 from .errors import AuditWarning, InputError, OutputError, PeakWarning
 from .stop import Stop
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
-_FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
 
 class Simulation:
@@ -89,7 +88,7 @@ class Simulation:
                 text = changed_input(text, changes)
             text, self.built = built_text(text, file)
             writes = self._writes + bool(resume)
-            with _FILES:
+            with FILES:
                 opened = api.open_run(
                     os.fsencode(file), text.encode("utf-8", "surrogateescape"), target, writes
                 )
@@ -128,7 +127,7 @@ class Simulation:
         ConvergenceError
             If a step does not close; the message names step, contact and blocks.
         """
-        with self._one, _FILES if self._writes else nullcontext():
+        with self._one, FILES if self._writes else nullcontext():
             done = self._ask("advance_run", index(steps))
         self.done = bool(done)
         return self.done
@@ -141,7 +140,7 @@ class Simulation:
         OutputError
             If it cannot be written; the last one stays.
         """
-        with self._one, _FILES:
+        with self._one, FILES:
             self._ask("save_state")
 
     def finish(self) -> Path | None:
@@ -150,7 +149,7 @@ class Simulation:
         If the duration is not reached, the results so far are in FILE.partial and a checkpoint is
         left that the run can be resumed from.
         """
-        with self._one, _FILES:
+        with self._one, FILES:
             self._ask("finish_run")
         return self.output
 
@@ -181,7 +180,7 @@ class Simulation:
     @property
     def title(self) -> str:
         """Title of the run."""
-        return self._text("title").decode()
+        return self._text("title").decode("utf-8", "replace")
 
     @property
     def summary(self) -> str:
@@ -226,12 +225,27 @@ class Simulation:
     @property
     def block_names(self) -> list[str]:
         """Names of the blocks, blank where the input gives none."""
-        return [self._text("block", i + 1).decode() for i in range(self._sizes()[0])]
+        count = self._sizes()[0]
+        return [self._text("block", i + 1).decode("utf-8", "replace") for i in range(count)]
 
     @property
     def point_names(self) -> list[str]:
         """Names of the measured points."""
-        return [self._text("point", i + 1).decode() for i in range(self._sizes()[2])]
+        count = self._sizes()[2]
+        return [self._text("point", i + 1).decode("utf-8", "replace") for i in range(count)]
+
+    @property
+    def block_materials(self) -> np.ndarray:
+        """Number of each block's present material, from 0 in the order of the input."""
+        return self._ask("block_properties", *self._sizes()[:2])[0]
+
+    @property
+    def edge_joints(self) -> np.ndarray:
+        """Number of each edge's present joint, shape (vertices,), from 0, as `polygons` has them.
+
+        An edge stands at the vertex where it begins.
+        """
+        return self._ask("block_properties", *self._sizes()[:2])[1]
 
     @property
     def coordinates(self) -> np.ndarray:
@@ -480,7 +494,7 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
                 warnings.warn(words, PeakWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
-        with _FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
+        with FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
             history = dataset.load()
     from .scene import labelled
 

@@ -15,7 +15,6 @@ from test_view import EVIL, TITLE, sliding_blocks
 
 import sitedda
 from sitedda.movie import ffmpeg, write_movie
-from sitedda.namelist_groups import block_labels
 from sitedda.pictures import draw, force_lines
 from sitedda.plot import run_picture
 from sitedda.report import Page, Paragraph, Table, to_html
@@ -45,11 +44,13 @@ def test_names_and_materials_of_generated_blocks_are_those_of_the_engine(write_i
     groups.insert(4, ("block", {"name": "a/&b", "vertices": rectangle(80, 0, 1, 1)}))
     file = write_input(groups)
     with sitedda.Simulation(file) as simulation:
-        names, materials, _ = block_labels(file.read_text())
-        assert names == simulation.block_names
-        assert len(materials) == len(names)
+        names = simulation.block_names
         scene = Scene.of(simulation)
     assert scene.before and scene.names == names
+    wall = names.index("w'!x_1")
+    assert names[wall : wall + 7] == [f"w'!x_{i}" for i in range(1, 8)]
+    assert {"a/&b", "drum_2", "base_1"} < set(names)
+    assert Scene.of(sitedda.run(file)).names == names
 
 
 def test_shear_forces_have_the_sign_that_keeps_a_block_at_rest(write_input):

@@ -4,6 +4,7 @@ module dda_netcdf_calls
    use, intrinsic :: iso_c_binding, only: c_null_char
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_file, fail
+   use dda_text, only: valid_text
    use netcdf, only: nf90_noerr, nf90_strerror, nf90_def_var, nf90_put_att, nf90_def_dim, &
       nf90_inq_dimid, nf90_inq_varid, nf90_inquire_attribute, nf90_get_att, nf90_put_var, &
       nf90_global, nf90_char
@@ -131,21 +132,23 @@ contains
          variable, start, count, values), 'write '//name)
    end subroutine put
 
-   !> Write names, whose ends readers can see.
+   !> Write names, whose ends readers can see; bytes that are no text (UTF-8) become question marks.
    subroutine put_names(dataset, variable, names)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: variable  !< of the file
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
+      character(len=len(names)), allocatable :: ended(:)
       integer :: i, id
 
-      if (allocated(dataset%error)) return
-      call checked(dataset, nf90_inq_varid(dataset%id, variable, id), 'find '//variable)
+      if (allocated(dataset%error) .or. size(names) == 0) return
+      allocate (ended(size(names)))
       do i = 1, size(names)
-         if (allocated(dataset%error)) return
-         call checked(dataset, nf90_put_var(dataset%id, id, trim(names(i))// &
-            repeat(c_null_char, len(names) - len_trim(names(i))), [1, i], [len(names), 1]), &
-            'write '//variable)
+         ended(i) = valid_text(names(i))
+         ended(i)(len_trim(names(i)) + 1:) = repeat(c_null_char, len(names))
       end do
+      call checked(dataset, nf90_inq_varid(dataset%id, variable, id), 'find '//variable)
+      if (.not. allocated(dataset%error)) call checked(dataset, nf90_put_var(dataset%id, id, &
+         ended, count=[len(names), size(names)]), 'write '//variable)
    end subroutine put_names
 
 end module dda_netcdf_calls

@@ -1,0 +1,356 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Blocks in a netCDF file: what it says, read and checked as numbers and names.
+!>
+!> Nothing is read before sizes are known to agree with each other, with the length of the file and
+!> with the free memory, so a file that lies about them takes no time and no memory.
+module dda_block_file
+   use dda_archive, only: archive_type, serialise, write_archive
+   use dda_byte_file, only: byte_file_type, close_file, open_file, size_of_file, to_read
+   use dda_checksum, only: checksum_of
+   use dda_errors, only: error_type, error_input, fail
+   use dda_free_memory, only: free_memory
+   use dda_input_catalogue, only: most_blocks, most_vertices, usable
+   use dda_kinds, only: wp, long
+   use dda_netcdf_calls, only: dataset_type, checked
+   use dda_text, only: to_text, quoted
+   use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_noerr, nf90_inq_varid, &
+      nf90_inquire_variable, nf90_inquire_dimension, nf90_get_var, nf90_max_var_dims, nf90_char, &
+      nf90_double, nf90_float, nf90_int, nf90_int64, nf90_short, nf90_byte
+   implicit none
+   private
+   public :: block_file_type, read_block_file
+
+   integer, parameter :: name_length = 64
+   !> bytes of data that a byte of a file can hold: deflate makes at most 1032 of one
+   integer(long), parameter :: most_inflated = 1032
+   integer(long), parameter :: least_file = 65536         !< bytes that any file may hold
+   integer(long), parameter :: bytes_of_number = 8
+
+   !> The blocks of a file.
+   type :: block_file_type
+      integer, allocatable :: first(:)         !< [blocks+1] first vertex of each
+      real(wp), allocatable :: vertices(:,:)   !< [2, vertices] counter-clockwise, m
+      integer, allocatable :: material(:)      !< [blocks] number in `materials`, 0: none given
+      integer, allocatable :: edge_joint(:)    !< [vertices] number in `joints`, 0: none given
+      character(len=name_length), allocatable :: names(:)      !< [blocks], blank without one
+      character(len=name_length), allocatable :: materials(:)  !< [materials]
+      character(len=name_length), allocatable :: joints(:)     !< [joints]
+      integer(long) :: checksum = 0            !< of all of these
+   end type block_file_type
+
+   !> An open file and how many bytes of data its length allows.
+   type :: reader_type
+      type(dataset_type) :: dataset
+      integer(long) :: most_bytes = 0
+   end type reader_type
+
+contains
+
+   !> Read a file; the error names it, the variable and the block.
+   subroutine read_block_file(blocks, file, error)
+      type(block_file_type), intent(out) :: blocks  !< as the file says
+      character(len=*), intent(in) :: file  !< path
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(reader_type) :: reader
+
+      reader%dataset%file = file
+      call allow(reader, error)
+      if (allocated(error)) return
+      call checked(reader%dataset, nf90_open(file, nf90_nowrite, reader%dataset%id), &
+         'be read as netCDF')
+      if (.not. allocated(reader%dataset%error)) then
+         call read_variables(reader, blocks)
+         if (nf90_close(reader%dataset%id) /= nf90_noerr) continue  ! nothing has been written
+      end if
+      if (allocated(reader%dataset%error)) then
+         call fail(error, error_input, reader%dataset%error%message)
+      else
+         blocks%checksum = checksum_of_blocks(blocks)
+      end if
+   end subroutine read_block_file
+
+   !> How much data a file of this length can hold.
+   subroutine allow(reader, error)
+      type(reader_type), intent(inout) :: reader  !< with the name of its file
+      type(error_type), allocatable, intent(out) :: error  !< there is no such file
+      type(byte_file_type) :: bytes
+
+      call open_file(bytes, reader%dataset%file, to_read, error)
+      if (allocated(error)) then
+         error%kind = error_input
+         return
+      end if
+      reader%most_bytes = max(least_file, size_of_file(bytes))*most_inflated
+      call close_file(bytes, error)
+   end subroutine allow
+
+   !> All variables; the first thing that is wrong is noted.
+   subroutine read_variables(reader, blocks)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(block_file_type), intent(inout) :: blocks  !< filled
+      integer, allocatable :: corners(:)
+      integer :: n, vertices
+
+      n = length_of(reader, 'corners', 1, int(most_blocks))
+      vertices = length_of(reader, 'vertices', 2, most_vertices*n)
+      if (allocated(reader%dataset%error)) return
+      if (n == 0) call refuse(reader, 'it holds no blocks')
+      call read_integers(reader, 'corners', n, corners)
+      call add_up(reader, corners, vertices, blocks%first)
+      call read_vertices(reader, vertices, blocks%vertices)
+      call read_names(reader, 'material_name', blocks%materials)
+      call read_names(reader, 'joint_name', blocks%joints)
+      call read_names(reader, 'name', blocks%names, n)
+      call read_numbers(reader, 'material', n, blocks%materials, blocks%material)
+      call read_numbers(reader, 'edge_joint', vertices, blocks%joints, blocks%edge_joint)
+   end subroutine read_variables
+
+   !> Note why the file cannot be used, unless that is known already.
+   subroutine refuse(reader, reason)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      character(len=*), intent(in) :: reason  !< for a person
+
+      if (.not. allocated(reader%dataset%error)) call fail(reader%dataset%error, error_input, &
+         reader%dataset%file//': '//reason)
+   end subroutine refuse
+
+   !> Whether the file has a variable.
+   logical function has(reader, name)
+      type(reader_type), intent(in) :: reader  !< open
+      character(len=*), intent(in) :: name  !< of the variable
+      integer :: id
+
+      has = nf90_inq_varid(reader%dataset%id, name, id) == nf90_noerr
+   end function has
+
+   !> Length of the last dimension of a variable whose kind, shape and size are checked; 0 on
+   !> failure.
+   integer function length_of(reader, name, rank, most) result(length)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< of the variable
+      integer, intent(in) :: rank  !< 1: numbers; 2: pairs of numbers
+      integer, intent(in) :: most  !< that it may hold
+      integer :: shape_of(2)
+
+      length = 0
+      call find_shape(reader, name, rank, .false., shape_of)
+      if (allocated(reader%dataset%error)) return
+      if (rank == 2 .and. shape_of(1) /= 2) then
+         call refuse(reader, name//' must hold x and y of each, not '//to_text(shape_of(1))// &
+            ' numbers')
+      else if (shape_of(rank) > most) then
+         call refuse(reader, name//' holds '//to_text(shape_of(rank))//' values, more than '// &
+            to_text(most))
+      else
+         length = shape_of(rank)
+      end if
+   end function length_of
+
+   !> Lengths of the dimensions of a variable, the fastest first.
+   subroutine find_shape(reader, name, rank, text, shape_of)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< of the variable
+      integer, intent(in) :: rank  !< number of dimensions that it must have
+      logical, intent(in) :: text  !< it must hold characters, else numbers
+      integer, intent(out) :: shape_of(2)  !< lengths; those beyond `rank` are 1
+      integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, nf90_int64, &
+         nf90_short, nf90_byte]
+      integer :: id, kind, dimensions, of_dimension(nf90_max_var_dims), i
+
+      shape_of = 1
+      if (allocated(reader%dataset%error)) return
+      if (.not. has(reader, name)) call refuse(reader, 'there is no variable '//quoted(name))
+      call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
+      if (allocated(reader%dataset%error)) return
+      call checked(reader%dataset, nf90_inquire_variable(reader%dataset%id, id, xtype=kind, &
+         ndims=dimensions, dimids=of_dimension), 'describe '//name)
+      if (allocated(reader%dataset%error)) return
+      if (dimensions /= rank) then
+         call refuse(reader, name//' must have '//to_text(rank)//' dimensions, not '// &
+            to_text(dimensions))
+      else if (text .and. kind /= nf90_char .or. .not. (text .or. any(kind == numeric))) then
+         call refuse(reader, name//' must hold '//trim(merge('characters', 'numbers   ', text)))
+      end if
+      do i = 1, rank
+         if (allocated(reader%dataset%error)) return
+         call checked(reader%dataset, nf90_inquire_dimension(reader%dataset%id, of_dimension(i), &
+            len=shape_of(i)), 'describe '//name)
+      end do
+      call check_bytes(reader, name, id, shape_of)
+   end subroutine find_shape
+
+   !> The data of a variable, and the pieces that it is stored in, must be possible for the length
+   !> of the file, and fit into the free memory.
+   subroutine check_bytes(reader, name, id, shape_of)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< of the variable
+      integer, intent(in) :: id  !< of the variable
+      integer, intent(in) :: shape_of(2)  !< lengths of its dimensions
+      integer :: piece(nf90_max_var_dims)
+      logical :: contiguous
+      real(wp) :: bytes
+
+      if (allocated(reader%dataset%error)) return
+      bytes = product(real(shape_of, wp))
+      piece = 1
+      if (nf90_inquire_variable(reader%dataset%id, id, contiguous=contiguous, chunksizes=piece) &
+         == nf90_noerr) then
+         if (.not. contiguous) bytes = max(bytes, product(abs(real(piece(:2), wp))))
+      end if
+      bytes = bytes*bytes_of_number
+      if (any(shape_of < 0) .or. bytes > reader%most_bytes) then
+         call refuse(reader, name//' claims '//to_text(int(bytes, long))// &
+            ' bytes, more than a file of this length can hold')
+      else if (4*bytes > free_memory()) then
+         call refuse(reader, name//' takes '//to_text(int(bytes, long))// &
+            ' bytes, too many for the free memory')
+      end if
+   end subroutine check_bytes
+
+   !> Whole numbers.
+   subroutine read_integers(reader, name, n, values)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< of the variable
+      integer, intent(in) :: n  !< values that it must hold
+      integer, allocatable, intent(out) :: values(:)  !< [n], 0 on failure
+      integer :: id, length
+
+      allocate (values(n), source=0)
+      length = length_of(reader, name, 1, huge(1))
+      if (allocated(reader%dataset%error)) return
+      if (length /= n) call refuse(reader, name//' holds '//to_text(length)//' values, not '// &
+         to_text(n))
+      if (allocated(reader%dataset%error)) return
+      call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
+      call checked(reader%dataset, nf90_get_var(reader%dataset%id, id, values), 'read '//name)
+   end subroutine read_integers
+
+   !> The first vertex of each block from the numbers of their corners.
+   subroutine add_up(reader, corners, vertices, first)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      integer, intent(in) :: corners(:)  !< [blocks]
+      integer, intent(in) :: vertices    !< that the file holds
+      integer, allocatable, intent(out) :: first(:)  !< [blocks+1]
+      integer :: b
+
+      allocate (first(size(corners) + 1), source=1)
+      do b = 1, size(corners)
+         if (corners(b) < 3 .or. corners(b) > most_vertices) call refuse(reader, 'block '// &
+            to_text(b)//' has '//to_text(corners(b))//' corners; 3 to '//to_text(most_vertices)// &
+            ' are possible')
+         if (allocated(reader%dataset%error)) return
+         first(b + 1) = first(b) + corners(b)
+      end do
+      if (first(b) - 1 /= vertices) call refuse(reader, 'the blocks have '// &
+         to_text(first(b) - 1)//' corners, but vertices holds '//to_text(vertices))
+   end subroutine add_up
+
+   !> Places of the corners, which must be usable numbers.
+   subroutine read_vertices(reader, n, vertices)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      integer, intent(in) :: n  !< number of vertices
+      real(wp), allocatable, intent(out) :: vertices(:,:)  !< [2, n] m
+      integer :: id, v
+
+      if (allocated(reader%dataset%error)) return
+      allocate (vertices(2, n))
+      call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, 'vertices', id), &
+         'find vertices')
+      call checked(reader%dataset, nf90_get_var(reader%dataset%id, id, vertices), 'read vertices')
+      do v = 1, n
+         if (allocated(reader%dataset%error)) return
+         if (.not. all(abs(vertices(:, v)) <= usable)) call refuse(reader, 'vertex '//to_text(v)// &
+            ' stands at ('//to_text(vertices(1, v))//', '//to_text(vertices(2, v))// &
+            '), which is no place')
+      end do
+   end subroutine read_vertices
+
+   !> Names; blank ones where the file has no such variable.
+   subroutine read_names(reader, name, names, n)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< of the variable
+      character(len=name_length), allocatable, intent(out) :: names(:)  !< blank-padded
+      integer, intent(in), optional :: n  !< how many there must be
+      integer :: id, i, last, shape_of(2)
+
+      if (present(n)) allocate (names(n), source=repeat(' ', name_length))
+      if (.not. present(n)) allocate (names(0))
+      if (allocated(reader%dataset%error) .or. .not. has(reader, name)) return
+      call find_shape(reader, name, 2, .true., shape_of)
+      if (present(n)) then
+         if (shape_of(2) /= n) call refuse(reader, name//' holds '//to_text(shape_of(2))// &
+            ' names, not '//to_text(n))
+      end if
+      if (shape_of(1) > name_length) call refuse(reader, name//' has names of '// &
+         to_text(shape_of(1))//' bytes; at most '//to_text(name_length)//' are possible')
+      if (shape_of(2) > most_blocks) call refuse(reader, name//' holds too many names')
+      if (allocated(reader%dataset%error)) return
+      call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
+      names = text_of(reader, name, id, shape_of)
+      do i = 1, size(names)
+         last = scan(names(i)//achar(0), achar(0)) - 1
+         names(i) = names(i)(:last)
+      end do
+   end subroutine read_names
+
+   !> The characters of a variable.
+   function text_of(reader, name, id, shape_of) result(names)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< of the variable
+      integer, intent(in) :: id  !< of the variable
+      integer, intent(in) :: shape_of(2)  !< length of a name, number of names
+      character(len=shape_of(1)), allocatable :: names(:)
+
+      allocate (names(shape_of(2)))
+      if (size(names) > 0 .and. shape_of(1) > 0) call checked(reader%dataset, &
+         nf90_get_var(reader%dataset%id, id, names, count=shape_of), 'read '//name)
+   end function text_of
+
+   !> Numbers of names in a list; 0, for none, where the file has no such variable.
+   subroutine read_numbers(reader, name, n, names, numbers)
+      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< of the variable
+      integer, intent(in) :: n  !< values that it must hold
+      character(len=*), intent(in) :: names(:)  !< that it numbers from 1
+      integer, allocatable, intent(out) :: numbers(:)  !< [n]
+      integer :: i
+
+      if (.not. has(reader, name)) then
+         allocate (numbers(n), source=0)
+         return
+      end if
+      call read_integers(reader, name, n, numbers)
+      i = findloc(numbers < 0 .or. numbers > size(names), .true., 1)
+      if (i > 0) call refuse(reader, name//'('//to_text(i)//') = '//to_text(numbers(i))// &
+         ' is not one of the '//to_text(size(names))//' names in '//name(index(name, '_') + 1:)// &
+         '_name; 0 stands for none')
+   end subroutine read_numbers
+
+   !> The checksum of all that a run takes from the file.
+   integer(long) function checksum_of_blocks(blocks) result(checksum)
+      type(block_file_type), intent(inout) :: blocks  !< as read; only read here
+      type(archive_type) :: archive
+      character(len=:), allocatable :: text
+      integer :: i
+
+      call write_archive(archive)
+      call serialise(archive, blocks%first)
+      call serialise(archive, blocks%vertices)
+      call serialise(archive, blocks%material)
+      call serialise(archive, blocks%edge_joint)
+      text = ''
+      do i = 1, size(blocks%materials)
+         text = text//trim(blocks%materials(i))//new_line('a')
+      end do
+      do i = 1, size(blocks%joints)
+         text = text//trim(blocks%joints(i))//new_line('a')
+      end do
+      call serialise(archive, text)
+      do i = 1, size(blocks%names)
+         text = trim(blocks%names(i))
+         call serialise(archive, text)
+      end do
+      checksum = checksum_of(archive%bytes(:archive%at))
+   end function checksum_of_blocks
+
+end module dda_block_file
