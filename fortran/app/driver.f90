@@ -14,7 +14,7 @@ module dda_driver
    use dda_output_file, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
-   use dda_simulation, only: simulation_type, summary
+   use dda_simulation, only: simulation_type, summary, ending
    use dda_peak_check, only: peak_warning
    use dda_site_response, only: response_peak_type, amplification_peak, peak_text
    use dda_stages, only: begin_simulation
@@ -124,6 +124,7 @@ contains
    subroutine print_summary(simulation)
       type(simulation_type), intent(in) :: simulation  !< at its present time
 
+      if (simulation%stop%reason /= '') call say(ending(simulation))
       call say(summary(simulation))
       if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
       call say('output: '//simulation%model%output%file)

@@ -18,8 +18,8 @@ module dda_simulation
    use dda_text, only: to_text
    implicit none
    private
-   public :: simulation_type, counters_type, next_step, exchange_lists, finished, &
-      stage_finished, summary, block_name
+   public :: simulation_type, counters_type, stop_state_type, next_step, exchange_lists, finished, &
+      stage_finished, summary, ending, block_name
 
    !> What has been counted since the start.
    type :: counters_type
@@ -31,6 +31,14 @@ module dda_simulation
       integer(long) :: changes = 0         !< contact states changed after the first step
       integer :: most_iterations = 0       !< in one step
    end type counters_type
+
+   !> What the rule of &stop keeps; without one, only a blank reason.
+   type :: stop_state_type
+      character(len=:), allocatable :: reason   !< why the run has ended early; blank: it has not
+      real(wp), allocatable :: first(:,:)       !< [3, blocks] places that movement counts from
+      real(wp), allocatable :: window(:,:)      !< [3, blocks] places that rest is judged by
+      real(wp) :: since = 0.0_wp                !< time of the latter, s
+   end type stop_state_type
 
    !> Everything a run is made of.
    type :: simulation_type
@@ -49,6 +57,7 @@ module dda_simulation
       type(open_close_type) :: iteration
       type(energy_type) :: energy
       type(counters_type) :: counters
+      type(stop_state_type) :: stop
       integer :: stage = 0                     !< present stage
       integer(long) :: first_step = 0          !< steps done before it
       real(wp) :: first_time = 0.0_wp          !< time at its beginning, s
@@ -78,11 +87,13 @@ contains
       simulation%now = 3 - simulation%now
    end subroutine exchange_lists
 
-   !> All stages are done.
+   !> All stages are done, or the rule of &stop has ended the run.
    pure logical function finished(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
-      finished = simulation%stage >= size(simulation%model%stages) .and. stage_finished(simulation)
+      finished = simulation%stop%reason /= ''
+      if (.not. finished) finished = simulation%stage >= size(simulation%model%stages) .and. &
+         stage_finished(simulation)
    end function finished
 
    !> The present stage is done: a static one as soon as it has been entered.
@@ -122,6 +133,19 @@ contains
       end if
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
+
+   !> Why the run has ended; blank while it has not.
+   pure function ending(simulation) result(words)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      character(len=:), allocatable :: words
+
+      words = ''
+      if (simulation%stop%reason /= '') then
+         words = 'stopped at t = '//to_text(simulation%time)//' s: '//simulation%stop%reason
+      else if (finished(simulation)) then
+         words = 'duration reached'
+      end if
+   end function ending
 
    !> Gravity acts on a model that is not brought to rest.
    pure logical function comes_suddenly(model)

@@ -22,6 +22,7 @@ module dda_stages
    use dda_simulation, only: simulation_type, counters_type, next_step
    use dda_stage, only: stage_type
    use dda_start, only: start
+   use dda_stop_rule, only: begin_stop_rule
    use dda_text, only: quoted, to_text
    implicit none
    private
@@ -48,9 +49,11 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call begin_next_stage(simulation, error)
-      if (allocated(error) .or. size(simulation%model%stages) == 1) return
-      if (simulation%model%stages(1)%static .and. .not. simulation%model%stages(2)%static) &
-         call begin_next_stage(simulation, error)
+      if (.not. allocated(error) .and. size(simulation%model%stages) > 1) then
+         if (simulation%model%stages(1)%static .and. .not. simulation%model%stages(2)%static) &
+            call begin_next_stage(simulation, error)
+      end if
+      if (.not. allocated(error)) call begin_stop_rule(simulation)
    end subroutine begin_first_stage
 
    !> Begin the stage after the present one.
@@ -288,13 +291,16 @@ contains
    !> started.
    subroutine restore_stages(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
+      real(wp) :: time_step
       integer :: s
 
+      time_step = simulation%time_step  ! of an adaptive run, not that of the stage
       do s = 1, simulation%stage
          call set_stepping(simulation, s)
          call replace_properties(simulation, s)
          call take_away(simulation, s)
       end do
+      simulation%time_step = time_step
       call set_elements(simulation%elements, simulation%model, simulation%time)
    end subroutine restore_stages
 

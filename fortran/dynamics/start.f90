@@ -19,6 +19,7 @@ module dda_start
    use dda_scheme, only: scheme_named
    use dda_simulation, only: simulation_type, next_step
    use dda_linear_solver, only: choose_solver
+   use dda_stop_rule, only: prepare_stop_rule
    implicit none
    private
    public :: start, set_rates
@@ -37,6 +38,7 @@ contains
       simulation%model = model
       simulation%blocks = model%blocks
       simulation%statics = ''
+      call prepare_stop_rule(simulation)
       simulation%time_step = model%control%time_step
       simulation%scheme = scheme_named(model%control%integration, model%control%theta)
       call set_elements(simulation%elements, model, 0.0_wp)

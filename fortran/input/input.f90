@@ -9,8 +9,10 @@ module dda_input
    use dda_input_bodies, only: read_bodies
    use dda_input_materials, only: read_material, read_joint, read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
-   use dda_input_settings, only: read_run, read_control, read_contact, read_output
+   use dda_input_settings, only: read_run, read_control, read_contact, read_output, &
+      check_output_times
    use dda_input_stages, only: read_stages
+   use dda_input_stop, only: read_stop
    use dda_model, only: model_type, default_stiffness
    use dda_namelist_groups, only: group_type, split_groups
    use dda_stage, only: stage_type
@@ -57,6 +59,7 @@ contains
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
       if (.not. allocated(error)) call read_stages(model, file, groups, error)
+      if (.not. allocated(error)) call read_ends(model, file, groups, error)
       if (allocated(error)) return
       if (model%stages(1)%static) call refuse_velocities(file, model, error)
       call read_amplifications(model, file, groups, error)
@@ -295,6 +298,23 @@ contains
       end do
    end subroutine read_points
 
+   !> What ends the run early, and output times that its steps must meet.
+   subroutine read_ends(model, file, groups, error)
+      type(model_type), intent(inout) :: model  !< with its blocks and stages
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type) :: place
+      integer :: i
+
+      do i = 1, size(groups)
+         place = place_of_group(file, groups(i))
+         if (groups(i)%name == 'stop') call read_stop(groups(i)%text, place, model, error)
+         if (groups(i)%name == 'output' .and. .not. model%control%adaptive) &
+            call check_output_times(error, place, model%output, model%stages)
+      end do
+   end subroutine read_ends
+
    !> The amplifications to be printed after the run.
    subroutine read_amplifications(model, file, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
@@ -314,6 +334,9 @@ contains
          if (.not. is_uniform(model%stages)) call input_error(error, place_of_group(file, &
             groups(i)), 'a spectrum needs samples at equal times: one time_step in all '// &
             'dynamic stages, and no static stage but the first')
+         if (model%control%adaptive .and. model%output%history_seconds <= 0.0_wp) &
+            call input_error(error, place_of_group(file, groups(i)), 'a spectrum needs samples '// &
+            'at equal times, and adaptive steps are not: give history_seconds in &output')
       end do
    end subroutine read_amplifications
 

@@ -49,7 +49,8 @@ module dda_input_catalogue
       group_entry_type('layers', .true.), group_entry_type('drums', .true.), &
       group_entry_type('wall', .true.), group_entry_type('fixed_point', .true.), &
       group_entry_type('load', .true.), group_entry_type('measured_point', .true.), &
-      group_entry_type('stage', .true.), group_entry_type('amplification', .true.)]
+      group_entry_type('stage', .true.), group_entry_type('amplification', .true.), &
+      group_entry_type('stop', .false.)]
 
    type(variable_type), parameter :: naming_variables(2) = [ &
       variable_type('material', 'text', '', 'the first', &
@@ -281,13 +282,33 @@ module dda_input_catalogue
       variable_type('padding', 'integer', '', '8', &
          'length of the series with zeros over its length', 1.0_wp, 64.0_wp)]
 
-   type(variable_type), parameter :: output_variables(5) = [ &
+   type(variable_type), parameter :: stop_variables(7) = [ &
+      variable_type('displacement', 'real', 'm', 'no limit', &
+         'of the centroid of a block, beyond which the run ends', above_zero), &
+      variable_type('tilt', 'real', 'degrees', 'no limit', &
+         'of a block, either way, beyond which the run ends', above_zero), &
+      variable_type('fallen', 'integer', '', 'no limit', &
+         'blocks displaced by more than they are large (√area): collapse', 1.0_wp, most_blocks), &
+      variable_type('rest_time', 'real', 's', 'no end by rest', &
+         'time without movement, in the last stage, after motions and loads', above_zero), &
+      variable_type('rest_movement', 'real', 'm', "10⁻⁶ of the model's larger side", &
+         'of a vertex within rest_time, up to which nothing moves', above_zero), &
+      variable_type('blocks', 'text', '', "'*': all", &
+         'blocks that are watched', allowed="names: 'one, two, all_*'"), &
+      variable_type('reference', 'text', '', 'none: first places', &
+         'block that displacement and tilt count against', allowed='the name of a block')]
+
+   type(variable_type), parameter :: output_variables(7) = [ &
       variable_type('file', 'text', '', "the input's name with .nc", &
          'netCDF-4 output, relative to the working folder', allowed='a file name'), &
       variable_type('history_interval', 'integer', 'steps', '1', &
          'steps between samples of points and energies', 1.0_wp, 1.0e9_wp), &
+      variable_type('history_seconds', 'real', 's', 'by history_interval', &
+         'time between samples; adaptive steps end there', above_zero), &
       variable_type('block_interval', 'integer', 'steps', '0: first and last', &
          'steps between frames of blocks and contacts', 0.0_wp, 1.0e9_wp), &
+      variable_type('block_seconds', 'real', 's', 'by block_interval', &
+         'time between frames; adaptive steps end there', above_zero), &
       variable_type('checkpoint_interval', 'integer', 'steps', '0: none by steps', &
          'steps between checkpoints', 0.0_wp, 1.0e9_wp), &
       variable_type('checkpoint_minutes', 'real', 'min', '10', &
@@ -335,6 +356,8 @@ contains
          list = stage_variables
       case ('amplification')
          list = amplification_variables
+      case ('stop')
+         list = stop_variables
       case default
          allocate (list(0))
       end select

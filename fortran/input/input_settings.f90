@@ -8,10 +8,13 @@ module dda_input_settings
    use dda_input_integration, only: check_integration
    use dda_linear_solver, only: current_name
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
+   use dda_stage, only: stage_type
    use dda_text, only: to_text
    implicit none
    private
-   public :: read_run, read_control, read_contact, read_output, count_steps
+   public :: read_run, read_control, read_contact, read_output, check_output_times, count_steps
+
+   integer, parameter :: no_interval = -huge(1)  !< stands in an interval that is not given
 
 contains
 
@@ -195,26 +198,75 @@ contains
       character(len=1024) :: file
       character(len=256) :: message
       integer :: history_interval, block_interval, checkpoint_interval, status
-      real(wp) :: checkpoint_minutes
+      real(wp) :: history_seconds, block_seconds, checkpoint_minutes
       namelist /output/ file, history_interval, block_interval, checkpoint_interval, &
-         checkpoint_minutes
+         checkpoint_minutes, history_seconds, block_seconds
 
       file = ''
-      history_interval = settings%history_interval
-      block_interval = settings%block_interval
+      history_interval = no_interval
+      block_interval = no_interval
+      history_seconds = unset
+      block_seconds = unset
       checkpoint_interval = settings%checkpoint_interval
       checkpoint_minutes = settings%checkpoint_minutes
       read (group, nml=output, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
 
-      call require(error, place, 'history_interval block_interval checkpoint_interval '// &
-         'checkpoint_minutes', [real(wp) :: history_interval, block_interval, &
-         checkpoint_interval, checkpoint_minutes])
+      call require(error, place, 'checkpoint_interval checkpoint_minutes', &
+         [real(wp) :: checkpoint_interval, checkpoint_minutes])
+      call set_interval(error, place, 'history', history_interval, history_seconds, &
+         settings%history_interval, settings%history_seconds)
+      call set_interval(error, place, 'block', block_interval, block_seconds, &
+         settings%block_interval, settings%block_seconds)
       if (file /= '') settings%file = trim(file)
-      settings%history_interval = history_interval
-      settings%block_interval = block_interval
       settings%checkpoint_interval = checkpoint_interval
       settings%checkpoint_minutes = checkpoint_minutes
    end subroutine read_output
+
+   !> How often samples or frames are taken: by steps or by seconds, not both.
+   pure subroutine set_interval(error, place, what, steps, seconds, interval, period)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place     !< of the group
+      character(len=*), intent(in) :: what      !< 'history' or 'block'
+      integer, intent(in) :: steps              !< as read, or `no_interval`
+      real(wp), intent(in) :: seconds           !< as read, s, or `unset`
+      integer, intent(inout) :: interval        !< steps, with its default before; 0: by seconds
+      real(wp), intent(inout) :: period         !< s, with its default before
+
+      if (steps /= no_interval .and. is_set(seconds)) call input_error(error, place, &
+         'give either '//what//'_interval, in steps, or '//what//'_seconds')
+      if (steps /= no_interval) then
+         call require(error, place, what//'_interval', [real(steps, wp)])
+         interval = steps
+      else if (is_set(seconds)) then
+         call require(error, place, what//'_seconds', [seconds])
+         interval = 0
+         period = seconds
+      end if
+   end subroutine set_interval
+
+   !> Steps that cannot be shortened must fit into an output interval.
+   pure subroutine check_output_times(error, place, settings, stages)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place                  !< of the group &output
+      type(output_settings_type), intent(in) :: settings     !< as read
+      type(stage_type), intent(in) :: stages(:)              !< of the model, with fixed steps
+      real(wp) :: seconds, ratio
+      integer :: kind, s
+
+      do kind = 1, 2
+         seconds = merge(settings%history_seconds, settings%block_seconds, kind == 1)
+         if (seconds <= 0.0_wp) cycle
+         do s = 1, size(stages)
+            if (stages(s)%static) cycle
+            ratio = seconds/stages(s)%time_step
+            if (ratio < 0.5_wp .or. abs(ratio - anint(ratio)) > 1.0e-6_wp*ratio) &
+               call input_error(error, place, trim(merge('history_seconds', 'block_seconds  ', &
+               kind == 1))//' = '//to_text(seconds)//' is no whole number of time steps of '// &
+               to_text(stages(s)%time_step)//' s; change one of them, or let steps end there '// &
+               "by time_step_control = 'adaptive'")
+         end do
+      end do
+   end subroutine check_output_times
 
 end module dda_input_settings

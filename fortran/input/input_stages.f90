@@ -5,6 +5,7 @@ module dda_input_stages
    use dda_errors, only: error_type
    use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
       require_choice, require_name, unset, is_set, name_length
+   use dda_input_names, only: list_length, mark_names
    use dda_input_integration, only: check_integration
    use dda_input_names, only: mark_names, list_length
    use dda_input_settings, only: count_steps

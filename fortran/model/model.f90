@@ -8,6 +8,7 @@ module dda_model
    use dda_support, only: fixed_point_type, load_type, point_type
    use dda_motion, only: motion_type
    use dda_stage, only: stage_type
+   use dda_stop_settings, only: stop_settings_type
    use dda_blocks, only: blocks_type
    implicit none
    private
@@ -30,6 +31,7 @@ module dda_model
       type(control_type) :: control
       type(contact_settings_type) :: contact
       type(output_settings_type) :: output
+      type(stop_settings_type) :: stop
       type(material_type), allocatable :: materials(:)
       type(joint_type), allocatable :: joints(:)
       type(motion_type), allocatable :: motions(:)

@@ -42,6 +42,8 @@ module dda_settings
       integer :: history_interval = 1           !< steps between samples of points and energies
       !> steps between block and contact states; 0: first and last
       integer :: block_interval = 0
+      real(wp) :: history_seconds = 0.0_wp      !< in place of steps; 0: by steps
+      real(wp) :: block_seconds = 0.0_wp        !< in place of steps; 0: by steps
       integer :: checkpoint_interval = 0        !< steps between checkpoints; 0: none by steps
       !> of the clock between checkpoints; 0: none by the clock
       real(wp) :: checkpoint_minutes = 10.0_wp

@@ -17,7 +17,7 @@ module dda_output_file
    use dda_netcdf_calls, only: dataset_type, variable_type, checked, define_variables, &
       define_dimension, describe, put, put_names, text_of
    use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
-   use dda_simulation, only: simulation_type, summary
+   use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
    use dda_text, only: joined, quoted
    use dda_diagnostics, only: audit_warning
@@ -253,6 +253,7 @@ contains
       audit = audit_warning(simulation)
       if (audit == '') audit = 'balances'
       call describe(dataset, 'energy_audit', audit)
+      call describe(dataset, 'ending', ending(simulation))
       call describe(dataset, 'solver', work_done(simulation%solver))
       call describe(dataset, 'complete', trim(complete))
    end subroutine describe_run

@@ -18,7 +18,9 @@ module dda_run
    use dda_sample, only: sample_size, take_sample, take_frame
    use dda_simulation, only: simulation_type, finished, stage_finished
    use dda_start, only: start
+   use dda_output_times, only: aim_type, aim_at_output, reach_output, is_output_time
    use dda_stages, only: begin_simulation, begin_first_stage, begin_next_stage
+   use dda_stop_rule, only: apply_stop_rule
    use dda_time_step, only: advance
    use dda_text, only: to_text
    implicit none
@@ -139,6 +141,7 @@ contains
       integer(long), intent(in) :: steps  !< to take
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: last
+      type(aim_type) :: aim
       logical :: between
 
       last = run%simulation%step + steps
@@ -147,8 +150,11 @@ contains
          if (between) then
             call begin_next_stage(run%simulation, error)
          else
+            call aim_at_output(run%simulation, aim)
             call advance(run%simulation, error)
+            if (.not. allocated(error)) call reach_output(run%simulation, aim)
          end if
+         if (.not. allocated(error)) call apply_stop_rule(run%simulation)
          run%sound = run%sound .and. .not. allocated(error)
          if (allocated(error)) return
          if (.not. run%writes) cycle
@@ -180,8 +186,10 @@ contains
       last = finished(run%simulation)
       run%journal%iterations = max(run%journal%iterations, run%simulation%iteration%iterations)
       associate (settings => run%simulation%model%output, step => run%simulation%step)
-         if (due(step, settings%history_interval) .or. last) call record_sample(run, error)
-         if (due(step, settings%block_interval) .or. last) call record_frame(run, error)
+         if (last .or. due(step, settings%history_interval) .or. is_output_time(run%simulation, &
+            settings%history_seconds)) call record_sample(run, error)
+         if (last .or. due(step, settings%block_interval) .or. is_output_time(run%simulation, &
+            settings%block_seconds)) call record_frame(run, error)
          if (allocated(error) .or. last) return
          save = is_time(run, settings%checkpoint_minutes)
          if (save .or. due(step, settings%checkpoint_interval)) call save_run(run, error)

@@ -30,7 +30,8 @@ module dda_checkpoint
    public :: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, &
       has_checkpoint, remove_spare, remove_checkpoints
 
-   character(len=*), parameter :: layout = ', checkpoints with stages'  !< of all that is written
+   !> of all that is written
+   character(len=*), parameter :: layout = ', checkpoints with stages and stop'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

@@ -10,7 +10,7 @@ module dda_simulation_state
    use dda_energy, only: energy_type
    use dda_neighbours, only: find_corners
    use dda_open_close, only: open_close_type
-   use dda_simulation, only: simulation_type, next_step
+   use dda_simulation, only: simulation_type, stop_state_type, next_step
    use dda_linear_solver, only: analyse
    use dda_stages, only: restore_stages
    use dda_solver_state, only: serialise_solver
@@ -29,6 +29,7 @@ contains
       call serialise_clock(archive, simulation)
       call serialise_stage(archive, simulation)
       call serialise_counters(archive, simulation)
+      call serialise_stop(archive, simulation%stop)
       call serialise_energy(archive, simulation%energy)
       call serialise_blocks(archive, simulation%blocks)
       call serialise_label(archive, 'elements')
@@ -98,6 +99,19 @@ contains
          call serialise(archive, counters%most_iterations)
       end associate
    end subroutine serialise_counters
+
+   !> What the rule of &stop keeps.
+   subroutine serialise_stop(archive, stop_state)
+      type(archive_type), intent(inout) :: archive          !< written or read
+      type(stop_state_type), intent(inout) :: stop_state    !< with its arrays, if there is a rule
+
+      call serialise_label(archive, 'stop')
+      call serialise(archive, stop_state%reason)
+      call serialise(archive, stop_state%since)
+      if (.not. allocated(stop_state%first)) return
+      call serialise(archive, stop_state%first)
+      call serialise(archive, stop_state%window)
+   end subroutine serialise_stop
 
    subroutine serialise_energy(archive, energy)
       type(archive_type), intent(inout) :: archive  !< written or read

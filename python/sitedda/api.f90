@@ -28,7 +28,7 @@ module api
    use dda_scheme, only: scheme_type, scheme_named, integration_names
    use dda_scheme_response, only: free_damping, period_elongation, forced_damping, steps_to_decay, &
       amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
-   use dda_simulation, only: summary
+   use dda_simulation, only: summary, ending
    use dda_site_response, only: response_peak_type, amplification_peak
    use dda_start, only: set_rates
    use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, find_peak
@@ -225,9 +225,9 @@ contains
       call report(error, status, message)
    end subroutine run_clock
 
-   !> A text of the run: 'output', 'title', 'summary', 'warning', 'notice', 'solver', 'peaks' (what
-   !> is wrong with the peaks of amplifications in the finished output), 'point i' or 'block i'
-   !> (from 1).
+   !> A text of the run: 'output', 'title', 'summary', 'ending', 'warning', 'notice', 'solver',
+   !> 'peaks' (what is wrong with the peaks of amplifications in the finished output), 'point i' or
+   !> 'block i' (from 1).
    subroutine run_text(handle, what, which, text, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
@@ -253,6 +253,8 @@ contains
                if (allocated(run%notice)) text = run%notice
             case ('summary')
                text = summary(run%simulation)
+            case ('ending')
+               text = ending(run%simulation)
             case ('warning')
                text = audit_warning(run%simulation)
             case ('peaks')

@@ -120,7 +120,7 @@ class Simulation:
             self._handle = 0
 
     def advance(self, steps: int = 1) -> bool:
-        """Take up to `steps` steps; True when the duration of the input is reached.
+        """Take up to `steps` steps; True when the run has ended, see `ending`.
 
         Raises
         ------
@@ -191,6 +191,11 @@ class Simulation:
     def warning(self) -> str:
         """What the energy audit has against the run so far; empty if it balances."""
         return self._text("warning").decode()
+
+    @property
+    def ending(self) -> str:
+        """Why the run has ended, "duration reached" or the rule of &stop; empty before that."""
+        return self._text("ending").decode("utf-8", "replace")
 
     @property
     def notice(self) -> str:

@@ -61,6 +61,7 @@ def verdict(source) -> Verdict:
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
     found = Verdict()
+    _ending(found, scene.data)
     _movement(found, scene)
     _joints(found, scene)
     _fallen(found, scene)
@@ -129,6 +130,13 @@ def _angle(radians: float) -> str:
 def _looked_at(scene: Scene) -> np.ndarray:
     """Frames from first to last, at most so many."""
     return np.unique(np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int))
+
+
+def _ending(found: Verdict, data: xr.Dataset) -> None:
+    """Why the run ended, if not by its duration."""
+    words = str(data.attrs.get("ending", ""))
+    if words.startswith("stopped"):
+        found.say("end", words, end_s=float(data.time[-1]))
 
 
 def _movement(found: Verdict, scene: Scene) -> None:

@@ -37,7 +37,7 @@ def test_the_catalogue_is_what_the_reader_declares(root):
 def test_every_group_is_published_with_all_its_words():
     variables = input_catalogue()
     assert {v.group for v in variables} == set(engine_names("groups"))
-    assert set(engine_names("single groups")) == {"run", "control", "contact", "output"}
+    assert set(engine_names("single groups")) == {*("run", "control", "contact", "output", "stop")}
     for variable in variables:
         assert variable.kind in VALUES, variable
         assert variable.default and variable.range and variable.meaning, variable

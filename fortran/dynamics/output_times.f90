@@ -1,0 +1,88 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Output at equal times: each stage has samples and frames at whole multiples of their intervals
+!> after its beginning, and adaptive steps are shortened to end there.
+module dda_output_times
+   use dda_kinds, only: wp, long
+   use dda_simulation, only: simulation_type
+   implicit none
+   private
+   public :: aim_type, aim_at_output, reach_output, is_output_time
+
+   real(wp), parameter :: nearly = 1.0_wp + 1.0e-9_wp  !< for rounding of times
+
+   !> What a step is shortened for.
+   type :: aim_type
+      real(wp) :: time = 0.0_wp      !< of the output that the step is to end at, s
+      real(wp) :: planned = 0.0_wp   !< Δt before it was shortened, s; 0: it was not
+      real(wp) :: taken = 0.0_wp     !< Δt after it was, s
+      logical :: lands = .false.     !< the step ends at the time
+   end type aim_type
+
+contains
+
+   !> Shorten the coming step to end at the next output, or half-way if that is less than two
+   !> steps ahead; only adaptive steps can be.
+   pure subroutine aim_at_output(simulation, aim)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(aim_type), intent(out) :: aim                  !< what for
+      real(wp) :: left
+
+      associate (output => simulation%model%output)
+         if (.not. simulation%model%control%adaptive) return
+         if (max(output%history_seconds, output%block_seconds) <= 0.0_wp) return
+         aim%time = min(next_time(simulation, output%history_seconds), &
+            next_time(simulation, output%block_seconds))
+      end associate
+      left = aim%time - simulation%time
+      aim%lands = left <= nearly*simulation%time_step
+      if (.not. aim%lands .and. left >= 2*simulation%time_step) return
+      aim%planned = simulation%time_step
+      simulation%time_step = merge(left, 0.5_wp*left, aim%lands)
+      aim%taken = simulation%time_step
+   end subroutine aim_at_output
+
+   !> After the step: exactly there, and the next Δt as if the step had not been shortened.
+   pure subroutine reach_output(simulation, aim)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(aim_type), intent(in) :: aim                   !< of `aim_at_output`
+      real(wp) :: left
+
+      if (aim%planned <= 0.0_wp .or. simulation%last_time_step /= aim%taken) return
+      if (aim%lands) simulation%time = aim%time
+      simulation%time_step = max(simulation%time_step, aim%planned)
+      associate (control => simulation%model%control)
+         left = simulation%first_time + real(control%steps, wp)*control%time_step - simulation%time
+      end associate
+      if (left > 0.0_wp) simulation%time_step = min(simulation%time_step, left)
+   end subroutine reach_output
+
+   !> The next multiple of an interval after the beginning of the stage, s.
+   pure real(wp) function next_time(simulation, interval)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      real(wp), intent(in) :: interval                 !< s; 0: none
+
+      next_time = huge(1.0_wp)
+      if (interval > 0.0_wp) next_time = simulation%first_time + interval &
+         *(aint((simulation%time - simulation%first_time)/interval*nearly) + 1.0_wp)
+   end function next_time
+
+   !> A step has ended at a multiple of an interval after the beginning of the stage.
+   pure logical function is_output_time(simulation, interval) result(here)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      real(wp), intent(in) :: interval                 !< s; 0: none
+      real(wp) :: since
+
+      here = .false.
+      if (interval <= 0.0_wp) return
+      since = simulation%time - simulation%first_time
+      associate (control => simulation%model%control)
+         if (control%adaptive) then
+            here = abs(since - interval*anint(since/interval)) <= (nearly - 1.0_wp)*interval
+         else
+            here = modulo(simulation%step - simulation%first_step, &
+               max(1_long, nint(interval/control%time_step, long))) == 0
+         end if
+      end associate
+   end function is_output_time
+
+end module dda_output_times

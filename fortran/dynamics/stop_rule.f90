@@ -1,0 +1,149 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The end of a run before its duration: displacement or tilt beyond a limit, blocks that have
+!> fallen, or rest.
+!>
+!> Movement counts from the first frame of the output, that is from rest where the first stage is
+!> static.  Rest is judged by places and not by velocities, since stiff modes may alternate from
+!> step to step while nothing moves.
+module dda_stop_rule
+   use dda_kinds, only: wp, pi
+   use dda_simulation, only: simulation_type, block_name
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: prepare_stop_rule, begin_stop_rule, apply_stop_rule
+
+contains
+
+   !> Room for the places that movement counts from.
+   pure subroutine prepare_stop_rule(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< just started
+
+      simulation%stop%reason = ''
+      if (.not. allocated(simulation%model%stop%watched)) return
+      allocate (simulation%stop%first(3, simulation%blocks%n), &
+         simulation%stop%window(3, simulation%blocks%n), source=0.0_wp)
+   end subroutine prepare_stop_rule
+
+   !> Movement counts from the present state.
+   pure subroutine begin_stop_rule(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+
+      if (.not. allocated(simulation%stop%first)) return
+      simulation%stop%first = simulation%blocks%position(1:3, :)
+      call begin_window(simulation)
+   end subroutine begin_stop_rule
+
+   !> Rest is looked for from here on.
+   pure subroutine begin_window(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+
+      simulation%stop%window = simulation%blocks%position(1:3, :)
+      simulation%stop%since = simulation%time
+   end subroutine begin_window
+
+   !> After a step: the reason to end the run, if there is one.
+   pure subroutine apply_stop_rule(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+
+      if (.not. allocated(simulation%stop%first)) return
+      call judge_movement(simulation)
+      if (simulation%stop%reason == '') call judge_rest(simulation)
+   end subroutine apply_stop_rule
+
+   !> Displacement, tilt and fallen blocks, against the block of reference.
+   pure subroutine judge_movement(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      real(wp) :: zero(3), moved(3), far
+      integer :: b, fallen
+
+      fallen = 0
+      associate (settings => simulation%model%stop, state => simulation%stop, &
+         blocks => simulation%blocks)
+         zero = 0.0_wp
+         b = settings%reference
+         if (b > 0) zero = blocks%position(1:3, b) - state%first(:, b)
+         do b = 1, blocks%n
+            if (.not. settings%watched(b) .or. blocks%removed(b)) cycle
+            moved = blocks%position(1:3, b) - state%first(:, b) - zero
+            far = norm2(moved(:2))
+            if (settings%displacement > 0.0_wp .and. far > settings%displacement) then
+               state%reason = 'block '//block_name(simulation, b)//' has moved by '// &
+                  to_text(far)//' m, displacement of &stop is '// &
+                  to_text(settings%displacement)//' m'
+            else if (settings%tilt > 0.0_wp .and. abs(moved(3)) > settings%tilt) then
+               state%reason = 'block '//block_name(simulation, b)//' has tilted by '// &
+                  to_text(degrees(abs(moved(3))))//'°, tilt of &stop is '// &
+                  to_text(degrees(settings%tilt))//'°'
+            end if
+            if (far**2 > blocks%area(b)) fallen = fallen + 1
+            if (settings%fallen > 0 .and. fallen >= settings%fallen) &
+               state%reason = to_text(fallen)//trim(merge(' block has  ', ' blocks have', &
+               fallen == 1))//' moved farther than large, the last of them '// &
+               block_name(simulation, b)
+            if (state%reason /= '') return
+         end do
+      end associate
+   end subroutine judge_movement
+
+   pure real(wp) function degrees(angle)
+      real(wp), intent(in) :: angle  !< rad
+
+      degrees = angle*180.0_wp/pi
+   end function degrees
+
+   !> No vertex has moved since the beginning of the window, in the last stage, after all motions
+   !> and loads.
+   pure subroutine judge_rest(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      real(wp) :: moved(3)
+      integer :: b
+
+      associate (settings => simulation%model%stop, state => simulation%stop, &
+         blocks => simulation%blocks)
+         if (settings%rest_time <= 0.0_wp) return
+         do b = 1, blocks%n
+            if (.not. settings%watched(b) .or. blocks%removed(b)) cycle
+            moved = blocks%position(1:3, b) - state%window(:, b)
+            if (norm2(moved(:2)) + abs(moved(3))*blocks%radius(b) > settings%rest_movement) then
+               call begin_window(simulation)
+               return
+            end if
+         end do
+         if (simulation%time - state%since < settings%rest_time) return
+         if (simulation%stage < size(simulation%model%stages)) return
+         if (simulation%time - quiet_from(simulation) < settings%rest_time) return
+         state%reason = 'rest: no vertex has moved by more than '// &
+            to_text(settings%rest_movement)//' m within '//to_text(settings%rest_time)//' s'
+      end associate
+   end subroutine judge_rest
+
+   !> When the last motion ends and the last load changes, s.
+   pure real(wp) function quiet_from(simulation)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      integer :: i, k
+
+      quiet_from = 0.0_wp
+      associate (model => simulation%model)
+         do i = 1, size(model%motions)
+            associate (curve => model%motions(i)%curve)
+               quiet_from = max(quiet_from, curve%start + curve%duration)
+            end associate
+         end do
+         do i = 1, size(model%loads)
+            associate (load => model%loads(i))
+               k = size(load%time)
+               if (load%time(k) <= simulation%time) then
+                  quiet_from = max(quiet_from, load%time(k))
+                  cycle
+               end if
+               do k = size(load%time), 2, -1
+                  if (any(load%force(:, k) /= load%force(:, k - 1))) exit
+               end do
+               quiet_from = max(quiet_from, load%time(k))
+            end associate
+         end do
+      end associate
+   end function quiet_from
+
+end module dda_stop_rule

@@ -1,0 +1,20 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What ends a run before its duration (group &stop).
+module dda_stop_settings
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: stop_settings_type
+
+   !> Limits; each that is above 0 is watched.
+   type :: stop_settings_type
+      real(wp) :: displacement = 0.0_wp    !< of a centroid, m
+      real(wp) :: tilt = 0.0_wp            !< of a block, either way, rad
+      integer :: fallen = 0                !< blocks displaced by more than they are large
+      real(wp) :: rest_time = 0.0_wp       !< s without movement
+      real(wp) :: rest_movement = 0.0_wp   !< of a vertex within it, m, that is none
+      integer :: reference = 0             !< block that movement counts against; 0: its first place
+      logical, allocatable :: watched(:)   !< [blocks]; not allocated: nothing ends the run
+   end type stop_settings_type
+
+end module dda_stop_settings
