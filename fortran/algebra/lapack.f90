@@ -4,7 +4,7 @@ module dda_lapack
    use dda_kinds, only: sp, wp
    implicit none
    private
-   public :: dgemm, sgemm, dpbtrf, dpbtrs, zsysv
+   public :: dgemm, sgemm, dpbtrf, dpbtrs, dposv, zsysv
 
    interface
       !> C = alpha op(A) op(B) + beta C, double precision.
@@ -46,6 +46,16 @@ module dda_lapack
          real(wp), intent(inout) :: b(ldb, *)  !< [n,nrhs] right-hand sides, become the solutions
          integer, intent(out) :: info  !< 0 when well
       end subroutine dpbtrs
+
+      !> Solve a symmetric positive definite system.
+      subroutine dposv(uplo, n, nrhs, a, lda, b, ldb, info)
+         import :: wp
+         character(len=1), intent(in) :: uplo  !< 'L': lower triangle
+         integer, intent(in) :: n, nrhs, lda, ldb  !< sizes and leading dimensions
+         real(wp), intent(inout) :: a(lda, *)  !< [n,n], becomes the factor
+         real(wp), intent(inout) :: b(ldb, *)  !< [n,nrhs] right-hand sides, become the solutions
+         integer, intent(out) :: info  !< row whose pivot is not positive, else 0
+      end subroutine dposv
 
       !> Solve a complex symmetric system (Bunch–Kaufman).
       subroutine zsysv(uplo, n, nrhs, a, lda, ipiv, b, ldb, work, lwork, info)

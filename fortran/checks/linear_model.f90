@@ -5,10 +5,14 @@
 !> Contacts count as one of: 'closed', all contacts in touch stick; 'present', as their states are
 !> now; 'settled', as gravity closes them (`dda_equilibrium`); 'auto', settled if there is gravity,
 !> else closed.
+!>
+!> Materials that damp are elastic here with the modulus that is given; `at_frequency` gives them
+!> the real part of theirs at a frequency, `unrelaxed` the largest that they reach.
 module dda_linear_model
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, pi
    use dda_block_matrix, only: block_matrix_type, set_pattern
-   use dda_blocks, only: shape_matrix
+   use dda_blocks, only: blocks_type, shape_matrix
+   use dda_damping, only: damping_type, is_damped, same_damping, modulus_factor
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_elements, only: linear_terms_of
    use dda_equilibrium, only: equilibrium_type, equilibrate
@@ -23,7 +27,7 @@ module dda_linear_model
    implicit none
    private
    public :: linear_model_type, energy_share_type, linearise, set_penalty, block_label, &
-      term_label, energy_of, stiffness_weights
+      term_label, energy_of, stiffness_weights, at_frequency, unrelaxed, is_dispersive
    public :: strain_energy, energy_kinds, kind_names
 
    integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy that is not in a term
@@ -43,6 +47,9 @@ module dda_linear_model
       type(linear_terms_type) :: terms              !< of elements, then of closed contacts
       real(wp) :: normal_stiffness = 0.0_wp         !< k_n, N/m per metre of thickness
       real(wp) :: modulus = 0.0_wp                  !< stiffest block material, Pa
+      type(damping_type), allocatable :: damping(:) !< of materials, different from each other
+      integer, allocatable :: law(:)                !< [n] which of them; 0: none
+      real(wp), allocatable :: given(:,:,:)         !< [3,3,n] `elastic` with the given modulus
       type(scheme_type) :: scheme                   !< of the run
       real(wp) :: time_step = 0.0_wp                !< Δt of the run, s
       real(wp) :: dynamic_factor = 1.0_wp           !< of the run
@@ -110,6 +117,7 @@ contains
          linear%n = blocks%n
          linear%mass = blocks%inertia
          linear%elastic = blocks%stiffness
+         call collect_damping(linear, blocks)
          linear%block_mass = blocks%mass
          linear%origin = model%origin
          linear%position = blocks%position(1:2, :) + spread(model%origin, 2, blocks%n)
@@ -131,6 +139,65 @@ contains
       call set_pattern(linear%stiffness, linear%n, coupled_blocks(linear%terms))
       call assemble_stiffness(linear)
    end subroutine build
+
+   !> The different ways in which materials of blocks damp.
+   pure subroutine collect_damping(linear, blocks)
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer :: law(size(blocks%damping)), m
+
+      allocate (linear%damping(0))
+      allocate (linear%law(blocks%n), source=0)
+      do m = 1, size(law)
+         law(m) = 0
+         if (.not. is_damped(blocks%damping(m))) cycle
+         law(m) = findloc(same_damping(linear%damping, blocks%damping(m)), .true., 1)
+         if (law(m) > 0) cycle
+         linear%damping = [linear%damping, blocks%damping(m)]
+         law(m) = size(linear%damping)
+      end do
+      if (size(law) > 0) linear%law = law(blocks%material)
+      linear%given = linear%elastic
+   end subroutine collect_damping
+
+   !> Moduli depend on frequency.
+   pure logical function is_dispersive(linear)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+
+      is_dispersive = any(linear%damping%n > 0)
+   end function is_dispersive
+
+   !> Moduli at a frequency: the real part of the complex ones.
+   subroutine at_frequency(linear, frequency)
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      real(wp), intent(in) :: frequency  !< Hz
+
+      call scale_moduli(linear, real(modulus_factor(linear%damping, 2.0_wp*pi*frequency)))
+   end subroutine at_frequency
+
+   !> The model with the largest moduli, which a change of strain within no time meets.
+   subroutine unrelaxed(linear, stiff)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(linear_model_type), intent(out) :: stiff  !< the same with other moduli
+
+      stiff = linear
+      call scale_moduli(stiff, linear%damping%unrelaxed)
+      if (is_dispersive(linear)) stiff%modulus = linear%modulus*maxval(linear%damping%unrelaxed)
+   end subroutine unrelaxed
+
+   !> Give the blocks of each damping a multiple of their given modulus.
+   subroutine scale_moduli(linear, factor)
+      type(linear_model_type), intent(inout) :: linear  !< linearised model
+      real(wp), intent(in) :: factor(:)  !< [damping]
+      integer :: b
+
+      if (.not. is_dispersive(linear)) return
+      do b = 1, linear%n
+         if (linear%law(b) > 0) linear%elastic(:, :, b) = factor(linear%law(b)) &
+            *linear%given(:, :, b)
+      end do
+      call assemble_stiffness(linear)
+   end subroutine scale_moduli
 
    !> What the run has and static equilibrium leaves out: integration, motions, elements.
    subroutine restore_run(linear, simulation)

@@ -2,15 +2,19 @@
 !> The lowest modes of a linearised model: frequencies, shapes, what base motion excites them, and
 !> what damps them.
 !>
-!> The modes are those without damping.  The damping ratio of a mode is that of the time integration
-!> at its frequency plus that of dashpots by strain energy, Σ c s²/(2ω) over the stretches s of the
-!> mass-normalised shape: right for small damping that couples modes little.
+!> The modes are those without damping, each with the real part of the moduli at its own frequency.
+!> The damping ratio of a mode is that of the time integration, plus that of materials and dashpots
+!> by strain energy: with the mass-normalised shape, Σ Im g ε·Kε/(2ω²) + Σ (α x·Mx + β ε·Kε)/(2ω)
+!> over blocks (`dda_damping`) and Σ c s²/(2ω) over the stretches s of dashpots.  That is right for
+!> small damping that couples modes little.
 module dda_modes
    use dda_kinds, only: wp, pi
+   use dda_damping, only: modulus_factor
    use dda_deflation, only: null_space_type
    use dda_eigen, only: eigenpairs_type, lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of
+   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, at_frequency, &
+      is_dispersive
    use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, &
       term_support
    use dda_rigid_modes, only: find_rigid_modes
@@ -57,6 +61,8 @@ contains
       integer :: i
 
       call find_elastic(linear, count, pairs, modes%rigid, modes%mechanisms, error)
+      if (.not. allocated(error) .and. is_dispersive(linear)) call follow_moduli(linear, pairs, &
+         error)
       if (allocated(error)) return
       modes%n = pairs%n
       modes%omega = sqrt(pairs%value)
@@ -66,7 +72,8 @@ contains
       modes%elongation = period_elongation(linear%scheme, modes%omega, linear%time_step)
       call move_alloc(pairs%vector, modes%shape)
       modes%damping = [(min(1.0_wp, modes%of_scheme(i) + dashpot_damping(linear, modes%omega(i), &
-         modes%shape(:, :, i))), i=1, modes%n)]
+         modes%shape(:, :, i)) + material_damping(linear, modes%omega(i), modes%shape(:, :, i))), &
+         i=1, modes%n)]
       modes%total_mass = sum(linear%block_mass)
       allocate (modes%participation(2, modes%n))
       do i = 1, modes%n
@@ -75,6 +82,60 @@ contains
       modes%effective_mass = modes%participation**2/modes%total_mass
       call put_in_words(linear, count, modes)
    end subroutine find_modes
+
+   !> Each mode with the moduli at its own frequency: for a given shape ω² = Σ (energies at ω), then
+   !> the shape anew, until the frequency stays.
+   subroutine follow_moduli(linear, pairs, error)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(eigenpairs_type), intent(inout) :: pairs  !< of the given moduli, then of their own
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer, parameter :: most_passes = 10, inner_passes = 6
+      real(wp), parameter :: close_enough = 1.0e-11_wp  !< of ω²
+      type(linear_model_type) :: work
+      type(eigenpairs_type) :: own
+      type(energy_share_type) :: energy
+      real(wp) :: last
+      integer :: i, pass, inner, rigid, mechanisms
+
+      work = linear
+      do i = 1, pairs%n
+         do pass = 1, most_passes
+            do inner = 1, inner_passes
+               call at_frequency(work, sqrt(pairs%value(i))/(2.0_wp*pi))
+               energy = energy_of(work, pairs%vector(:, :, i))
+               pairs%value(i) = energy%total
+            end do
+            call at_frequency(work, sqrt(pairs%value(i))/(2.0_wp*pi))
+            call find_elastic(work, i, own, rigid, mechanisms, error)
+            if (allocated(error)) return
+            last = pairs%value(i)
+            pairs%value(i) = own%value(i)
+            pairs%vector(:, :, i) = own%vector(:, :, i)
+            pairs%residual(i) = own%residual(i)
+            if (abs(pairs%value(i) - last) <= close_enough*last) exit
+         end do
+      end do
+   end subroutine follow_moduli
+
+   !> Damping ratio of a mass-normalised mode by the materials of the blocks.
+   pure real(wp) function material_damping(linear, omega, shape) result(ratio)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp), intent(in) :: omega       !< rad/s
+      real(wp), intent(in) :: shape(:,:)  !< [6,n]
+      real(wp) :: elastic
+      integer :: b
+
+      ratio = 0.0_wp
+      do b = 1, linear%n
+         if (linear%law(b) == 0) cycle
+         associate (damping => linear%damping(linear%law(b)), x => shape(:, b))
+            elastic = dot_product(x(4:6), matmul(linear%given(:, :, b), x(4:6)))
+            ratio = ratio + aimag(modulus_factor(damping, omega))*elastic/(2.0_wp*omega**2) &
+               + (damping%beta*elastic + damping%alpha*dot_product(x, matmul(linear%mass(:, :, b), &
+               x)))/(2.0_wp*omega)
+         end associate
+      end do
+   end function material_damping
 
    !> Damping ratio of a mass-normalised mode by dashpots; those of supports belong to the scheme.
    pure real(wp) function dashpot_damping(linear, omega, shape) result(ratio)
@@ -184,6 +245,8 @@ contains
          to_text(modes%rigid)//' ways'
       if (modes%mechanisms > 0) modes%words = modes%words//'; at least '// &
          to_text(modes%mechanisms)//' further motions meet no stiffness (hinges or slides)'
+      if (is_dispersive(linear)) modes%words = modes%words// &
+         '; moduli and damping ratios of the materials are those at the frequency of each mode'
       if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)// &
          ' modes have stiffness'
    end subroutine put_in_words

@@ -5,18 +5,21 @@
 !> In steady vibration (`dda_scheme_response`) the equations are A(ω) x = b with the complex
 !> symmetric
 !>
-!>     A = K + (w_e − 1) K_e + w_c C + w_d C_e + w_m M ,
+!>     A = K + (w_e − 1) K_e + w_c C + w_d C_e + w_m M + Σ (g − 1 + β w_c) K_g + α w_c M_g ,
 !>
-!> where K_e acts at the end of the step and C, C_e are dashpots: the damping is not classical, so
-!> no real modes do.  The equations are projected on a real basis, orthonormal in M, which begins
-!> with the static response and grows by the real and imaginary part of (K + sM)⁻¹ times the
-!> residual at sample frequencies until that is small at all of them.  The shift s, far below the
-!> end of the band, lets K be singular: a model may stand on dashpots alone.
+!> where K_e acts at the end of the step, C, C_e are dashpots, and K_g, M_g belong to the blocks of
+!> one damping, g being its complex modulus at the pre-warped frequency over the given one
+!> (`dda_damping`).  The damping is not classical, so no real modes do.  The equations are projected
+!> on a real basis, orthonormal in M, which begins with the static response and grows by the real
+!> and imaginary part of (K + sM)⁻¹ times the residual at sample frequencies until that is small at
+!> all of them.  The shift s, far below the end of the band, lets K be singular: a model may stand
+!> on dashpots alone.
 module dda_reduced_model
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_eigen, only: shifted_inverse_type, prepare_inverse
+   use dda_damping, only: modulus_factor
    use dda_errors, only: error_type, error_solver, fail
    use dda_lapack, only: zsysv
    use dda_linear_model, only: linear_model_type
@@ -42,7 +45,9 @@ module dda_reduced_model
       complex(wp) :: inertia = 0.0_wp         !< of M, in place of −ω², 1/s²
       complex(wp) :: load = 0.0_wp            !< of forces at t₀ + θΔt
       complex(wp) :: ground(instants) = 0.0_wp  !< of what the ground exerts by terms of an instant
-      complex(wp), allocatable :: part(:)     !< [parts] of each part, beyond what K has of it
+      !> [instants + 2 damping] terms by their instant, then elasticity and mass of each damping,
+      !> beyond what K has of them
+      complex(wp), allocatable :: part(:)
    end type weights_type
 
    !> Projected matrices, and the basis.
@@ -50,7 +55,7 @@ module dda_reduced_model
       integer :: m = 0                           !< vectors of the basis
       real(wp), allocatable :: basis(:,:,:)      !< [6,n,room] orthonormal in M
       real(wp), allocatable :: stiffness(:,:)    !< [room,room] K
-      real(wp), allocatable :: part(:,:,:)       !< [room,room,parts] terms by their instant
+      real(wp), allocatable :: part(:,:,:)       !< [room,room,parts] as in `weights_type`
       real(wp), allocatable :: force(:,:)        !< [room,instants] b
       real(wp) :: residual = 0.0_wp              !< largest at the sample frequencies, relative
    end type reduced_model_type
@@ -76,7 +81,8 @@ contains
       if (allocated(error)) return
       room = min(most_vectors, 6*linear%n)
       allocate (reduced%basis(6, linear%n, room), reduced%force(room, size(force, 3)))
-      allocate (reduced%stiffness(room, room), reduced%part(room, room, instants), source=0.0_wp)
+      allocate (reduced%stiffness(room, room), reduced%part(room, room, instants &
+         + 2*size(linear%damping)), source=0.0_wp)
       call add_vector(reduced, linear, force, static, added)
       do i = samples, 1, -1
          call fit_frequency(reduced, linear, inverse, force, highest*i/samples)
@@ -123,18 +129,43 @@ contains
       real(wp), intent(in) :: frequency  !< Hz
       real(wp), parameter :: short_of_nyquist = 0.5_wp*(1.0_wp - 1.0e-9_wp)
       type(steady_type) :: steady
+      real(wp) :: omega
+      integer :: k
 
-      steady = steady_weights(linear%scheme, 2.0_wp*pi*min(abs(frequency), short_of_nyquist &
-         /linear%time_step), linear%time_step, linear%dynamic_factor)
+      omega = 2.0_wp*pi*min(abs(frequency), short_of_nyquist/linear%time_step)
+      steady = steady_weights(linear%scheme, omega, linear%time_step, linear%dynamic_factor)
       weights%inertia = steady%inertia
       weights%load = steady%load
       weights%ground(at_theta) = 1.0_wp
       weights%ground(at_end) = steady%end_stiffness
       weights%ground(mean_dashpot) = steady%mean_dashpot
       weights%ground(end_dashpot) = steady%end_dashpot
-      weights%part = weights%ground
+      allocate (weights%part(instants + 2*size(linear%damping)))
+      weights%part(:instants) = weights%ground
       weights%part([at_theta, at_end]) = weights%part([at_theta, at_end]) - 1.0_wp
+      omega = 2.0_wp*tan(0.5_wp*omega*linear%time_step)/linear%time_step
+      do k = 1, size(linear%damping)
+         associate (damping => linear%damping(k))
+            weights%part(elastic_part(k)) = modulus_factor(damping, omega) - 1.0_wp &
+               + damping%beta*steady%mean_dashpot
+            weights%part(mass_part(k)) = damping%alpha*steady%mean_dashpot
+         end associate
+      end do
    end function weights_at
+
+   !> Part that holds the elasticity of a damping.
+   pure integer function elastic_part(k)
+      integer, intent(in) :: k  !< number of the damping
+
+      elastic_part = instants + 2*k - 1
+   end function elastic_part
+
+   !> Part that holds the mass of a damping.
+   pure integer function mass_part(k)
+      integer, intent(in) :: k  !< number of the damping
+
+      mass_part = instants + 2*k
+   end function mass_part
 
    !> Factors of the model in continuous time, without any damping.
    pure type(weights_type) function undamped_weights(frequency) result(weights)
@@ -194,6 +225,8 @@ contains
             re(:, b) = re(:, b) - (real(c)*m_re - aimag(c)*m_im)
             im(:, b) = im(:, b) - (real(c)*m_im + aimag(c)*m_re)
          end associate
+         if (linear%law(b) > 0) call take_damping(linear, weights, b, &
+            cmplx(x_re(:, b), x_im(:, b), wp), re(:, b), im(:, b))
       end do
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
@@ -205,6 +238,24 @@ contains
          end associate
       end do
    end subroutine residual_of
+
+   !> Take from the residual of block b what its damping has of A x.
+   pure subroutine take_damping(linear, weights, b, x, re, im)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(weights_type), intent(in) :: weights  !< factors in steady vibration
+      integer, intent(in) :: b  !< number of the block
+      complex(wp), intent(in) :: x(6)
+      real(wp), intent(inout) :: re(6), im(6)
+      complex(wp) :: force(6)
+
+      associate (k => linear%law(b))
+         force = weights%part(mass_part(k))*matmul(linear%mass(:, :, b), x)
+         force(4:6) = force(4:6) + weights%part(elastic_part(k)) &
+            *matmul(linear%elastic(:, :, b), x(4:6))
+      end associate
+      re = re - real(force)
+      im = im - aimag(force)
+   end subroutine take_damping
 
    !> Σ factor × vector
    pure function combined(vectors, factors) result(sum)
@@ -299,7 +350,35 @@ contains
          do j = 1, size(force, 3)
             reduced%force(m, j) = sum(v*force(:, :, j))
          end do
+         if (size(linear%damping) > 0) call project_damping(reduced, linear, v)
       end associate
    end subroutine project
+
+   !> The same of the parts that belong to damping.
+   subroutine project_damping(reduced, linear, v)
+      type(reduced_model_type), intent(inout) :: reduced  !< projected model
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp), intent(in) :: v(:,:)
+      real(wp) :: elastic(3), inertial(6)
+      integer :: b, j
+
+      do b = 1, linear%n
+         if (linear%law(b) == 0) cycle
+         elastic = matmul(linear%elastic(:, :, b), v(4:6, b))
+         inertial = matmul(linear%mass(:, :, b), v(:, b))
+         associate (m => reduced%m, of_k => elastic_part(linear%law(b)), &
+            of_m => mass_part(linear%law(b)))
+            do j = 1, m
+               reduced%part(m, j, of_k) = reduced%part(m, j, of_k) &
+                  + dot_product(reduced%basis(4:6, b, j), elastic)
+               reduced%part(m, j, of_m) = reduced%part(m, j, of_m) &
+                  + dot_product(reduced%basis(:, b, j), inertial)
+            end do
+         end associate
+      end do
+      do j = 1, reduced%m
+         reduced%part(j, reduced%m, instants + 1:) = reduced%part(reduced%m, j, instants + 1:)
+      end do
+   end subroutine project_damping
 
 end module dda_reduced_model

@@ -82,6 +82,7 @@ contains
       transfer%linear%scheme = linear%scheme
       transfer%linear%time_step = linear%time_step
       transfer%linear%dynamic_factor = linear%dynamic_factor
+      transfer%linear%damping = linear%damping
       call find_resonances(transfer, error)
       transfer%words = transfer%words//'; '//to_text(transfer%reduced%m)// &
          ' basis vectors, relative residual '//to_text(transfer%reduced%residual)//' up to '// &
@@ -176,15 +177,35 @@ contains
       end function is_held
    end subroutine push_ground
 
-   !> Undamped frequencies of the basis.
+   !> Undamped frequencies of the basis, with the moduli at each of them.
    subroutine find_resonances(transfer, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp) :: matrix(transfer%reduced%m, transfer%reduced%m)
+      integer, parameter :: passes = 4
+      real(wp) :: matrix(transfer%reduced%m, transfer%reduced%m), square
+      type(weights_type) :: weights
+      integer :: i, j, pass
 
-      matrix = transfer%reduced%stiffness(:transfer%reduced%m, :transfer%reduced%m)
-      call symmetric_eigen(matrix, transfer%omega, error)
-      if (.not. allocated(error)) transfer%omega = sqrt(max(0.0_wp, transfer%omega))
+      associate (m => transfer%reduced%m)
+         matrix = transfer%reduced%stiffness(:m, :m)
+         call symmetric_eigen(matrix, transfer%omega, error)
+         if (allocated(error)) return
+         transfer%omega = sqrt(max(0.0_wp, transfer%omega))
+         if (size(transfer%linear%damping) == 0) return
+         do i = 1, m
+            square = transfer%omega(i)**2
+            do pass = 1, passes
+               weights = weights_at(transfer%linear, transfer%omega(i)/(2.0_wp*pi))
+               transfer%omega(i) = square
+               do j = instants + 1, size(weights%part)
+                  transfer%omega(i) = transfer%omega(i) + real(weights%part(j)) &
+                     *dot_product(matrix(:, i), matmul(transfer%reduced%part(:m, :m, j), &
+                     matrix(:, i)))
+               end do
+               transfer%omega(i) = sqrt(max(0.0_wp, transfer%omega(i)))
+            end do
+         end do
+      end associate
    end subroutine find_resonances
 
    !> Transfer function at a frequency, with the damping of the scheme; 0 < f < 1/(2Δt).

@@ -8,13 +8,14 @@ module dda_energy_budget
    use dda_elements, only: elements_type, update_stored, account_elements
    use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
       energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
-      energy_algorithmic, energy_geometric
+      energy_algorithmic, energy_geometric, energy_material
    use dda_kinematics, only: kinetic_energy
+   use dda_material_damping, only: add_damping_loss, damping_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type, momentum_weight, velocity_weight
    implicit none
    private
-   public :: start_energy_budget, update_geometric, update_step, update_state
+   public :: start_energy_budget, update_geometric, update_step, update_state, strain_energy
 
 contains
 
@@ -63,7 +64,7 @@ contains
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
 
       call update_contacts(energy, contacts, laws)
-      call add_energy(energy, energy_algorithmic, algorithmic_loss(blocks, step, d))
+      call add_block_losses(energy, blocks, step, d)
       call account_elements(elements, blocks, step, d, energy)
    end subroutine update_step
 
@@ -76,12 +77,13 @@ contains
       energy%value(energy_strain) = strain_energy(blocks)
    end subroutine update_state
 
-   !> (θ − ½) dᵀKd + (χ − ½) ΔvᵀMΔv of all blocks, J per metre of thickness.
-   real(wp) function algorithmic_loss(blocks, step, d) result(loss)
+   !> (θ − ½) ΔσΔε + (χ − ½) ΔvᵀMΔv of all blocks by the scheme, and what their damping takes.
+   subroutine add_block_losses(energy, blocks, step, d)
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: part(2, most_pieces), total(2)
+      real(wp) :: part(3, most_pieces), total(3)
       integer :: p
 
       if (blocks%n < parallel_from) then
@@ -93,21 +95,24 @@ contains
          end do
          total = sum(part(:, :pieces(blocks%n)), 2)
       end if
-      loss = (step%scheme%theta - 0.5_wp)*total(1) + (step%scheme%chi - 0.5_wp)*total(2)
-   end function algorithmic_loss
+      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*total(1) &
+         + (step%scheme%chi - 0.5_wp)*total(2))
+      call add_energy(energy, energy_material, total(3))
+   end subroutine add_block_losses
 
-   !> Σ dᵀKd of the strains and, where χ > ½, Σ ΔvᵀMΔv of blocks first … last.
+   !> Σ ΔσΔε of the strains, Σ ΔvᵀMΔv where χ > ½, and the loss by damping of blocks first … last.
    pure function loss_range(blocks, step, d, first, last) result(total)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: total(2), change(6)
+      real(wp) :: total(3), change(6)
       integer :: b
 
       total = 0.0_wp
       do b = first, last
          total(1) = total(1) + strain_form(blocks%stiffness(:, :, b), d(4:6, b))
+         if (blocks%damps) call add_damping_loss(blocks, step, b, d(:, b), total(3), total(1))
          if (.not. step%scheme%chi > 0.5_wp) cycle
          change = momentum_weight(step)*d(:, b) &
             - (velocity_weight(step) + 1.0_wp)*blocks%velocity(:, b)
@@ -231,7 +236,7 @@ contains
       end do
    end function stored_range
 
-   !> ½ A εᵀDε + A σ₀ᵀε of all blocks.
+   !> ½ A εᵀDε + A σ₀ᵀε of all blocks, and what bodies that damp store beyond it.
    real(wp) function strain_energy(blocks)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp) :: part(most_pieces)
@@ -258,6 +263,7 @@ contains
       do b = first, last
          energy = energy + 0.5_wp*strain_form(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
             + blocks%area(b)*dot_product(blocks%initial_stress(:, b), blocks%position(4:6, b))
+         if (blocks%damps) energy = energy + damping_energy(blocks, b)
       end do
    end function strain_range
 

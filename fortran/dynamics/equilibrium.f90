@@ -14,12 +14,19 @@
 !> Rest: with all velocities zero and the contact laws evaluated in the present geometry, the
 !> largest unbalanced force on a block is at most 10⁻⁶ of the mean weight of a block, or what
 !> rounding of places is worth in the stiffest spring.
+!>
+!> Materials do not damp in statics: they have the modulus that is given, and bodies that remember
+!> strains begin anew at rest.
 module dda_equilibrium
    use dda_kinds, only: wp, long
+   use dda_blocks, only: blocks_type, begin_memory
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_contact_search, only: find_contacts
    use dda_elements, only: set_elements, freeze_elements
-   use dda_energy, only: add_energy, energy_kinetic, energy_kinetic_damping
+   use dda_damping, only: is_damped
+   use dda_energy, only: energy_type, add_energy, energy_kinetic, energy_kinetic_damping, &
+      energy_algorithmic, energy_strain
+   use dda_energy_budget, only: strain_energy
    use dda_errors, only: error_type, error_convergence, fail
    use dda_kinematics, only: damp_velocity, farthest_move
    use dda_model, only: half_size
@@ -86,8 +93,23 @@ contains
       simulation%time = time
       simulation%step = step
       simulation%time_step = control%time_step
+      simulation%blocks%damps = any(is_damped(simulation%blocks%damping))
+      call begin_memory(simulation%blocks)
       call set_elements(simulation%elements, simulation%model, time)
    end subroutine equilibrate
+
+   !> Stresses are those of the given modulus; the budget has the energy that bodies forget.
+   subroutine stop_damping(blocks, energy)
+      type(blocks_type), intent(inout) :: blocks  !< between two steps
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      real(wp) :: before
+
+      if (.not. blocks%damps) return
+      before = energy%value(energy_strain)
+      blocks%damps = .false.
+      energy%value(energy_strain) = strain_energy(blocks)
+      call add_energy(energy, energy_algorithmic, before - energy%value(energy_strain))
+   end subroutine stop_damping
 
    !> Backward Euler without velocities; what depends on time stays as it is now.
    subroutine begin_statics(simulation, equilibrium)
@@ -109,6 +131,7 @@ contains
       simulation%laws%theta = 1.0_wp
       call freeze_elements(simulation%elements, simulation%time)
       call stop_blocks(simulation)
+      call stop_damping(simulation%blocks, simulation%energy)
    end subroutine begin_statics
 
    !> Static steps until nothing is out of balance.

@@ -4,6 +4,7 @@ module dda_kinematics
    use dda_kinds, only: wp
    use dda_block_matrix, only: multiply_block
    use dda_blocks, only: blocks_type, update_geometry
+   use dda_material_damping, only: keep_memory
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type, momentum_weight, velocity_weight
    implicit none
@@ -68,6 +69,7 @@ contains
          new = of_d*d(:, b) - of_v*blocks%velocity(:, b)
          blocks%acceleration(:, b) = (new - blocks%velocity(:, b))/step%time_step
          blocks%velocity(:, b) = new
+         if (blocks%damps) call keep_memory(blocks, step, b, d(4:6, b))
          blocks%position(:, b) = blocks%position(:, b) + d(:, b)
       end do
    end subroutine integrate_range

@@ -189,8 +189,7 @@ contains
             if (blocks%removed(b)) cycle
             new = stage%material(blocks%material(b))
             if (new == blocks%material(b)) cycle
-            blocks%material(b) = new
-            call change_material(blocks, b, simulation%model%materials(new), &
+            call change_material(blocks, b, new, simulation%model%materials(new), &
                simulation%model%control%plane_strain)
          end do
          simulation%system%constant_step%time_step = 0.0_wp  ! M and K have changed

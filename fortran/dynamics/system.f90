@@ -10,6 +10,7 @@ module dda_system
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
    use dda_elements, only: elements_type, linear_terms_of, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, coupled_blocks
+   use dda_material_damping, only: add_damping_matrix, add_damping_load
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_scheme, only: step_type, mass_weight, momentum_weight
@@ -26,7 +27,7 @@ module dda_system
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
       type(contact_terms_type) :: held             !< what K̂ and f̂ hold of the contacts
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
-      real(wp), allocatable :: constant(:,:,:)     !< [6,6,n] M/(χΔt²) + θ elasticity
+      real(wp), allocatable :: constant(:,:,:)     !< [6,6,n] M/(χΔt²) + θ elasticity, damping
       type(block_matrix_type) :: linear            !< linear part of K̂
       !> [entries] the entry of the linear part at each lower entry of K̂, or 0; empty if there is
       !> none
@@ -36,6 +37,7 @@ module dda_system
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] those of the iteration before
       type(step_type) :: constant_step             !< that `constant` was made for
+      logical :: constant_damps = .false.          !< it holds the damping of the materials
       type(stopwatch_type) :: watch                !< over the phases of the steps
    end type system_type
 
@@ -97,7 +99,7 @@ contains
       end do
    end subroutine index_linear
 
-   !> M/(χΔt²) + θ elasticity, constants of a block as long as step and scheme stay.
+   !> M/(χΔt²) + θ elasticity and damping, constants of a block as long as step and scheme stay.
    subroutine set_constant(system, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< in their present state
@@ -107,15 +109,18 @@ contains
 
       associate (known => system%constant_step)
          if (known%time_step == step%time_step .and. known%scheme%theta == step%scheme%theta &
-            .and. known%scheme%chi == step%scheme%chi) return
+            .and. known%scheme%chi == step%scheme%chi .and. &
+            (system%constant_damps .eqv. blocks%damps)) return
       end associate
       weight = mass_weight(step)
       do b = 1, blocks%n
          system%constant(:, :, b) = weight*blocks%inertia(:, :, b)
          system%constant(4:6, 4:6, b) = system%constant(4:6, 4:6, b) &
             + step%scheme%theta*blocks%stiffness(:, :, b)
+         if (blocks%damps) call add_damping_matrix(blocks, step, b, system%constant(:, :, b))
       end do
       system%constant_step = step
+      system%constant_damps = blocks%damps
    end subroutine set_constant
 
    !> All of K̂ and f̂ that does not depend on contact states.
@@ -158,6 +163,7 @@ contains
          strain_load = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
             + blocks%area(b)*blocks%initial_stress(:, b)
          system%load(4:6, b) = system%load(4:6, b) - strain_load
+         if (blocks%damps) call add_damping_load(blocks, step, b, system%load(4:6, b))
       end do
    end subroutine assemble_blocks
 

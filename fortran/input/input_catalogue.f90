@@ -137,14 +137,36 @@ module dda_input_catalogue
       variable_type('max_iterations', 'integer', '', '400', &
          'open–close iterations in a step', 2.0_wp, 1.0e4_wp)]
 
-   type(variable_type), parameter :: material_variables(6) = [ &
+   type(variable_type), parameter :: material_variables(15) = [ &
       variable_type('name', 'text', '', 'blank', &
          'name that block groups refer to', allowed='any, used once'), &
       variable_type('density', 'real', 'kg/m³', 'required', 'density', 1.0e-15_wp, 1.0e15_wp), &
-      variable_type('young_modulus', 'real', 'Pa', 'required', &
+      variable_type('young_modulus', 'real', 'Pa', 'this or velocities', &
          "Young's modulus", 1.0e-6_wp, 1.0e18_wp), &
-      variable_type('poisson_ratio', 'real', '', 'required', &
+      variable_type('poisson_ratio', 'real', '', 'this or velocities', &
          "Poisson's ratio", -0.99_wp, 0.499_wp), &
+      variable_type('shear_velocity', 'real', 'm/s', 'none', &
+         'velocity of S waves; with pressure_velocity in place of young_modulus and '// &
+         'poisson_ratio', 1.0e-9_wp, 1.0e9_wp), &
+      variable_type('pressure_velocity', 'real', 'm/s', 'none', &
+         'velocity of P waves in the solid', 1.0e-9_wp, 1.0e9_wp), &
+      variable_type('damping_ratio', 'real', '', '0: none', &
+         'damping ratio at all frequencies of damping_band, or at the two rayleigh_frequencies', &
+         0.0_wp, 0.5_wp), &
+      variable_type('reference_frequency', 'real', 'Hz', '1', &
+         'frequency at which a material with a damping ratio at all frequencies has the '// &
+         'modulus that is given', 1.0e-9_wp, 1.0e9_wp), &
+      variable_type('damping_band', 'real list', 'Hz', '0.1, 50', &
+         'lowest and highest frequency of the damping ratio; the time step may lower the '// &
+         'highest one where it is not given', 1.0e-9_wp, 1.0e9_wp), &
+      variable_type('mechanisms', 'integer', '', 'as many as are needed', &
+         'relaxation mechanisms of the damping ratio at all frequencies', 2.0_wp, 16.0_wp), &
+      variable_type('rayleigh_alpha', 'real', '1/s', '0', &
+         'share α of the mass in the viscosity of Rayleigh damping', 0.0_wp, 1.0e9_wp), &
+      variable_type('rayleigh_beta', 'real', 's', '0', &
+         'share β of the stiffness in it', 0.0_wp, 1.0e9_wp), &
+      variable_type('rayleigh_frequencies', 'real list', 'Hz', 'none', &
+         'two frequencies at which Rayleigh damping has damping_ratio', 1.0e-9_wp, 1.0e9_wp), &
       variable_type('initial_stress', 'real list', 'Pa', '0, 0, 0', &
          'σx, σy, τxy at the start, tension positive'), &
       variable_type('initial_velocity', 'real list', 'm/s, rad/s', '0, 0, 0', &

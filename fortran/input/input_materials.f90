@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups of materials and motions: &material, &joint, &motion.
+!> The groups of joints and motions: &joint, &motion.
 module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
@@ -7,47 +7,17 @@ module dda_input_materials
    use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
       require_choice, require_name, unset, is_set, name_length
    use dda_model, only: model_type
-   use dda_material, only: material_type, joint_type
+   use dda_material, only: joint_type
    use dda_motion, only: motion_type
    use dda_record, only: record_type, read_record
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_material, read_joint, read_motion, find_substances
+   public :: read_joint, read_motion, find_substances
 
    integer, parameter :: most_values = 4096  !< of a motion given in the input itself
 
 contains
-
-   !> &material
-   subroutine read_material(group, place, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
-      type(material_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name
-      real(wp) :: density, young_modulus, poisson_ratio, initial_stress(3), initial_velocity(3)
-      character(len=256) :: message
-      integer :: status
-      namelist /material/ name, density, young_modulus, poisson_ratio, initial_stress, &
-         initial_velocity
-
-      name = ''
-      density = unset
-      young_modulus = unset
-      poisson_ratio = unset
-      initial_stress = 0.0_wp
-      initial_velocity = 0.0_wp
-      read (group, nml=material, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-
-      call require(error, place, 'density young_modulus poisson_ratio', &
-         [density, young_modulus, poisson_ratio])
-      call require_list(error, place, 'initial_stress', initial_stress)
-      call require_list(error, place, 'initial_velocity', initial_velocity)
-      new = material_type(name, density, young_modulus, poisson_ratio, initial_stress, &
-         initial_velocity)
-   end subroutine read_material
 
    !> &joint
    subroutine read_joint(group, place, new, error)

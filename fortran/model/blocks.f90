@@ -10,8 +10,12 @@
 !> so rotation is exact, a turning block keeps its area, and no error accumulates with the steps.
 !> The step's unknowns d (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.
 !> In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
+!>
+!> Where materials damp (`dda_damping`), a generalised Maxwell body adds D [(r − 1) e − r Σ ζ_l] to
+!> the stress, e being the strain beyond `rest_strain`.
 module dda_blocks
    use dda_kinds, only: wp
+   use dda_damping, only: damping_type, is_damped, has_body
    use dda_material, only: material_type, elasticity
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_polygon, only: area_of, centroid_of, second_moments
@@ -19,7 +23,7 @@ module dda_blocks
    private
    public :: blocks_type, set_blocks, update_geometry, is_convex
    public :: change_material, remove_block, place_of, offset_of, shape_matrix, &
-      reference_of, stress_of
+      reference_of, stress_of, set_damping, begin_memory, has_memory, memory_strain
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
    type :: blocks_type
@@ -43,10 +47,14 @@ module dda_blocks
       real(wp) :: half_size = 0.0_wp
       ! Changed by stages
       logical, allocatable :: removed(:)           !< [n] no longer part of the model
+      type(damping_type), allocatable :: damping(:) !< [materials] empty: nothing damps
+      logical :: damps = .false.                   !< materials do, and it is no static stage
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
       real(wp), allocatable :: acceleration(:,:)   !< [6,n] of the scheme (paper eq. 5)
+      real(wp), allocatable :: rest_strain(:,:)    !< [3,n] at the end of statics; 0 blocks: no body
+      real(wp), allocatable :: memory(:,:,:)       !< [3,mechanisms,n] ζ_l
       ! Follows from the state
       real(wp), allocatable :: axes(:,:,:)         !< [2,2,n] R(θ)
       real(wp), allocatable :: gradient(:,:,:)     !< [2,2,n] R(θ)(I + ε)
@@ -97,7 +105,58 @@ contains
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
       allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), &
          source=0.0_wp)
+      allocate (blocks%damping(0), blocks%rest_strain(3, 0), blocks%memory(3, 0, 0))
    end subroutine allocate_blocks
+
+   !> Damping of the materials, from the present strains on.
+   subroutine set_damping(blocks, damping)
+      type(blocks_type), intent(inout) :: blocks  !< in their first state
+      type(damping_type), intent(in) :: damping(:)  !< [materials] fitted
+
+      if (.not. any(is_damped(damping))) return
+      blocks%damping = damping
+      blocks%damps = .true.
+      if (.not. any(has_body(damping))) return
+      blocks%rest_strain = blocks%position(4:6, :)
+      deallocate (blocks%memory)
+      allocate (blocks%memory(3, maxval(damping%n), blocks%n), source=0.0_wp)
+   end subroutine set_damping
+
+   !> Some material has a generalised Maxwell body.
+   pure logical function has_memory(blocks)
+      type(blocks_type), intent(in) :: blocks  !< in any state
+
+      has_memory = size(blocks%memory, 3) > 0
+   end function has_memory
+
+   !> The bodies of all blocks forget: strains count from the present ones.
+   pure subroutine begin_memory(blocks)
+      type(blocks_type), intent(inout) :: blocks  !< in their present state
+
+      if (.not. has_memory(blocks)) return
+      blocks%rest_strain = blocks%position(4:6, :)
+      blocks%memory = 0.0_wp
+   end subroutine begin_memory
+
+   !> (r − 1) e − r Σ ζ_l of block b: what its body adds to the strain that the given modulus makes
+   !> a stress of.
+   pure function memory_strain(blocks, b) result(strain)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer, intent(in) :: b                 !< number of the block
+      real(wp) :: strain(3)
+      integer :: l
+
+      strain = 0.0_wp
+      if (.not. (blocks%damps .and. has_memory(blocks))) return
+      associate (damping => blocks%damping(blocks%material(b)))
+         if (damping%n == 0) return
+         do l = 1, damping%n
+            strain = strain + blocks%memory(:, l, b)
+         end do
+         strain = (damping%unrelaxed - 1.0_wp)*(blocks%position(4:6, b) &
+            - blocks%rest_strain(:, b)) - damping%unrelaxed*strain
+      end associate
+   end function memory_strain
 
    !> Constants and first state of block b.
    pure subroutine set_block(blocks, b, polygon, material, plane_strain)
@@ -127,15 +186,24 @@ contains
       blocks%velocity(1:3, b) = material%initial_velocity
    end subroutine set_block
 
-   !> Give block b another material in its present state; its stress stays.
-   pure subroutine change_material(blocks, b, material, plane_strain)
+   !> Give block b another material in its present state; its stress stays, and a new body counts
+   !> strains from the present one.
+   pure subroutine change_material(blocks, b, number, material, plane_strain)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
-      integer, intent(in) :: b  !< number of the block
+      integer, intent(in) :: b       !< number of the block
+      integer, intent(in) :: number  !< of the new material
       type(material_type), intent(in) :: material  !< the new one
       logical, intent(in) :: plane_strain          !< else plane stress
       real(wp) :: stiffness(3, 3)
 
       stiffness = blocks%area(b)*elasticity(material, plane_strain)
+      if (has_memory(blocks)) then
+         blocks%initial_stress(:, b) = blocks%initial_stress(:, b) &
+            + matmul(blocks%stiffness(:, :, b), memory_strain(blocks, b))/blocks%area(b)
+         blocks%rest_strain(:, b) = blocks%position(4:6, b)
+         blocks%memory(:, :, b) = 0.0_wp
+      end if
+      blocks%material(b) = number
       blocks%initial_stress(:, b) = blocks%initial_stress(:, b) + matmul(blocks%stiffness(:, :, b) &
          - stiffness, blocks%position(4:6, b))/blocks%area(b)
       blocks%stiffness(:, :, b) = stiffness
@@ -153,6 +221,10 @@ contains
       blocks%mass(b) = 0.0_wp
       blocks%initial_stress(:, b) = 0.0_wp
       blocks%position(4:6, b) = 0.0_wp
+      if (has_memory(blocks)) then
+         blocks%rest_strain(:, b) = 0.0_wp
+         blocks%memory(:, :, b) = 0.0_wp
+      end if
       blocks%velocity(:, b) = 0.0_wp
       blocks%acceleration(:, b) = 0.0_wp
    end subroutine remove_block
@@ -292,6 +364,8 @@ contains
 
       local = blocks%initial_stress(:, b) + matmul(blocks%stiffness(:, :, b), &
          blocks%position(4:6, b))/blocks%area(b)
+      if (blocks%damps) local = local + matmul(blocks%stiffness(:, :, b), &
+         memory_strain(blocks, b))/blocks%area(b)
       r = blocks%axes(:, :, b)
       tensor = reshape([local(1), local(3), local(3), local(2)], [2, 2])
       tensor = matmul(r, matmul(tensor, transpose(r)))

@@ -2,11 +2,12 @@
 !> Materials of blocks and joints.
 module dda_material
    use dda_kinds, only: wp
+   use dda_damping, only: damping_type
    implicit none
    private
-   public :: material_type, joint_type, elasticity
+   public :: material_type, joint_type, elasticity, set_velocities
 
-   !> Block material: isotropic and linear elastic.
+   !> Block material: isotropic and linear elastic, or viscoelastic.
    type :: material_type
       character(len=64) :: name = ''
       real(wp) :: density = 0.0_wp             !< kg/m³
@@ -14,6 +15,7 @@ module dda_material
       real(wp) :: poisson_ratio = 0.0_wp       !< –
       real(wp) :: initial_stress(3) = 0.0_wp   !< σx, σy, τxy at the start, Pa, tension positive
       real(wp) :: initial_velocity(3) = 0.0_wp !< u̇, v̇ (m/s), ṙ (rad/s) at the start
+      type(damping_type) :: damping
    end type material_type
 
    !> Joint material: Coulomb friction, with cohesion and tension until it breaks.
@@ -25,6 +27,17 @@ module dda_material
    end type joint_type
 
 contains
+
+   !> Young's modulus and Poisson's ratio from the velocities of S and P waves in the solid.
+   pure subroutine set_velocities(material, shear_velocity, pressure_velocity)
+      type(material_type), intent(inout) :: material  !< with its density
+      real(wp), intent(in) :: shear_velocity, pressure_velocity  !< m/s, different
+
+      associate (s => shear_velocity**2, p => pressure_velocity**2)
+         material%poisson_ratio = 0.5_wp*(p - 2.0_wp*s)/(p - s)
+         material%young_modulus = 2.0_wp*material%density*s*(1.0_wp + material%poisson_ratio)
+      end associate
+   end subroutine set_velocities
 
    !> Elastic matrix D in σ = D ε, Pa, for (εx, εy, γxy).
    pure function elasticity(material, plane_strain) result(d)

@@ -4,7 +4,7 @@
 module dda_simulation_state
    use dda_archive, only: archive_type, serialise, serialise_label, serialise_number
    use dda_system, only: set_matrix_pattern
-   use dda_blocks, only: blocks_type
+   use dda_blocks, only: blocks_type, has_memory
    use dda_contact_state, only: serialise_contacts, serialise_neighbours
    use dda_elements, only: serialise_elements
    use dda_energy, only: energy_type
@@ -151,6 +151,10 @@ contains
       call serialise(archive, blocks%position)
       call serialise(archive, blocks%velocity)
       call serialise(archive, blocks%acceleration)
+      if (has_memory(blocks)) then
+         call serialise(archive, blocks%rest_strain)
+         call serialise(archive, blocks%memory)
+      end if
       call serialise(archive, blocks%axes)
       call serialise(archive, blocks%gradient)
       call serialise(archive, blocks%vertex)

@@ -22,11 +22,14 @@ module check_models
 contains
 
    !> Table I of the paper: 15 equal layers on a base of the same rock.
-   function layered_site() result(text)
-      character(len=:), allocatable :: text
+   function layered_site(damping) result(text)
+      character(len=*), intent(in), optional :: damping  !< in &material
+      character(len=:), allocatable :: text, more
 
+      more = ''
+      if (present(damping)) more = damping
       text = head('1.0e-3', '', '1.5e12')//"&material name='rock', density=2643.0, "// &
-         'young_modulus=4.788e9, poisson_ratio=0.25 /'//nl// &
+         'young_modulus=4.788e9, poisson_ratio=0.25 '//more//' /'//nl// &
          "&layers name='base', bottom=-1.0, width=15.0, thickness=1.0 /"//nl// &
          "&layers name='layer', bottom=0.0, width=15.0, thickness=1.0, count=15 /"//nl// &
          feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &

@@ -9,6 +9,7 @@ module test_transfer
    use dda_linear_terms, only: end_dashpot, term_support
    use dda_measure, only: measure_point
    use dda_model, only: model_type
+   use dda_scheme, only: scheme_type
    use dda_reduced_model, only: solve_reduced, weights_at
    use dda_simulation, only: simulation_type
    use dda_stages, only: begin_simulation
@@ -30,6 +31,9 @@ contains
       call time_stepping(.false., 1.0_wp)
       call time_stepping(.true., 1.0_wp)
       call time_stepping(.false., 0.98_wp)
+      call time_stepping(.false., 1.0_wp, 'damping_ratio=0.05, reference_frequency=14.2')
+      call time_stepping(.true., 1.0_wp, 'damping_ratio=0.03, rayleigh_frequencies=5.0, 20.0')
+      call constant_damping_peaks()
       call peak_is_a_maximum()
       call ritz_vectors()
       call supports_apart()
@@ -63,10 +67,38 @@ contains
          'higher without damping')
    end subroutine check_site
 
+   !> Table I in the midpoint rule under a rigid base, with the same damping ratio at all
+   !> frequencies: peaks computed by another program from a body of its own fit.
+   subroutine constant_damping_peaks()
+      character(len=*), parameter :: ratio(4) = ['0.01', '0.05', '0.10', '0.20']
+      real(wp), parameter :: amplitude(4) = [66.073_wp, 13.2507_wp, 6.6820_wp, 3.4539_wp]
+      real(wp), parameter :: frequency(4) = [13.950_wp, 13.964_wp, 14.014_wp, 14.220_wp]
+      character(len=:), allocatable :: text
+      type(linear_model_type) :: linear
+      type(transfer_type) :: transfer
+      type(transfer_peak_type) :: peak
+      type(error_type), allocatable :: error
+      integer :: i
+
+      do i = 1, size(ratio)
+         call case('Table I with a damping ratio of '//ratio(i))
+         text = layered_site('damping_ratio='//ratio(i)//', reference_frequency=14.2')
+         text(index(text, 'y=14.5'):index(text, 'y=14.5') + 5) = 'y=15.0'
+         call linear_of(linear, text, 'closed')
+         linear%scheme = scheme_type(0.5_wp, 0.5_wp)
+         call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 30.0_wp, error)
+         call check_no_error(error, 'transfer')
+         call transfer_peak(transfer, 10.0_wp, 20.0_wp, peak)
+         call check_close(peak%amplitude, amplitude(i), 'amplification', relative=5.0e-4_wp)
+         call check_close(peak%frequency, frequency(i), 'resonance', absolute=5.0e-3_wp)
+      end do
+   end subroutine constant_damping_peaks
+
    !> The ratio of two histories of a run, at any frequency, is the transfer function.
-   subroutine time_stepping(body_force, dynamic_factor)
+   subroutine time_stepping(body_force, dynamic_factor, damping)
       logical, intent(in) :: body_force
       real(wp), intent(in) :: dynamic_factor
+      character(len=*), intent(in), optional :: damping  !< in &material
       type(simulation_type) :: simulation
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer
@@ -75,7 +107,7 @@ contains
       integer :: i
 
       call case('time stepping'//merge(' with body force', '                ', body_force))
-      call shaken(simulation, body_force, dynamic_factor)
+      call shaken(simulation, body_force, dynamic_factor, damping)
       call linearise(linear, simulation, 'closed', error)
       call check_no_error(error, 'linearise')
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
@@ -90,10 +122,11 @@ contains
    end subroutine time_stepping
 
    !> The layered site with a short pulse at its base.
-   subroutine shaken(simulation, body_force, dynamic_factor)
+   subroutine shaken(simulation, body_force, dynamic_factor, damping)
       type(simulation_type), intent(out) :: simulation
       logical, intent(in) :: body_force
       real(wp), intent(in) :: dynamic_factor
+      character(len=*), intent(in), optional :: damping
       integer, parameter :: samples = 41
       real(wp), parameter :: height = 1.0e-6_wp
       type(model_type) :: model
@@ -101,7 +134,7 @@ contains
       real(wp) :: pulse(samples)
       integer :: i
 
-      call read_model(model, 'text.nml', layered_site(), error)
+      call read_model(model, 'text.nml', layered_site(damping), error)
       call check_no_error(error, 'input')
       pulse = [(height*sin(pi*(i - 1)/(samples - 1))**4, i=1, samples)]
       deallocate (model%motions)

@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Least squares with unknowns that must not be negative (Lawson and Hanson 1974, chapter 23).
+!>
+!> For few unknowns: each least-squares problem of the active set is solved by its normal equations.
+module dda_nonnegative
+   use dda_kinds, only: wp
+   use dda_lapack, only: dposv
+   implicit none
+   private
+   public :: nonnegative_least_squares
+
+contains
+
+   !> The least of |A x − b|² over x ≥ 0.
+   subroutine nonnegative_least_squares(a, b, x)
+      real(wp), intent(in) :: a(:,:)   !< [m,n], m ≥ n, columns independent
+      real(wp), intent(in) :: b(:)     !< [m]
+      real(wp), intent(out) :: x(:)    !< [n]
+      real(wp) :: normal(size(x), size(x)), right(size(x)), slope(size(x)), trial(size(x))
+      real(wp) :: share
+      logical :: free(size(x))
+      integer :: i, enters
+
+      normal = matmul(transpose(a), a)
+      right = matmul(transpose(a), b)
+      x = 0.0_wp
+      free = .false.
+      do i = 1, 10*size(x)
+         slope = right - matmul(normal, x)
+         enters = maxloc(slope, 1, mask=.not. free)
+         if (enters == 0) return
+         if (slope(enters) <= 1.0e-12_wp*maxval(abs(right))) return
+         free(enters) = .true.
+         do
+            call solve_free(normal, right, free, trial)
+            if (all(trial > 0.0_wp .or. .not. free)) exit
+            ! Up to the first unknown that becomes zero, which leaves the set.
+            share = minval(x/(x - trial), mask=free .and. trial <= 0.0_wp)
+            x = x + share*(trial - x)
+            free = free .and. x > epsilon(1.0_wp)*maxval(x)
+            where (.not. free) x = 0.0_wp
+         end do
+         x = trial
+      end do
+   end subroutine nonnegative_least_squares
+
+   !> The unknowns of a set from their normal equations; the others are zero.
+   subroutine solve_free(normal, right, free, x)
+      real(wp), intent(in) :: normal(:,:), right(:)  !< AᵀA, Aᵀb
+      logical, intent(in) :: free(:)                 !< the set
+      real(wp), intent(out) :: x(:)
+      real(wp) :: matrix(count(free), count(free)), solution(count(free), 1)
+      integer :: n, info, i, j
+      integer :: at(count(free))
+
+      n = count(free)
+      at = pack([(i, i=1, size(free))], free)
+      do j = 1, n
+         matrix(:, j) = normal(at, at(j))
+      end do
+      solution(:, 1) = right(at)
+      call dposv('L', n, 1, matrix, n, solution, n, info)
+      x = 0.0_wp
+      if (info == 0) x(at) = solution(:, 1)
+   end subroutine solve_free
+
+end module dda_nonnegative

@@ -1,0 +1,158 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What damping of the materials (`dda_damping`) gives to a step: terms of K̂ and f̂, energies, and
+!> the memory of the generalised Maxwell bodies.
+!>
+!> With h_l = ω_l Δt/2 and K the elastic matrix of a block,
+!>
+!>     K̂ += θ [(r − 1) − r Σ h_l Y_l/(1 + h_l)] K + (α M + β K)/Δt ,
+!>     f̂ −= K [(r − 1) e₀ − r Σ ζ_l − θ r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l)] ,
+!>
+!> a step stores ½ (r − 1) e·Ke − r e·K Σ ζ_l + ½ r Σ ζ_l·Kζ_l/Y_l, and loses
+!> r Σ Δζ_l·KΔζ_l/(Y_l ω_l Δt) + d·Cd/Δt.
+module dda_material_damping
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, memory_strain, has_memory
+   use dda_damping, only: damping_type
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: add_damping_matrix, add_damping_load, add_damping_loss, damping_energy, keep_memory
+
+contains
+
+   !> Terms of K̂ of block b, constants as long as the step stays.
+   pure subroutine add_damping_matrix(blocks, step, b, matrix)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      integer, intent(in) :: b                 !< number of the block
+      real(wp), intent(inout) :: matrix(6, 6)  !< of the block
+      real(wp) :: factor
+      integer :: l
+
+      associate (damping => blocks%damping(blocks%material(b)))
+         factor = damping%unrelaxed - 1.0_wp
+         do l = 1, damping%n
+            factor = factor - damping%unrelaxed*following(damping, l, step%time_step)
+         end do
+         factor = step%scheme%theta*factor + damping%beta/step%time_step
+         matrix(4:6, 4:6) = matrix(4:6, 4:6) + factor*blocks%stiffness(:, :, b)
+         if (damping%alpha > 0.0_wp) matrix = matrix + damping%alpha/step%time_step &
+            *blocks%inertia(:, :, b)
+      end associate
+   end subroutine add_damping_matrix
+
+   !> Forces on the strains of block b at d = 0, beyond those of elasticity.
+   pure subroutine add_damping_load(blocks, step, b, load)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      integer, intent(in) :: b                 !< number of the block
+      real(wp), intent(inout) :: load(3)       !< f̂ of the strains
+      real(wp) :: strain(3)
+      integer :: l
+
+      associate (damping => blocks%damping(blocks%material(b)))
+         if (damping%n == 0) return
+         strain = 0.0_wp
+         do l = 1, damping%n
+            strain = strain + relaxing(blocks, damping, b, l, step%time_step)
+         end do
+         strain = memory_strain(blocks, b) - step%scheme%theta*damping%unrelaxed*strain
+         load = load - matmul(blocks%stiffness(:, :, b), strain)
+      end associate
+   end subroutine add_damping_load
+
+   !> Losses of block b in a step, before it is taken.
+   pure subroutine add_damping_loss(blocks, step, b, d, material, scheme)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      integer, intent(in) :: b                 !< number of the block
+      real(wp), intent(in) :: d(6)             !< increments of its coordinates
+      real(wp), intent(inout) :: material      !< loss by damping, J per metre of thickness
+      real(wp), intent(inout) :: scheme        !< Δσ·Δε beyond that of elasticity, the same
+      real(wp) :: change(3), total(3)
+      integer :: l
+
+      associate (damping => blocks%damping(blocks%material(b)), dt => step%time_step, &
+         stiffness => blocks%stiffness(:, :, b))
+         total = (damping%unrelaxed - 1.0_wp)*d(4:6)
+         do l = 1, damping%n
+            change = relaxing(blocks, damping, b, l, dt) + following(damping, l, dt)*d(4:6)
+            total = total - damping%unrelaxed*change
+            material = material + damping%unrelaxed*dot_product(change, matmul(stiffness, change)) &
+               /(damping%weight(l)*damping%omega(l)*dt)
+         end do
+         scheme = scheme + dot_product(d(4:6), matmul(stiffness, total))
+         material = material + damping%beta/dt*dot_product(d(4:6), matmul(stiffness, d(4:6)))
+         if (damping%alpha > 0.0_wp) material = material + damping%alpha/dt &
+            *dot_product(d, matmul(blocks%inertia(:, :, b), d))
+      end associate
+   end subroutine add_damping_loss
+
+   !> Stored by the body of block b beyond ½ ε·Kε, J per metre of thickness.
+   pure real(wp) function damping_energy(blocks, b) result(energy)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer, intent(in) :: b                 !< number of the block
+      real(wp) :: strain(3), sum_of(3)
+      integer :: l
+
+      energy = 0.0_wp
+      associate (damping => blocks%damping(blocks%material(b)))
+         if (damping%n == 0) return
+         sum_of = 0.0_wp
+         do l = 1, damping%n
+            associate (memory => blocks%memory(:, l, b))
+               sum_of = sum_of + memory
+               energy = energy + 0.5_wp*damping%unrelaxed/damping%weight(l) &
+                  *dot_product(memory, matmul(blocks%stiffness(:, :, b), memory))
+            end associate
+         end do
+         strain = blocks%position(4:6, b) - blocks%rest_strain(:, b)
+         energy = energy + dot_product(strain, matmul(blocks%stiffness(:, :, b), &
+            0.5_wp*(damping%unrelaxed - 1.0_wp)*strain - damping%unrelaxed*sum_of))
+      end associate
+   end function damping_energy
+
+   !> ζ_l of block b at the end of a step, before its strains are.
+   pure subroutine keep_memory(blocks, step, b, d)
+      type(blocks_type), intent(inout) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step         !< the one being taken
+      integer, intent(in) :: b                    !< number of the block
+      real(wp), intent(in) :: d(3)                !< increments of its strains
+      integer :: l
+
+      if (.not. has_memory(blocks)) return
+      associate (damping => blocks%damping(blocks%material(b)))
+         do l = 1, damping%n
+            blocks%memory(:, l, b) = blocks%memory(:, l, b) &
+               + (relaxing(blocks, damping, b, l, step%time_step) &
+               + following(damping, l, step%time_step)*d)
+         end do
+      end associate
+   end subroutine keep_memory
+
+   !> h Y/(1 + h): share of a change of strain that a mechanism follows within the step.
+   pure real(wp) function following(damping, l, time_step)
+      type(damping_type), intent(in) :: damping  !< of the block
+      integer, intent(in) :: l                   !< mechanism
+      real(wp), intent(in) :: time_step          !< Δt, s
+
+      associate (h => 0.5_wp*damping%omega(l)*time_step)
+         following = h*damping%weight(l)/(1.0_wp + h)
+      end associate
+   end function following
+
+   !> 2h/(1 + h) (Y e₀ − ζ): change of ζ within the step at constant strain.
+   pure function relaxing(blocks, damping, b, l, time_step)
+      type(blocks_type), intent(in) :: blocks    !< at the start of the step
+      type(damping_type), intent(in) :: damping  !< of the block
+      integer, intent(in) :: b, l                !< block; mechanism
+      real(wp), intent(in) :: time_step          !< Δt, s
+      real(wp) :: relaxing(3)
+
+      associate (h => 0.5_wp*damping%omega(l)*time_step)
+         relaxing = 2.0_wp*h/(1.0_wp + h)*(damping%weight(l)*(blocks%position(4:6, b) &
+            - blocks%rest_strain(:, b)) - blocks%memory(:, l, b))
+      end associate
+   end function relaxing
+
+end module dda_material_damping

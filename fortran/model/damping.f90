@@ -1,0 +1,214 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Damping of a block material: a generalised Maxwell body, Rayleigh damping.
+!>
+!> The body, for damping that does not depend on frequency:
+!>
+!>     σ = D_u (e − Σ ζ_l),   dζ_l/dt + ω_l ζ_l = Y_l ω_l e ,   D_u = r D,
+!>
+!> e being the strain since the end of statics.  Its complex modulus over the given one,
+!> g(ω) = r [1 − Σ Y_l ω_l/(ω_l + iω)], has Re g = 1 at the reference frequency.  The ω_l are
+!> equally spaced in log ω from a third of the lowest to three times the highest frequency of a
+!> band; the Y_l ≥ 0 are the least-squares solution of
+!>
+!>     Σ Y_l (ω_l ω + 2ζ ω_l²)/(ω_l² + ω²) = 2ζ ,
+!>
+!> which says Im g = 2ζ Re g, at frequencies over the band.
+!>
+!> In steps of Δt the trapezoidal rule gives, with h_l = ω_l Δt/2,
+!>
+!>     Δζ_l = 2h_l/(1 + h_l) (Y_l e₀ − ζ_l) + h_l Y_l/(1 + h_l) Δε ,
+!>
+!> which in steady vibration is the same body at ω̃ = 2 tan(ωΔt/2)/Δt.  The loss of a step and that
+!> of the scheme, (θ − ½) ΔσΔε, are together never negative for (θ − ½) ω_l Δt ≤ 4.
+!>
+!> Rayleigh: C = αM + βK on the mean velocity d/Δt of the block.
+module dda_damping
+   use dda_kinds, only: wp, pi
+   use dda_errors, only: error_type, error_input, fail
+   use dda_nonnegative, only: nonnegative_least_squares
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: damping_type, is_damped, has_body, fit_body, modulus_factor, set_rayleigh, &
+      same_damping, rayleigh_ratio, most_mechanisms, highest_relaxation
+
+   integer, parameter :: most_mechanisms = 16
+   real(wp), parameter :: automatic_band(2) = [0.1_wp, 50.0_wp]  !< Hz
+   integer, parameter :: least_mechanisms = 4     !< that are tried
+   real(wp), parameter :: wanted_misfit = 3.5e-4_wp  !< of an automatic number of mechanisms
+   real(wp), parameter :: most_misfit = 0.05_wp   !< beyond, the body is not what was asked for
+   real(wp), parameter :: beyond = 3.0_wp         !< of the ends of the band: range of the ω_l
+   integer, parameter :: samples = 12             !< frequencies of the fit for each mechanism
+
+   !> Damping of a material.
+   type :: damping_type
+      real(wp) :: ratio = 0.0_wp                !< ζ of the body
+      real(wp) :: reference = 0.0_wp            !< frequency at which the given modulus holds, Hz
+      real(wp) :: band(2) = 0.0_wp              !< over which ζ holds, Hz; 0: automatic
+      integer :: n = 0                          !< mechanisms; before the fit 0: automatic
+      real(wp) :: omega(most_mechanisms) = 0.0_wp   !< ω_l, rad/s
+      real(wp) :: weight(most_mechanisms) = 0.0_wp  !< Y_l
+      real(wp) :: unrelaxed = 1.0_wp            !< r = M_u/M
+      real(wp) :: misfit = 0.0_wp               !< largest relative error of ζ over the band
+      real(wp) :: alpha = 0.0_wp                !< α of Rayleigh damping, 1/s
+      real(wp) :: beta = 0.0_wp                 !< β of Rayleigh damping, s
+   end type damping_type
+
+contains
+
+   !> Something damps.
+   elemental logical function is_damped(damping)
+      type(damping_type), intent(in) :: damping  !< of a material
+
+      is_damped = damping%ratio > 0.0_wp .or. damping%alpha > 0.0_wp .or. damping%beta > 0.0_wp
+   end function is_damped
+
+   !> It has a generalised Maxwell body.
+   elemental logical function has_body(damping)
+      type(damping_type), intent(in) :: damping  !< of a material
+
+      has_body = damping%ratio > 0.0_wp
+   end function has_body
+
+   !> Two materials damp alike.
+   elemental logical function same_damping(a, b) result(same)
+      type(damping_type), intent(in) :: a, b  !< of two materials
+
+      same = a%n == b%n .and. a%alpha == b%alpha .and. a%beta == b%beta .and. &
+         a%unrelaxed == b%unrelaxed .and. all(a%omega == b%omega) .and. all(a%weight == b%weight)
+   end function same_damping
+
+   !> α and β for a damping ratio at two frequencies.
+   pure subroutine set_rayleigh(damping, ratio, frequencies)
+      type(damping_type), intent(inout) :: damping  !< gets them
+      real(wp), intent(in) :: ratio           !< ζ at both
+      real(wp), intent(in) :: frequencies(2)  !< Hz, different
+      real(wp) :: omega(2)
+
+      omega = 2.0_wp*pi*frequencies
+      damping%beta = 2.0_wp*ratio/sum(omega)
+      damping%alpha = damping%beta*product(omega)
+   end subroutine set_rayleigh
+
+   !> ζ of Rayleigh damping, α/(2ω) + βω/2.
+   elemental real(wp) function rayleigh_ratio(damping, frequency) result(ratio)
+      type(damping_type), intent(in) :: damping  !< of a material
+      real(wp), intent(in) :: frequency  !< Hz, above 0
+
+      associate (omega => 2.0_wp*pi*frequency)
+         ratio = 0.5_wp*(damping%alpha/omega + damping%beta*omega)
+      end associate
+   end function rayleigh_ratio
+
+   !> Complex modulus of the body over the given one, at an angular frequency.
+   elemental complex(wp) function modulus_factor(damping, omega) result(factor)
+      type(damping_type), intent(in) :: damping  !< fitted
+      real(wp), intent(in) :: omega  !< rad/s; in steps of Δt the pre-warped one
+      integer :: l
+
+      factor = 1.0_wp
+      do l = 1, damping%n
+         factor = factor - damping%weight(l)*damping%omega(l)/cmplx(damping%omega(l), omega, wp)
+      end do
+      factor = damping%unrelaxed*factor
+   end function modulus_factor
+
+   !> The largest ω_l that a scheme can take at a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
+   elemental real(wp) function highest_relaxation(theta, time_step) result(highest)
+      real(wp), intent(in) :: theta      !< of the scheme, ½ … 1
+      real(wp), intent(in) :: time_step  !< Δt, s
+
+      highest = huge(1.0_wp)
+      if (theta > 0.5_wp) highest = 4.0_wp/((theta - 0.5_wp)*time_step)
+   end function highest_relaxation
+
+   !> Fit the body to its ratio over its band, with ω_l up to a limit.
+   subroutine fit_body(damping, limit, error)
+      type(damping_type), intent(inout) :: damping  !< ratio, reference, band, n; gets the rest
+      real(wp), intent(in) :: limit  !< largest ω_l that all stages can take, rad/s
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: n
+
+      if (.not. damping%band(2) > 0.0_wp) damping%band = [automatic_band(1), &
+         min(automatic_band(2), limit/(2.0_wp*pi*beyond))]
+      if (damping%band(2) <= damping%band(1)) then
+         damping%misfit = huge(1.0_wp)
+      else if (damping%n > 0) then
+         call fit_mechanisms(damping, damping%n, limit)
+      else
+         do n = least_mechanisms, most_mechanisms
+            call fit_mechanisms(damping, n, limit)
+            if (damping%misfit <= wanted_misfit) exit
+         end do
+      end if
+      if (damping%misfit <= most_misfit) return
+      call fail(error, error_input, to_text(damping%n)//' mechanisms give the damping ratio '// &
+         to_text(damping%ratio)//' from '//to_text(damping%band(1))//' to '// &
+         to_text(damping%band(2))//' Hz only to '//to_text(100*damping%misfit)//' %'// &
+         advice_on(damping, limit))
+   end subroutine fit_body
+
+   !> What may help a bad fit.
+   pure function advice_on(damping, limit) result(text)
+      type(damping_type), intent(in) :: damping  !< fitted
+      real(wp), intent(in) :: limit  !< rad/s
+      character(len=:), allocatable :: text
+
+      text = '; give more mechanisms or a narrower damping_band'
+      if (2.0_wp*pi*beyond*damping%band(2) > limit) text = '; the time step admits mechanisms '// &
+         'up to '//to_text(limit/(2.0_wp*pi))//' Hz alone, and the band needs them up to '// &
+         to_text(beyond*damping%band(2))//' Hz: give a smaller time_step, a lower end of '// &
+         "damping_band, or integration = 'midpoint'"
+   end function advice_on
+
+   !> The same with a number of mechanisms; those of no weight are left out.
+   subroutine fit_mechanisms(damping, n, limit)
+      type(damping_type), intent(inout) :: damping  !< gets ω_l, Y_l, r and misfit
+      integer, intent(in) :: n      !< mechanisms
+      real(wp), intent(in) :: limit !< rad/s
+      real(wp) :: matrix(samples*n, n), right(samples*n), weight(n), own(n), omega(samples*n)
+      integer :: l, kept
+
+      own = 2.0_wp*pi*logspace(damping%band(1)/beyond, min(beyond*damping%band(2), &
+         limit/(2.0_wp*pi)), n)
+      omega = 2.0_wp*pi*logspace(damping%band(1), damping%band(2), samples*n)
+      do l = 1, n
+         matrix(:, l) = own(l)*(omega + 2.0_wp*damping%ratio*own(l))/(own(l)**2 + omega**2)
+      end do
+      right = 2.0_wp*damping%ratio
+      call nonnegative_least_squares(matrix, right, weight)
+      kept = count(weight > 0.0_wp)
+      damping%n = kept
+      damping%omega = 0.0_wp
+      damping%weight = 0.0_wp
+      damping%omega(:kept) = pack(own, weight > 0.0_wp)
+      damping%weight(:kept) = pack(weight, weight > 0.0_wp)
+      damping%unrelaxed = 1.0_wp
+      damping%unrelaxed = 1.0_wp/real(modulus_factor(damping, 2.0_wp*pi*damping%reference))
+      damping%misfit = misfit_of(damping)
+   end subroutine fit_mechanisms
+
+   !> Largest relative error of ζ over the band; huge where the body is not stable, Σ Y_l ≥ 1.
+   pure real(wp) function misfit_of(damping) result(misfit)
+      type(damping_type), intent(in) :: damping  !< fitted
+      real(wp) :: frequency(64*damping%n)
+      complex(wp) :: factor(64*damping%n)
+
+      misfit = huge(1.0_wp)
+      if (damping%n == 0 .or. sum(damping%weight) >= 1.0_wp) return
+      frequency = logspace(damping%band(1), damping%band(2), size(frequency))
+      factor = modulus_factor(damping, 2.0_wp*pi*frequency)
+      misfit = maxval(abs(0.5_wp*aimag(factor)/real(factor)/damping%ratio - 1.0_wp))
+   end function misfit_of
+
+   !> Numbers from a first to a last one, equally spaced in their logarithm.
+   pure function logspace(first, last, n) result(list)
+      real(wp), intent(in) :: first, last  !< above 0
+      integer, intent(in) :: n             !< 2 at least
+      real(wp) :: list(n)
+      integer :: i
+
+      list = [(first*(last/first)**(real(i, wp)/(n - 1)), i=0, n - 1)]
+   end function logspace
+
+end module dda_damping

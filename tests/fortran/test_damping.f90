@@ -1,0 +1,195 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Damping of materials: the fit, the energy of a step, rest without creep, refusals.
+module test_damping
+   use dda_kinds, only: wp, pi
+   use dda_damping, only: damping_type, fit_body, has_body, highest_relaxation, modulus_factor, &
+      rayleigh_ratio, set_rayleigh
+   use dda_energy, only: balance, total_energy, energy_algorithmic, energy_damping, &
+      energy_material
+   use dda_errors, only: error_type
+   use dda_nonnegative, only: nonnegative_least_squares
+   use dda_simulation, only: simulation_type
+   use dda_start, only: set_rates
+   use dda_text, only: to_text
+   use models, only: begin, block_text, contact_text, control_text, joint_text, random_vector, &
+      rectangle, run, sow
+   use testing, only: case, check, check_close, check_fails, check_no_error
+   implicit none
+   private
+   public :: damping_suite
+
+   character(len=*), parameter :: members(4) = [character(len=40) :: "integration = 'dda'", &
+      "integration = 'midpoint'", "integration = 'theta'", "integration = 'backward_euler'"]
+
+contains
+
+   subroutine damping_suite()
+      integer :: i
+
+      call least_squares()
+      call fitted_bodies()
+      call refused_bodies()
+      call rayleigh()
+      do i = 1, size(members)
+         call losses(trim(members(i)), 'damping_ratio = 0.2')
+         call losses(trim(members(i)), 'damping_ratio = 0.05 rayleigh_frequencies = 2.0 12.0')
+      end do
+      call rest('damping_ratio = 0.05')
+      call rest('rayleigh_alpha = 1.0')
+   end subroutine damping_suite
+
+   !> The conditions of Karush, Kuhn and Tucker: x ≥ 0, slope ≤ 0 where x = 0, slope 0 elsewhere.
+   subroutine least_squares()
+      real(wp) :: a(12, 5), b(12), x(5), slope(5)
+      integer :: trial, j
+
+      call case('least squares without negative unknowns')
+      call sow(4)
+      do trial = 1, 50
+         do j = 1, 5
+            a(:, j) = random_vector(12)
+         end do
+         b = random_vector(12)
+         call nonnegative_least_squares(a, b, x)
+         slope = matmul(transpose(a), b - matmul(a, x))
+         call check(all(x >= 0.0_wp), 'no negative unknown')
+         call check(all(slope <= 1.0e-10_wp), 'nothing can enter')
+         call check_close(x*slope, 0.0_wp*x, 'complementary', absolute=1.0e-10_wp)
+      end do
+   end subroutine least_squares
+
+   !> ζ over the band, the given modulus at the reference frequency, Σ Y_l < 1.
+   subroutine fitted_bodies()
+      real(wp), parameter :: ratio(5) = [0.001_wp, 0.01_wp, 0.05_wp, 0.1_wp, 0.2_wp]
+      !> largest errors over 0.1 … 50 Hz with 6, 8 and 10 mechanisms, published to two digits
+      real(wp), parameter :: known(3) = [1.7e-2_wp, 3.2e-3_wp, 8.0e-4_wp]
+      type(damping_type) :: damping
+      type(error_type), allocatable :: error
+      complex(wp) :: factor
+      integer :: i, k
+
+      call case('a damping ratio at all frequencies')
+      do i = 1, size(ratio)
+         damping = damping_type(ratio=ratio(i), reference=3.0_wp)
+         call fit_body(damping, huge(1.0_wp), error)
+         call check_no_error(error, 'fit')
+         call check(damping%misfit < 1.0e-3_wp, 'as many mechanisms as are needed')
+         call check(sum(damping%weight) < 1.0_wp, 'stable')
+         call check(all(damping%weight(:damping%n) > 0.0_wp), 'positive weights')
+         do k = 0, 100
+            factor = modulus_factor(damping, 2.0_wp*pi*0.1_wp*500.0_wp**(0.01_wp*k))
+            call check_close(0.5_wp*aimag(factor)/real(factor), ratio(i), 'ζ', relative=1.0e-3_wp)
+         end do
+         call check_close(real(modulus_factor(damping, 6.0_wp*pi)), 1.0_wp, 'given modulus', &
+            relative=1.0e-14_wp)
+         call check(real(modulus_factor(damping, 1.0e9_wp)) <= damping%unrelaxed .and. &
+            damping%unrelaxed > 1.0_wp, 'stiffest at once')
+      end do
+      do k = 1, size(known)
+         damping = damping_type(ratio=0.2_wp, reference=1.0_wp, n=4 + 2*k)
+         call fit_body(damping, huge(1.0_wp), error)
+         call check(damping%n == 4 + 2*k .and. damping%misfit < known(k), to_text(4 + 2*k)// &
+            ' mechanisms')
+      end do
+      call case('mechanisms that a time step admits')
+      damping = damping_type(ratio=0.05_wp, reference=1.0_wp)
+      call fit_body(damping, highest_relaxation(1.0_wp, 1.0e-2_wp), error)
+      call check_no_error(error, 'DDA at 10 ms')
+      call check(maxval(damping%omega) <= 800.0_wp*(1 + 1.0e-12_wp), '(θ − ½) ω Δt ≤ 4')
+      call check(damping%misfit < 1.0e-3_wp, 'over a narrower band')
+   end subroutine fitted_bodies
+
+   subroutine refused_bodies()
+      type(damping_type) :: damping
+      type(error_type), allocatable :: error
+
+      call case('bodies that cannot be')
+      damping = damping_type(ratio=0.05_wp, reference=1.0_wp, n=3)
+      call fit_body(damping, huge(1.0_wp), error)
+      call check_fails(error, 'more mechanisms')
+      deallocate (error)
+      damping = damping_type(ratio=0.05_wp, reference=1.0_wp, band=[0.1_wp, 50.0_wp])
+      call fit_body(damping, highest_relaxation(1.0_wp, 0.1_wp), error)
+      call check_fails(error, 'smaller time_step')
+   end subroutine refused_bodies
+
+   !> 5 % at 2 and 12 Hz.
+   subroutine rayleigh()
+      type(damping_type) :: damping
+
+      call case('Rayleigh damping')
+      call set_rayleigh(damping, 0.05_wp, [2.0_wp, 12.0_wp])
+      call check(.not. has_body(damping), 'no body')
+      call check_close(damping%alpha, 1.0771175_wp, 'α', relative=1.0e-7_wp)
+      call check_close(damping%beta, 1.136821e-3_wp, 'β', relative=1.0e-6_wp)
+      call check_close(rayleigh_ratio(damping, [1.0_wp, 2.0_wp, 4.89898_wp, 12.0_wp, 24.0_wp]), &
+         [8.92857e-2_wp, 0.05_wp, 3.49927e-2_wp, 0.05_wp, 8.92857e-2_wp], 'ζ', relative=1.0e-6_wp)
+   end subroutine rayleigh
+
+   !> Two bonded blocks with first rates: no energy without a name; what the material loses never
+   !> falls, nor does it together with the scheme's loss, at the longest step that mechanisms admit.
+   subroutine losses(member, damping)
+      character(len=*), intent(in) :: member, damping
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+      real(wp) :: rates(6, 2), total, lost(2), first
+      integer :: i
+
+      call case('losses, '//member//', '//damping)
+      call sow(7)
+      call begin(simulation, pair_text(8.0e-3_wp, member, damping))
+      do i = 1, 2
+         rates(:, i) = 1.0e-4_wp*random_vector(6)
+      end do
+      call set_rates(simulation, rates, error)
+      call check_no_error(error, 'rates')
+      first = total_energy(simulation%energy)
+      total = first
+      lost = 0.0_wp
+      do i = 1, 300
+         call run(simulation, 1)
+         associate (value => simulation%energy%value)
+            call check(value(energy_material) >= lost(1), 'the material loses')
+            call check(value(energy_material) + value(energy_algorithmic) &
+               + value(energy_damping) >= lost(2) - 1.0e-12_wp*first, 'all losses together')
+            lost = [value(energy_material), value(energy_material) + value(energy_algorithmic) &
+               + value(energy_damping)]
+         end associate
+         call check(total_energy(simulation%energy) <= total + 1.0e-9_wp*first, 'no gain')
+         total = total_energy(simulation%energy)
+      end do
+      call check(lost(1) > 0.01_wp*first, 'the material has lost something')
+      call check_close(balance(simulation%energy), 0.0_wp, 'balance', absolute=1.0e-9_wp*first)
+   end subroutine losses
+
+   !> Two blocks on top of each other that have come to rest under gravity stay where they are.
+   subroutine rest(damping)
+      character(len=*), intent(in) :: damping
+      type(simulation_type) :: simulation
+      real(wp) :: before(6, 2), sag
+
+      call case('rest, '//damping)
+      call begin(simulation, pair_text(1.0e-2_wp, 'settle = .true. gravity = 0.0 -10.0', damping))
+      before = simulation%blocks%position
+      sag = maxval(abs(before(4:5, :)))
+      call run(simulation, 1000)
+      call check(sag > 1.0e-7_wp, 'the weight acts')
+      ! Statics leave 10⁻⁶ of the weight; a body that creeps moves by more than half of the sag.
+      call check_close(simulation%blocks%position, before, 'no creep', absolute=1.0e-8_wp*sag)
+   end subroutine rest
+
+   !> Two soft blocks on top of each other, bonded, the lower one held.
+   function pair_text(time_step, more, damping) result(text)
+      real(wp), intent(in) :: time_step
+      character(len=*), intent(in) :: more, damping
+      character(len=:), allocatable :: text
+
+      text = control_text(time_step, 10000, more)//contact_text(2.0e9_wp, '')// &
+         ' &material density = 2000.0 young_modulus = 5.0e7 poisson_ratio = 0.3 '//damping// &
+         ' /'//joint_text(40.0_wp, 1.0e9_wp, 1.0e9_wp)// &
+         block_text('low', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))// &
+         block_text('high', rectangle(0.0_wp, 1.0_wp, 1.0_wp, 2.0_wp))// &
+         ' &fixed_point x = 0.1 y = 0.1 / &fixed_point x = 0.9 y = 0.1 /'
+   end function pair_text
+
+end module test_damping
