@@ -80,8 +80,9 @@ def test_a_resumed_run_has_the_bits_of_one_left_alone(write_input, tmp_path, sam
         {"dynamic_factor": 0.95},
         {"contact": {"contact_rules": "original"}},
         {"contact": {"penetration_tolerance": 1e-7}},
+        {"material": {"damping_ratio": 0.05}},
     ],
-    ids=["adaptive", "damped", "original", "augmented"],
+    ids=["adaptive", "damped", "original", "augmented", "memory of the material"],
 )
 def test_the_same_for_other_ways_of_stepping(write_input, tmp_path, same_bits, control):
     file = write_input(shaken_tower())
