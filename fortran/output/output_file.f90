@@ -15,11 +15,13 @@ module dda_output_file
       row_sample
    use dda_model, only: model_type, block_sources
    use dda_netcdf_calls, only: dataset_type, variable_type, checked, define_variables, &
-      define_dimension, describe, put, put_names, text_of
+      define_dimension, describe, describe_number, put, put_names, text_of
+   use dda_run_verdict, only: run_verdict_type, add_frame, conclude
    use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
-   use dda_text, only: joined, quoted
+   use dda_stage, only: stage_type
+   use dda_text, only: joined, quoted, to_text
    use dda_diagnostics, only: audit_warning
    use dda_version, only: version
    use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
@@ -28,7 +30,7 @@ module dda_output_file
    private
    public :: check_target, write_output, is_complete, partial_name
 
-   integer, parameter :: name_length = 64         !< of points and joints
+   integer, parameter :: name_length = 64         !< of points, joints and blocks
    integer, parameter :: buffered = 1024          !< samples between writes
    integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
 
@@ -40,9 +42,9 @@ module dda_output_file
       variable_type('time', nf90_double, 'time', 's', 'time'), &
       variable_type('displacement', nf90_double, 'axis point time', 'm', &
          'displacement of a measured point'), &
-      variable_type('velocity', nf90_double, 'axis point time', 'm s-1', &
+      variable_type('velocity', nf90_double, 'axis point time', 'm/s', &
          'velocity of a measured point'), &
-      variable_type('acceleration', nf90_double, 'axis point time', 'm s-2', &
+      variable_type('acceleration', nf90_double, 'axis point time', 'm/s^2', &
          'acceleration of a measured point'), &
       variable_type('time_step', nf90_double, 'time', 's', 'time step that led here'), &
       variable_type('iterations', nf90_double, 'time', '1', &
@@ -51,12 +53,15 @@ module dda_output_file
          'stage of the run, from 1; see the attribute stages')]
 
    !> States of all blocks, now and then.
-   type(variable_type), parameter :: frame_variables(5) = [ &
+   type(variable_type), parameter :: frame_variables(7) = [ &
+      variable_type('frame', nf90_double, 'frame', 's', 'time of a frame'), &
       variable_type('frame_time', nf90_double, 'frame', 's', 'time of a frame'), &
-      variable_type('block_coordinates', nf90_double, 'coordinate block frame', 'm m rad 1 1 1', &
+      variable_type('frame_stage', nf90_int, 'frame', '1', &
+         'stage of a frame, from 1; see the attribute stages'), &
+      variable_type('block_coordinates', nf90_double, 'coordinate block frame', '', &
          'x and y of the centroid, rotation, strains ex ey gxy in axes of the block'), &
-      variable_type('block_rates', nf90_double, 'coordinate block frame', &
-         'm s-1, m s-1, rad s-1, s-1, s-1, s-1', 'rates of block_coordinates'), &
+      variable_type('block_rates', nf90_double, 'coordinate block frame', '', &
+         'rates of block_coordinates'), &
       variable_type('block_stress', nf90_double, 'component block frame', 'Pa', &
          'sigma_x, sigma_y, tau_xy in axes of the model, tension positive'), &
       variable_type('vertices', nf90_double, 'axis vertex frame', 'm', 'places of the vertices')]
@@ -73,22 +78,31 @@ module dda_output_file
          '1 while cohesion and tension hold'), &
       variable_type('contact_joint', nf90_int, 'contact', '1', 'joint material, from 0'), &
       variable_type('contact_gap', nf90_double, 'contact', 'm', 'gap, negative is penetration'), &
-      variable_type('contact_normal_force', nf90_double, 'contact', 'N m-1', &
+      variable_type('contact_normal_force', nf90_double, 'contact', 'N/m', &
          'compression positive'), &
-      variable_type('contact_shear_force', nf90_double, 'contact', 'N m-1', 'resists slip'), &
+      variable_type('contact_shear_force', nf90_double, 'contact', 'N/m', 'resists slip'), &
       variable_type('contact_stretch', nf90_double, 'contact', 'm', 'elastic shear stretch')]
 
-   !> Names that let xarray select points and joints, and the shape of the model.
-   type(variable_type), parameter :: model_variables(9) = [ &
+   !> Names that let xarray select by them, and the shape of the model.
+   type(variable_type), parameter :: model_variables(15) = [ &
+      variable_type('axis', nf90_char, 'letter axis', '1', 'axis of the model'), &
+      variable_type('coordinate', nf90_char, 'letter coordinate', '1', 'coordinate of a block'), &
+      variable_type('coordinate_unit', nf90_char, 'letter coordinate', '1', &
+         'unit of a block coordinate'), &
+      variable_type('rate_unit', nf90_char, 'letter coordinate', '1', &
+         'unit of the rate of a block coordinate'), &
+      variable_type('component', nf90_char, 'letter component', '1', 'component of the stress'), &
+      variable_type('block', nf90_char, 'letter block', '1', 'name of a block'), &
+      variable_type('block_removal', nf90_int, 'block', '1', &
+         'stage in which a block is removed, from 1; 0: it stays'), &
       variable_type('point', nf90_char, 'letter point', '1', 'name of a measured point'), &
       variable_type('point_place', nf90_double, 'axis point', 'm', &
          'first place of a measured point'), &
-      variable_type('block_name', nf90_char, 'letter block', '1', 'name of a block'), &
       variable_type('block_material', nf90_int, 'block', '1', &
          'material of a block at the start, from 0 in the order of the input'), &
       variable_type('edge_joint', nf90_int, 'vertex', '1', &
          'joint of the edge that begins at a vertex at the start, from 0'), &
-      variable_type('block_density', nf90_double, 'block', 'kg m-3', 'density'), &
+      variable_type('block_density', nf90_double, 'block', 'kg/m^3', 'density'), &
       variable_type('block_shear_modulus', nf90_double, 'block', 'Pa', 'shear modulus'), &
       variable_type('vertex_block', nf90_int, 'vertex', '1', 'block of a vertex, from 0'), &
       variable_type('joint', nf90_char, 'letter joint', '1', 'name of a joint material')]
@@ -101,6 +115,7 @@ module dda_output_file
       integer :: waiting = 0                      !< buffered
       integer :: frames = 0
       integer :: contacts = 0                     !< contact states written
+      type(run_verdict_type) :: verdict
       real(wp), allocatable :: sample(:,:)        !< [buffered, numbers of a sample]
    end type output_type
 
@@ -202,6 +217,7 @@ contains
             call write_constants(dataset, simulation)
             output%points = size(simulation%model%points)
             call copy_rows(output, journal, simulation, error)
+            call describe_verdict(dataset, output%verdict)
             call checked(dataset, nf90_close(dataset%id), 'close the file')
          end if
          if (.not. allocated(error) .and. allocated(dataset%error)) error = dataset%error
@@ -227,7 +243,7 @@ contains
       call define_dimension(dataset, 'letter', name_length)
       call define_dimension(dataset, 'joint', size(simulation%model%joints))
       call define_variables(dataset, [sample_variables, &
-         (variable_type('energy_'//energy_terms(i)%name, nf90_double, 'time', 'J m-1', &
+         (variable_type('energy_'//energy_terms(i)%name, nf90_double, 'time', 'J/m', &
          trim(energy_terms(i)%meaning)//', per metre of thickness'), i=1, size(energy_terms)), &
          frame_variables, contact_variables, model_variables])
       if (.not. allocated(dataset%error)) call checked(dataset, nf90_enddef(dataset%id), &
@@ -256,7 +272,22 @@ contains
       call describe(dataset, 'ending', ending(simulation))
       call describe(dataset, 'solver', work_done(simulation%solver))
       call describe(dataset, 'complete', trim(complete))
+      call describe(dataset, 'coordinates', &
+         'frame_time frame_stage stage coordinate_unit rate_unit block_removal')
    end subroutine describe_run
+
+   !> What happened, in words and numbers.
+   subroutine describe_verdict(dataset, verdict)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(run_verdict_type), intent(in) :: verdict  !< of all frames
+      integer :: i
+
+      if (verdict%frames == 0) return
+      call describe(dataset, 'verdict', verdict%words)
+      do i = 1, verdict%n
+         call describe_number(dataset, trim(verdict%values(i)%name), verdict%values(i)%value)
+      end do
+   end subroutine describe_verdict
 
    !> The records of a model and what was done to them, a line each.
    pure function sources_of(model) result(text)
@@ -298,9 +329,19 @@ contains
             call put(dataset, 'point_place', points(i)%place + simulation%model%origin, [1, i], &
                [2, 1])
          end do
+         call put_names(dataset, 'axis', fixed_names(['x', 'y']))
+         call put_names(dataset, 'coordinate', fixed_names([character(len=12) :: 'x', 'y', &
+            'rotation', 'strain_x', 'strain_y', 'shear_strain']))
+         call put_names(dataset, 'coordinate_unit', fixed_names([character(len=5) :: 'm', 'm', &
+            'rad', '1', '1', '1']))
+         call put_names(dataset, 'rate_unit', fixed_names([character(len=5) :: 'm/s', 'm/s', &
+            'rad/s', '1/s', '1/s', '1/s']))
+         call put_names(dataset, 'component', fixed_names(['xx', 'yy', 'xy']))
+         call put_names(dataset, 'block', block_labels(simulation%model%block_names))
+         call put(dataset, 'block_removal', removal_of(simulation%model%stages, blocks%n), [1], &
+            [blocks%n])
          call put_names(dataset, 'point', points%name)
          call put_names(dataset, 'joint', simulation%model%joints%name)
-         call put_names(dataset, 'block_name', simulation%model%block_names)
          call put(dataset, 'block_material', real(simulation%model%blocks%material - 1, wp), [1], &
             [blocks%n])
          call put(dataset, 'edge_joint', real(simulation%model%blocks%joint - 1, wp), [1], &
@@ -311,6 +352,39 @@ contains
             [blocks%n])
       end associate
    end subroutine write_constants
+
+   !> Names with the length that they have in the file.
+   pure function fixed_names(names) result(fixed)
+      character(len=*), intent(in) :: names(:)  !< [names]
+      character(len=name_length) :: fixed(size(names))
+
+      fixed = names
+   end function fixed_names
+
+   !> Names of the blocks; their numbers where they have none.
+   pure function block_labels(names) result(labels)
+      character(len=*), intent(in) :: names(:)  !< [blocks] as the input has them
+      character(len=name_length) :: labels(size(names))
+      integer :: b
+
+      do b = 1, size(names)
+         labels(b) = names(b)
+         if (names(b) == '') labels(b) = 'block '//to_text(b)
+      end do
+   end function block_labels
+
+   !> The stage that removes each block; 0: none does.
+   pure function removal_of(stages, n) result(removal)
+      type(stage_type), intent(in) :: stages(:)  !< of the model
+      integer, intent(in) :: n                   !< blocks
+      real(wp) :: removal(n)
+      integer :: s
+
+      removal = 0.0_wp
+      do s = 1, size(stages)
+         where (stages(s)%removed) removal = s
+      end do
+   end function removal_of
 
    !> All rows of the journal, in its order.
    subroutine copy_rows(output, journal, simulation, error)
@@ -338,10 +412,11 @@ contains
             if (allocated(frame)) deallocate (frame)
             allocate (frame(frame_size(simulation, contacts)))
             call read_numbers(reader, frame, error)
-            call put_frame(output, frame, simulation%blocks%n, size(simulation%blocks%owner), &
-               contacts)
+            call put_frame(output, frame, simulation, contacts)
          end if
       end do
+      if (allocated(frame) .and. .not. allocated(error)) call conclude(output%verdict, &
+         simulation, frame_corners(frame, simulation))
       if (.not. allocated(error)) call put_samples(output)
       call close_file(reader%file, error)
    end subroutine copy_rows
@@ -373,22 +448,39 @@ contains
       end associate
    end subroutine put_samples
 
+   !> The vertices in a frame, [2, vertices], m.
+   pure function frame_corners(frame, simulation) result(corners)
+      real(wp), intent(in) :: frame(:)  !< [`frame_size`]
+      type(simulation_type), intent(in) :: simulation  !< whose frame it is
+      real(wp) :: corners(2, size(simulation%blocks%owner))
+      integer :: at
+
+      at = 2 + 15*simulation%blocks%n
+      corners = reshape(frame(at + 1:at + size(corners)), shape(corners))
+   end function frame_corners
+
    !> Write a frame: all blocks and contacts.
-   subroutine put_frame(output, frame, n, vertices, contacts)
+   subroutine put_frame(output, frame, simulation, contacts)
       type(output_type), intent(inout) :: output  !< file being written
       real(wp), contiguous, intent(in) :: frame(:)  !< [`frame_size`]
-      integer, intent(in) :: n, vertices, contacts  !< numbers of blocks, vertices, contacts
+      type(simulation_type), intent(in) :: simulation  !< whose frame it is
+      integer, intent(in) :: contacts  !< number of contacts
       integer :: f, at
 
       output%frames = output%frames + 1
       f = output%frames
+      call put(output%dataset, 'frame', frame(1:1), [f], [1])
       call put(output%dataset, 'frame_time', frame(1:1), [f], [1])
-      at = 1
-      call put_part('block_coordinates', 6, n)
-      call put_part('block_rates', 6, n)
-      call put_part('block_stress', 3, n)
-      call put_part('vertices', 2, vertices)
+      call put(output%dataset, 'frame_stage', frame(2:2), [f], [1])
+      at = 2
+      call put_part('block_coordinates', 6, simulation%blocks%n)
+      call put_part('block_rates', 6, simulation%blocks%n)
+      call put_part('block_stress', 3, simulation%blocks%n)
+      call put_part('vertices', 2, size(simulation%blocks%owner))
       if (contacts > 0) call put_contacts(output, frame(at + 1:), contacts)
+      call add_frame(output%verdict, simulation, frame(1), reshape(frame(3:6*simulation%blocks%n &
+         + 2), [6, simulation%blocks%n]), frame_corners(frame, simulation), &
+         reshape(frame(at + 1:), [contacts, contact_columns]))
 
    contains
 

@@ -30,7 +30,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: contacts  !< number of contacts of the frame
 
-      frame_size = 1 + 15*simulation%blocks%n + 2*size(simulation%blocks%owner) &
+      frame_size = 2 + 15*simulation%blocks%n + 2*size(simulation%blocks%owner) &
          + contact_columns*contacts
    end function frame_size
 
@@ -58,8 +58,8 @@ contains
       end associate
    end subroutine take_sample
 
-   !> Time; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; contacts [contacts,
-   !> columns].
+   !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; contacts
+   !> [contacts, columns].
    subroutine take_frame(simulation, frame)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       real(wp), allocatable, intent(out) :: frame(:)  !< [`frame_size`]
@@ -69,12 +69,12 @@ contains
       vertices = size(simulation%blocks%owner)
       contacts = simulation%contacts(simulation%now)%n
       allocate (frame(frame_size(simulation, contacts)))
-      frame(1) = simulation%time
-      at = 1
+      frame(:2) = [simulation%time, real(simulation%stage, wp)]
+      at = 2
       associate (blocks => simulation%blocks, origin => simulation%model%origin)
          call place(frame, at, blocks%position, 6*n)
          do b = 0, n - 1
-            frame(6*b + 2:6*b + 3) = frame(6*b + 2:6*b + 3) + origin
+            frame(6*b + 3:6*b + 4) = frame(6*b + 3:6*b + 4) + origin
          end do
          call place(frame, at, blocks%velocity, 6*n)
          do b = 1, n

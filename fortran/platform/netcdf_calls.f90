@@ -11,7 +11,7 @@ module dda_netcdf_calls
    implicit none
    private
    public :: dataset_type, variable_type, checked, define_variables, define_dimension, describe, &
-      text_of, put, put_names
+      describe_number, text_of, put, put_names
 
    !> An open file; once a call has failed the later ones do nothing.
    type :: dataset_type
@@ -25,7 +25,7 @@ module dda_netcdf_calls
       character(len=24) :: name
       integer :: kind                   !< nf90_double, …
       character(len=24) :: dimensions   !< their names, the fastest first
-      character(len=40) :: units
+      character(len=8) :: units         !< as pint reads them; blank: of each component its own
       character(len=96) :: meaning      !< attribute `long_name`
    end type variable_type
 
@@ -83,8 +83,8 @@ contains
             call checked(dataset, nf90_def_var(dataset%id, trim(variable%name), variable%kind, &
                dimension(:n), id), action)
             if (allocated(dataset%error)) return
-            call checked(dataset, nf90_put_att(dataset%id, id, 'units', trim(variable%units)), &
-               action)
+            if (variable%units /= '') call checked(dataset, nf90_put_att(dataset%id, id, 'units', &
+               trim(variable%units)), action)
             call checked(dataset, nf90_put_att(dataset%id, id, 'long_name', &
                trim(variable%meaning)), action)
             if (variable%kind == nf90_char) call checked(dataset, nf90_put_att(dataset%id, id, &
@@ -102,6 +102,17 @@ contains
       call checked(dataset, nf90_put_att(dataset%id, nf90_global, name, text), &
          'write attribute '//name)
    end subroutine describe
+
+   !> A number as attribute of the file.
+   subroutine describe_number(dataset, name, value)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      character(len=*), intent(in) :: name  !< of the attribute, with its unit
+      real(wp), intent(in) :: value  !< in that unit
+
+      if (allocated(dataset%error)) return
+      call checked(dataset, nf90_put_att(dataset%id, nf90_global, name, value), &
+         'write attribute '//name)
+   end subroutine describe_number
 
    !> A text attribute of the file; blank if it has none of that name.
    function text_of(dataset, name) result(text)

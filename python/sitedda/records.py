@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _QUANTITIES = ("acceleration", "velocity", "displacement")
-_UNITS = ("m s-2", "m s-1", "m")
+_UNITS = ("m/s^2", "m/s", "m")
 
 
 def read_record(

@@ -69,7 +69,7 @@ class Scene:
         self.time = np.atleast_1d(data["frame_time"].values)
         self.title = str(data.attrs.get("title", "")).strip()
         self.groups = small_groups(str(data.attrs.get("input_text", "")))
-        names = data["block_name"].values.tolist() if "block_name" in data else [""] * self.blocks
+        names = data["block"].values.tolist() if "block" in data else [""] * self.blocks
         self.names = [str(name) or f"block {i + 1}" for i, name in enumerate(names)]
         self._set_materials()
 
@@ -302,6 +302,19 @@ class Scene:
             slip.append(abs(normal[:, 0] * apart[:, 1] - normal[:, 1] * apart[:, 0]))
         return np.maximum(*slip), np.maximum(*gap)
 
+    @cached_property
+    def _removal(self) -> np.ndarray:
+        """The stage that removes each block; 0: none does."""
+        if "block_removal" not in self.data:
+            return np.zeros(self.blocks, dtype=int)
+        return self.data["block_removal"].values.astype(int)
+
+    def removed(self, frame: int) -> np.ndarray:
+        """Which blocks stages have taken out before the end of a frame, shape (blocks,)."""
+        if not self._removal.any() or "frame_stage" not in self.data:
+            return np.zeros(self.blocks, dtype=bool)
+        return (self._removal > 0) & (self._removal <= int(self.data["frame_stage"][frame]))
+
     # --- what the input adds -----------------------------------------------------------------
 
     def supports(self) -> list[dict]:
@@ -336,7 +349,10 @@ class Scene:
 
 
 def open_output(file) -> xr.Dataset:
-    """An output file with labels, see `labelled`; its frames are read when they are asked for.
+    """An output file as a dataset; its frames are read when they are asked for.
+
+    It has coordinates to select by:
+    ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``.
 
     Raises
     ------
@@ -351,40 +367,6 @@ def open_output(file) -> xr.Dataset:
     lacking = [n for n in ("vertices", "vertex_block", "block_coordinates") if n not in data]
     if lacking:
         raise OutputError(f"{file} is not an output of a run: it holds no {lacking[0]}")
-    return labelled(data)
-
-
-def labelled(data: xr.Dataset) -> xr.Dataset:
-    """An output with coordinates to select by: axis, coordinate, component, block, frame time.
-
-    ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``.
-    The units of block coordinates differ, so that they become a coordinate of their own.
-    """
-    if "vertex_block" not in data:
-        return data
-    scene = Scene.of(data)
-    units = ["m", "m", "rad", "1", "1", "1"]
-    rates = [unit + "/s" if unit != "1" else "1/s" for unit in units]
-    parts = ["x", "y", "rotation", "strain_x", "strain_y", "shear_strain"]
-    labels = {
-        "axis": ("axis", ["x", "y"], "axis of the model"),
-        "coordinate": ("coordinate", parts, "coordinate of a block"),
-        "coordinate_unit": ("coordinate", units, "unit of a block coordinate"),
-        "rate_unit": ("coordinate", rates, "unit of the rate of a block coordinate"),
-        "component": ("component", ["xx", "yy", "xy"], "component of the stress"),
-        "block": ("block", scene.names, "name of a block"),
-    }
-    data = data.assign_coords(
-        {
-            name: (dimension, values, {"units": "1", "long_name": words})
-            for name, (dimension, values, words) in labels.items()
-            if dimension in data.dims
-        }
-    )
-    time = {"units": "s", "long_name": "time of a frame"}
-    data = data.assign_coords(frame=("frame", scene.time, time))
-    for name in ("block_coordinates", "block_rates"):
-        data[name].attrs.pop("units", None)
     return data
 
 
@@ -424,7 +406,7 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "contact_frame": ("contact", np.zeros(len(contacts["vertex"]), dtype=int)),
     } | {f"contact_{name}": ("contact", values) for name, values in contacts.items()}
     frame |= {
-        "block_name": ("block", simulation.block_names),
+        "block": ("block", simulation.block_names),
         "block_material": ("block", simulation.block_materials),
         "edge_joint": ("vertex", simulation.edge_joints),
     }

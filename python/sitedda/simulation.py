@@ -501,10 +501,8 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
             where = where.with_name(where.name + ".partial")
         with FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
             history = dataset.load()
-    from .scene import labelled
-
     summary = history.attrs["step_control"]
-    return Run(labelled(history), complete, None if output is None else where, summary)
+    return Run(history, complete, None if output is None else where, summary)
 
 
 def _to_end(simulation: Simulation, progress, stop: Stop) -> bool:

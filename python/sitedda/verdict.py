@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run says in words, from its output alone."""
+"""What a run says in words: what its output says itself, and what follows from its output."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -19,7 +18,6 @@ from .signals import response_spectrum
 GRAVITY = 9.80665  # m/s², of the Arias intensity
 PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
 SPECTRUM_DAMPING = 0.05
-_LEAST_MOVEMENT = 1e-5  # of the size of the model: slips and openings below are not counted
 _LEAST_DRIFT = 1e-6  # below, none is said
 _MOST_FRAMES = 200  # that are looked at for the largest values
 
@@ -52,7 +50,7 @@ class Verdict:
 
 
 def verdict(source) -> Verdict:
-    """The verdict of a run: movement, joints, lost blocks, measured points, damping, energies.
+    """The verdict of a run: movement, contacts, lost blocks, measured points, damping, energies.
 
     Parameters
     ----------
@@ -61,15 +59,15 @@ def verdict(source) -> Verdict:
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
     found = Verdict()
-    _ending(found, scene.data)
-    _movement(found, scene)
-    _joints(found, scene)
+    lines = _engine_lines(found, scene.data)
+    _drift(found, scene)
     _fallen(found, scene)
     _lost(found, scene)
     _points(found, scene.data)
     _spectra(found, scene.data)
     _damping(found, scene.data)
-    _energies(found, scene.data)
+    audit = [line for line in lines if line[0] == "energy"]
+    found.lines[:] = [line for line in lines if line not in audit] + found.lines + audit
     return found
 
 
@@ -122,51 +120,18 @@ def _length(value: float) -> str:
     return "0 m" if size == 0 else f"{value:.2e} m"
 
 
-def _angle(radians: float) -> str:
-    degrees = np.degrees(radians)
-    return f"{abs(degrees):.3g}°" if abs(degrees) >= 1e-3 else "below 0.001°"
-
-
 def _looked_at(scene: Scene) -> np.ndarray:
     """Frames from first to last, at most so many."""
     return np.unique(np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int))
 
 
-def _ending(found: Verdict, data: xr.Dataset) -> None:
-    """Why the run ended, if not by its duration."""
-    words = str(data.attrs.get("ending", ""))
-    if words.startswith("stopped"):
-        found.say("end", words, end_s=float(data.time[-1]))
-
-
-def _movement(found: Verdict, scene: Scene) -> None:
-    frames = _looked_at(scene)
-    start = scene.coordinates(0)
-    moved = np.zeros((len(frames), scene.blocks))
-    turned = np.zeros_like(moved)
-    for i, frame in enumerate(frames):
-        now = scene.coordinates(frame) - start
-        moved[i], turned[i] = np.hypot(now[:, 0], now[:, 1]), now[:, 2]
-    seen = "" if scene.frames > 2 else " (of the first and the last frame alone)"
-    i, block = np.unravel_index(np.argmax(moved), moved.shape)
-    last = int(np.argmax(moved[-1]))
-    found.say(
-        "displacement",
-        f"largest {_length(moved[i, block])}, {scene.names[block]} at {scene.time[frames[i]]:.3g} "
-        f"s; at the end {_length(moved[-1, last])}, {scene.names[last]}{seen}",
-        largest_displacement_m=moved[i, block],
-        residual_displacement_m=moved[-1, last],
-    )
-    i, block = np.unravel_index(np.argmax(abs(turned)), turned.shape)
-    last = int(np.argmax(abs(turned[-1])))
-    found.say(
-        "tilt",
-        f"largest {_angle(turned[i, block])}, {scene.names[block]} at {scene.time[frames[i]]:.3g} "
-        f"s; at the end {_angle(turned[-1, last])}, {scene.names[last]}",
-        largest_tilt_rad=abs(turned[i, block]),
-        residual_tilt_rad=abs(turned[-1, last]),
-    )
-    _drift(found, scene)
+def _engine_lines(found: Verdict, data: xr.Dataset) -> list[tuple[str, str]]:
+    """What the engine has written into the output: its lines; its values are added."""
+    for name, value in data.attrs.items():
+        if isinstance(value, float | np.floating):
+            found.values[name] = float(value)
+    lines = str(data.attrs.get("verdict", "")).splitlines()
+    return [(topic, words) for topic, _, words in (line.partition(": ") for line in lines)]
 
 
 def _drift(found: Verdict, scene: Scene) -> None:
@@ -186,37 +151,6 @@ def _drift(found: Verdict, scene: Scene) -> None:
             f"{_length(shift[high] - shift[low])} sideways over {height:.3g} m"
         )
     found.say("drift", words, residual_drift=drift)
-
-
-def _joints(found: Verdict, scene: Scene) -> None:
-    faces = scene.interfaces
-    if len(faces) == 0:
-        return
-    slip, gap = scene.joint_movement(scene.frames - 1)
-    limit = _LEAST_MOVEMENT * scene.size
-    slipped, opened = int(np.sum(slip > limit)), int(np.sum(gap > limit))
-
-    def where(values) -> str:
-        k = int(np.argmax(values))
-        pair = f"{scene.names[faces.first[k]]} on {scene.names[faces.second[k]]}"
-        return f"{_length(values[k])} ({pair})"
-
-    words = f"{slipped} of {len(faces)} have slipped and {opened} have opened at the end"
-    if slipped:
-        words += f"; largest slip {where(slip)}"
-    if opened:
-        words += f"; widest opening {where(gap)}"
-    found.say(
-        "joints",
-        words,
-        joints_slipped=slipped,
-        joints_opened=opened,
-        largest_slip_m=slip.max(),
-        largest_opening_m=max(gap.max(), 0.0),
-    )
-    broken = re.search(r"(\d+) bonds? broken", str(scene.data.attrs.get("step_control", "")))
-    if broken and int(broken.group(1)):
-        found.say("bonds", f"{broken.group(1)} broken", bonds_broken=int(broken.group(1)))
 
 
 def _fallen(found: Verdict, scene: Scene) -> None:
@@ -311,12 +245,3 @@ def _damping(found: Verdict, data: xr.Dataset) -> None:
             amplification=peak.amplitude,
             amplification_frequency_hz=peak.frequency,
         )
-
-
-def _energies(found: Verdict, data: xr.Dataset) -> None:
-    audit = str(data.attrs.get("energy_audit", ""))
-    if not audit:
-        return
-    left = float(data.energy_balance[-1]) if "energy_balance" in data else np.nan
-    words = f"balances, {left:.1e} J/m left over" if audit == "balances" else audit
-    found.say("energy", words, energy_balance_j_m=left)

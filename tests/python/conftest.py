@@ -13,8 +13,6 @@ import xarray as xr
 from environment import executable
 from model_text import namelist
 
-from sitedda.scene import labelled
-
 ROOT = Path(__file__).parents[2]
 
 
@@ -117,8 +115,8 @@ def same_bits():
 
 
 def load(source) -> xr.Dataset:
-    """A dataset in memory, with its labels."""
+    """A dataset in memory."""
     if isinstance(source, xr.Dataset):
-        return labelled(source)
+        return source
     with xr.open_dataset(source, engine="netcdf4") as dataset:
-        return labelled(dataset.load())
+        return dataset.load()

@@ -250,11 +250,40 @@ def test_the_verdict_says_what_moved_and_slipped(run):
     scene, values = Scene.of(run), run.verdict.values
     moved = max(np.linalg.norm(scene.displacement(f), axis=1).max() for f in range(scene.frames))
     assert values["largest_displacement_m"] == pytest.approx(moved)
-    assert values["joints_slipped"] >= 1 and values["largest_slip_m"] > 0.05
+    turned = max(
+        abs(scene.coordinates(f)[:, 2] - scene.coordinates(0)[:, 2]).max()
+        for f in range(scene.frames)
+    )
+    assert values["largest_tilt_rad"] == pytest.approx(turned)
+    assert values["residual_displacement_m"] == pytest.approx(
+        np.linalg.norm(scene.displacement(scene.frames - 1), axis=1).max()
+    )
     acceleration = run.history.acceleration.values
     assert values["pga_m_s2[top<&]"] == pytest.approx(abs(acceleration).max())
     text = str(run.verdict)
     assert "PGA" in text and "Arias" in text and "balances" in text
+
+
+def test_contacts_have_slipped_and_opened_as_their_joints_have(run):
+    """The engine follows a vertex against an edge, the scene what two edges share."""
+    scene, values = Scene.of(run), run.verdict.values
+    slip, gap = scene.joint_movement(scene.frames - 1)
+    assert values["largest_slip_m"] == pytest.approx(slip.max(), rel=1e-3) and slip.max() > 0.05
+    assert values["largest_opening_m"] == pytest.approx(max(gap.max(), 0), abs=1e-6)
+    assert values["contacts_slipped"] == 2 * np.sum(slip > 1e-5 * scene.size)
+    assert values["contacts_opened"] <= values["contacts_slipped"]
+
+
+def test_the_output_of_the_executable_holds_the_same_words(run, native, write_input, tmp_path):
+    import xarray as xr
+
+    native("run", write_input(sliding_blocks()), "-q", "-o", tmp_path / "n.nc")
+    with xr.open_dataset(tmp_path / "n.nc") as data:
+        assert data.attrs["verdict"] == run.history.attrs["verdict"]
+        lines = data.attrs["verdict"].splitlines()
+        said = [f"{topic}: {words}" for topic, words in run.verdict.lines]
+        assert set(lines) <= set(said) and lines[-1] == said[-1]
+        assert data.attrs["largest_displacement_m"] == run.verdict.values["largest_displacement_m"]
 
 
 def test_blocks_that_leave_are_counted_and_named(write_input):

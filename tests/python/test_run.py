@@ -49,11 +49,11 @@ def test_history_has_dimensions_units_and_names(write_input):
     units = {
         "time": "s",
         "displacement": "m",
-        "velocity": "m s-1",
-        "acceleration": "m s-2",
+        "velocity": "m/s",
+        "acceleration": "m/s^2",
         "block_stress": "Pa",
-        "energy_kinetic": "J m-1",
-        "contact_normal_force": "N m-1",
+        "energy_kinetic": "J/m",
+        "contact_normal_force": "N/m",
         "iterations": "1",
     }
     assert {name: history[name].attrs["units"] for name in units} == units
@@ -65,6 +65,44 @@ def test_every_variable_states_unit_and_meaning(write_input):
     assert silent == ["block_coordinates", "block_rates"]
     assert history.coordinate_unit.sel(coordinate="rotation") == "rad"
     assert history.rate_unit.sel(coordinate="rotation") == "rad/s"
+
+
+def test_pint_reads_every_unit(write_input):
+    pint = pytest.importorskip("pint")
+    units = pint.UnitRegistry()
+    history = sitedda.run(write_input(tower(steps=5))).history
+    texts = [v.attrs["units"] for v in history.variables.values() if "units" in v.attrs]
+    for text in (*texts, *history.coordinate_unit.values, *history.rate_unit.values):
+        units.parse_units(str(text))
+    force = history.block_density * history.acceleration.max()
+    assert force.size and (1 * units("kg/m^3") * units("m/s^2")).check("[force]/[volume]")
+
+
+def test_any_reader_of_netcdf_selects_by_names(write_input, tmp_path):
+    output = tmp_path / "t.nc"
+    sitedda.run(write_input(changed(tower(steps=40), "output", block_interval=10)), output)
+    with xr.open_dataset(output) as data:
+        stress = data.block_stress.sel(block="layer_2", component="yy")
+        assert_array_equal(stress, data.block_stress.values[:, 2, 1])
+        assert stress.sel(frame=0.019, method="nearest").frame_time == 0.02
+        assert list(data.axis.values) == ["x", "y"]
+        assert data.block_coordinates.sel(coordinate="rotation").coordinate_unit == "rad"
+        assert {"stage", "frame_stage", "block_removal"} <= set(data.coords)
+
+
+def test_frames_and_blocks_tell_their_stages(write_input):
+    groups = without(tower(3, gravity=[0.0, -9.81], steps=None), "output")
+    groups += [
+        ("stage", {"name": "rest", "kind": "static"}),
+        ("stage", {"name": "shake", "steps": 20}),
+        ("stage", {"name": "dig", "kind": "static", "remove": "layer_3"}),
+        ("stage", {"name": "again", "steps": 10}),
+        ("output", {"block_interval": 10}),
+    ]
+    groups = [pair for pair in groups if pair[1].get("name") != "surface"]
+    history = sitedda.run(write_input(groups)).history
+    assert_array_equal(history.frame_stage, [2, 2, 2, 3, 4])
+    assert_array_equal(history.block_removal, [0, 0, 0, 3])
 
 
 def test_properties_of_the_material_are_in_the_history(write_input):
