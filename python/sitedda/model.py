@@ -273,6 +273,12 @@ class Model:
         counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
         return f"<sitedda.Model {self.title!r}: {counts or 'empty'}>"
 
+    def _repr_html_(self) -> str:
+        """Groups and a picture, for a notebook; what is wrong where it cannot be drawn."""
+        from .report.notebook import model_fragment
+
+        return model_fragment(self)
+
     def __eq__(self, other) -> bool:
         """The same groups in the same order."""
         if not isinstance(other, Model):

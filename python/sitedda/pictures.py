@@ -147,7 +147,7 @@ class BlockPicture:
         if self.blocks is None:
             self._begin(frame, vertices)
         else:
-            self.blocks.set_verts(scene.split(vertices))
+            self.blocks.set_verts(_standing(scene, frame, vertices))
             if self.color != "material":
                 self.blocks.set_array(quantity(scene, self.color, frame)[0] / self.size)
             for line in self.lines:
@@ -160,7 +160,7 @@ class BlockPicture:
         if scene.frames > 1 and (frame > 0 or self.frames):
             _outlines(axes, scene)
         self.blocks, self.size, handles = _blocks(
-            axes, scene, vertices, self.frames or [frame], self.color
+            axes, scene, frame, vertices, self.frames or [frame], self.color
         )
         if self.color == "material" and not self.contacts:
             handles += _joints(axes, scene, frame, self.deformation)
@@ -259,11 +259,12 @@ def _figure(scene: Scene) -> Figure:
     return Figure(figsize=size, layout="constrained")
 
 
-def _blocks(axes: Axes, scene: Scene, vertices, frames: list[int], color: str):
+def _blocks(axes: Axes, scene: Scene, frame: int, vertices, frames: list[int], color: str):
     """Blocks in their colours, the size of the unit of the colour, and handles for the legend."""
     edge = 0.7 if scene.blocks < 600 else 0.35 if scene.blocks < 6000 else 0.15
-    drawn = PolyCollection(scene.split(vertices), edgecolors=INK, linewidths=edge, zorder=2)
-    axes.add_collection(drawn)
+    shown = _standing(scene, frame, vertices)
+    drawn = PolyCollection(shown, edgecolors=INK, linewidths=edge, zorder=2)
+    axes.add_collection(drawn, autolim=False)
     if color == "material":
         drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
         handles = [
@@ -282,6 +283,12 @@ def _blocks(axes: Axes, scene: Scene, vertices, frames: list[int], color: str):
     drawn.set_norm(_norm(color, low / size, high / size))
     color_bar(axes, drawn, f"{_LABELS[color]} ({unit})")
     return drawn, size, []
+
+
+def _standing(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
+    """The polygons of the blocks; those that stages have removed are not drawn."""
+    gone = scene.removed(frame)[scene.owner]
+    return scene.split(np.where(gone[:, None], np.nan, vertices) if gone.any() else vertices)
 
 
 def _norm(color: str, low: float, high: float):
@@ -304,11 +311,8 @@ def color_bar(axes: Axes, drawn, label: str) -> None:
 def _outlines(axes: Axes, scene: Scene) -> None:
     """The first frame, behind, as a fine line."""
     if scene.blocks <= _MOST_DRAWN_OUTLINES:
-        axes.add_collection(
-            PolyCollection(
-                scene.polygons(0), facecolors="none", edgecolors="#b9bec5", linewidths=0.5, zorder=1
-            )
-        )
+        look = {"facecolors": "none", "edgecolors": "#b9bec5", "linewidths": 0.5, "zorder": 1}
+        axes.add_collection(PolyCollection(scene.polygons(0), **look))
 
 
 def _joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
@@ -316,8 +320,9 @@ def _joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
     faces = scene.interfaces
     if len(faces) == 0 or len(scene.joint_names) < 2:
         return []
-    kinds = scene.interface_joints
-    lines = _carried_lines(scene, frame, factor)
+    stays = ~(scene.removed(frame)[faces.first] | scene.removed(frame)[faces.second])
+    kinds = scene.interface_joints[stays]
+    lines = _carried_lines(scene, frame, factor)[stays]
     colors = [JOINTS[k % len(JOINTS)] for k in kinds]
     axes.add_collection(LineCollection(lines, colors=colors, linewidths=1.7, zorder=3))
     return [
@@ -471,6 +476,9 @@ def _words(scene: Scene, frame: int, deformation: float) -> str:
         parts.insert(0, f"t = {scene.time[frame]:.4g} s")
     if deformation != 1.0:
         parts.append(f"displacements × {deformation:g}")
+    gone = int(scene.removed(frame).sum())
+    if gone:
+        parts.append(f"{gone} removed")
     lost = scene.lost(frame)
     if len(lost):
         parts.append(f"{len(lost)} out of view: {_some([scene.names[b] for b in lost], 3)}")

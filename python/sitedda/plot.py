@@ -18,7 +18,7 @@ from .pictures import FAINT, INK, draw, in_unit
 from .response import Amplification, layered_twin
 from .scene import Scene
 from .scheme import scheme_damping
-from .signals import smooth_konno_ohmachi
+from .signals import dominant_frequency, smooth_konno_ohmachi
 from .verdict import (
     PERIODS,
     SPECTRUM_DAMPING,
@@ -31,6 +31,7 @@ from .verdict import (
 BASE, SURFACE, TWIN = "#8a9099", "#0072b2", "#d55e00"
 COLORS = (SURFACE, TWIN, "#009e73", "#cc79a7", "#b58900", "#4a4f57")
 _MOST_POINTS = 6
+_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where nothing swings
 
 
 def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
@@ -50,8 +51,8 @@ def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
         return _site_picture(scene, history, found[0], discrete)
     if history.sizes.get("time", 0) > 2 and "point_place" in history and len(scene.points()):
         return _history_picture(scene, history)
-    figure = Figure(figsize=(11, 4.8), layout="constrained")
-    _title(figure, history)
+    figure = Figure(figsize=(11, 4.9), layout="constrained")
+    _title(figure, history, *_USUAL_FREQUENCIES)
     _before_and_after(figure.subplots(1, 2), scene)
     return figure
 
@@ -71,15 +72,31 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
         for name in dict.fromkeys((result.surface, result.base))
     }
     _accelerations((axes["surface"], axes["base"]), history, series)
+    for name in ("surface", "base"):
+        _mark_stages(axes[name], scene, named=name == "surface")
     _spectra(axes["spectra"], history, series)
     _ratio(axes["ratio"], history, result, discrete)
     _title(figure, history)
     return figure
 
 
-def _title(figure, history) -> None:
+def _title(figure, history, *frequencies: float) -> None:
+    """The title of the run and, at frequencies (Hz), which damping is in the model."""
     title = _plain(str(history.attrs.get("title", ""))) or "Untitled"
     figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
+    if frequencies:
+        words = damping_words(history, *frequencies)
+        figure.supxlabel(words, x=0.99, ha="right", fontsize=9, color=FAINT)
+
+
+def _main_frequencies(history, names: list[str]) -> tuple[float, ...]:
+    """The frequency (Hz) that the liveliest point swings at; the usual ones if it does not."""
+    point = history.displacement.sel(point=names[0])
+    series = point.values[:, main_axis(point)]
+    try:
+        return (dominant_frequency(series, _mean_step(history)),)
+    except ValueError:
+        return _USUAL_FREQUENCIES
 
 
 def _accelerations(panels, history, series: dict) -> None:
@@ -152,12 +169,12 @@ def _ratio(axes: Axes, history, result: Amplification, discrete) -> None:
 
 def _history_picture(scene: Scene, history) -> Figure:
     """Blocks before and after, displacements of the measured points, response spectra."""
-    figure = Figure(figsize=(11, 7.8), layout="constrained")
-    _title(figure, history)
+    figure = Figure(figsize=(11, 7.9), layout="constrained")
+    names = _liveliest(history)
+    _title(figure, history, *_main_frequencies(history, names))
     above, below = figure.subfigures(2, 1, height_ratios=[1.25, 1])
     _before_and_after(above.subplots(1, 2), scene)
     left, right = below.subplots(1, 2)
-    names = _liveliest(history)
     size, unit = in_unit(float(abs(history.displacement.sel(point=names)).max()), "m")
     series = {}
     for name, color in zip(names, COLORS, strict=False):
@@ -166,6 +183,7 @@ def _history_picture(scene: Scene, history) -> Figure:
         label = f"{name}, {'xy'[axis]}"
         left.plot(history.time, values / size, color=color, lw=1.1, label=_plain(label))
         series[label] = history.acceleration.sel(point=name).isel(axis=axis).values
+    _mark_stages(left, scene)
     left.set(xlabel="time (s)", ylabel=f"displacement ({unit})", xlim=(0, float(history.time[-1])))
     _bare(left)
     _legend(left, 3)
@@ -195,6 +213,22 @@ def _before_and_after(panels, scene: Scene) -> None:
     draw(scene, axes=after)
     before.set_title("Before", loc="left", fontsize=10, fontweight="bold", pad=24)
     after.set_title("After", loc="left", fontsize=10, fontweight="bold", pad=24)
+
+
+def _mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
+    """A line where each stage begins, every other stage shaded, names along the upper end."""
+    starts = scene.stage_starts()
+    if not starts:
+        return
+    ends = [begin for _, begin in starts[1:]] + [float(scene.data.time[-1])]
+    for i, ((name, begin), end) in enumerate(zip(starts, ends, strict=True)):
+        if i % 2:
+            axes.axvspan(begin, end, color=FAINT, alpha=0.12, lw=0, zorder=0)
+        if named and end > begin:
+            place = (begin, 1.0)
+            look = {"fontsize": 8, "color": FAINT, "rotation": 90, "va": "top", "ha": "left"}
+            axes.annotate(_plain(name), place, xytext=(2, -2), xycoords=("data", "axes fraction"),
+                          textcoords="offset points", zorder=1, **look)  # fmt: skip
 
 
 def _small_blocks(axes: Axes, scene: Scene) -> None:

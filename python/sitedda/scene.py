@@ -300,7 +300,8 @@ class Scene:
             )
             gap.append(np.sum(apart * normal, axis=1))
             slip.append(abs(normal[:, 0] * apart[:, 1] - normal[:, 1] * apart[:, 0]))
-        return np.maximum(*slip), np.maximum(*gap)
+        stays = ~(self.removed(frame)[faces.first] | self.removed(frame)[faces.second])
+        return np.maximum(*slip) * stays, np.maximum(*gap) * stays
 
     @cached_property
     def _removal(self) -> np.ndarray:
@@ -314,6 +315,17 @@ class Scene:
         if not self._removal.any() or "frame_stage" not in self.data:
             return np.zeros(self.blocks, dtype=bool)
         return (self._removal > 0) & (self._removal <= int(self.data["frame_stage"][frame]))
+
+    def stage_starts(self) -> list[tuple[str, float]]:
+        """Names and first times (s) of the stages of a run that has more than one dynamic one."""
+        if "stage" not in self.data or "stages" not in self.data.attrs:
+            return []
+        names = str(self.data.attrs["stages"]).split(", ")
+        stage, time = self.data["stage"].values.astype(int), self.data["time"].values
+        at = np.flatnonzero(np.diff(stage, prepend=0))
+        # A sample at the end of a stage is not one of the next: that begins there.
+        starts = [(names[stage[i] - 1], float(time[max(i - 1, 0)])) for i in at]
+        return starts if len(starts) > 1 and len(names) >= stage.max() else []
 
     # --- what the input adds -----------------------------------------------------------------
 

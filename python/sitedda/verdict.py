@@ -94,21 +94,21 @@ def run_scheme(history: xr.Dataset) -> Scheme:
     return Scheme.of_control(next(iter(listed(groups, "control")), {}))
 
 
-def damping_words(history: xr.Dataset, frequency: float) -> str:
-    """Which damping a model has, at a frequency (Hz), in one line."""
+def damping_words(history: xr.Dataset, *frequencies: float) -> str:
+    """Which damping a model has, at frequencies (Hz), in one line."""
     step = float(np.max(history.time_step))
     scheme = run_scheme(history)
-    ratio = float(scheme_damping(frequency, step, scheme)) if frequency < 0.5 / step else np.nan
+    ratios = [scheme_damping(f, step, scheme) if f < 0.5 / step else np.nan for f in frequencies]
+    at = ", ".join(
+        f"{100 * float(r):.2g} % at {f:.3g} Hz" for r, f in zip(ratios, frequencies, strict=True)
+    )
     groups = small_groups(str(history.attrs.get("input_text", "")))
     damped = any(
         any("damping" in name or "rayleigh" in name for name in group)
         for group in listed(groups, "material")
     )
     material = "as in the input" if damped else "none"
-    return (
-        f"damping of the scheme {100 * ratio:.2g} % at {frequency:.3g} Hz "
-        f"(Δt = {1e3 * step:.3g} ms); of the material: {material}"
-    )
+    return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
 
 
 def _length(value: float) -> str:

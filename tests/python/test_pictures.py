@@ -371,6 +371,61 @@ def test_objects_say_what_they_are(write_input):
     assert "highest frequency" in sitedda.check(file)._repr_html_()
 
 
+def test_models_and_simulations_show_themselves_in_notebooks(write_input):
+    file = write_input(sliding_blocks())
+    model = sitedda.Model.read(file)
+    for shown in (model, sitedda.Simulation(file)):
+        text = shown._repr_html_()
+        assert "data:image/" in text and "&lt;/script&gt;" in text
+        assert EVIL not in text and "<img src=x" not in text
+    empty = sitedda.Model("nothing yet", time_step=1e-3)._repr_html_()
+    assert "cannot run yet" in empty and "&amp;control" in empty
+
+
+def test_hostile_names_stay_texts_in_pictures_and_exports(run, tmp_path):
+    figure = run.draw(color="material").figure
+    figure.savefig(tmp_path / "x.svg")
+    parsed = xml.parse(tmp_path / "x.svg")  # a name that ended its element would not parse
+    assert not [e for e in parsed.iter() if e.tag.endswith(("script", "image"))]
+    run_picture(run.history).savefig(tmp_path / "y.svg")
+    xml.parse(tmp_path / "y.svg")
+    collection = write_vtk(run, tmp_path / "vtk")
+    text = collection.read_text()
+    assert "<img" not in text and text.count("-->") == 1
+    head = (tmp_path / "vtk" / "blocks_0000.vtp").read_bytes().partition(b"<AppendedData")[0]
+    assert b"onerror" not in head and b"<script" not in head
+
+
+def excavated() -> list:
+    """Two blocks side by side on a table; the first is taken away."""
+    groups = tower(2, steps=None, gravity=[0.0, -9.81])
+    groups = [pair for pair in groups if pair[1].get("name") != "surface"]
+    return [
+        *groups,
+        ("measured_point", {"name": "low", "x": 7.5, "y": 0.5, "block": "layer_1"}),
+        ("stage", {"name": "shake", "steps": 40}),
+        ("stage", {"name": "dig", "kind": "static", "remove": "layer_2"}),
+        ("stage", {"name": "after <b>", "steps": 30}),
+    ]
+
+
+def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
+    groups = changed(excavated(), "output", block_interval=10)
+    run = sitedda.run(write_input(groups))
+    scene = Scene.of(run)
+    assert [name for name, _ in scene.stage_starts()] == ["shake", "dig", "after <b>"]
+    assert scene.removed(scene.frames - 1).tolist() == [False, False, True]
+    axes = run.draw(color="velocity")
+    paths = axes.collections[-1].get_paths()
+    drawn = [np.isfinite(path.vertices).all() and len(path.vertices) > 0 for path in paths]
+    assert drawn[:2] == [True, True] and (len(drawn) == 2 or not drawn[2])
+    assert "1 removed" in axes.texts[-1].get_text()
+    figure = run_picture(run.history)
+    texts = [t.get_text() for a in figure.subfigs[1].axes for t in a.texts]
+    assert {"shake", "after <b>"} <= set(texts)
+    assert "damping of the scheme" in figure._supxlabel.get_text()
+
+
 def test_check_tells_its_lines_in_four_digits(write_input, main):
     import json
 

@@ -120,9 +120,19 @@ def encode(scene: Scene, budget: int) -> Encoded:
         "time": [float(scene.time[f]) for f in frames],
         "all_frames": scene.frames,
         "coarse": bool(lean),
+        "removals": _removals(scene, frames),
+        "stages": [[name, begin] for name, begin in scene.stage_starts()],
     }
     _put_contacts(result, scene, frames, budget - result.size)
     return result
+
+
+def _removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
+    """Removed blocks, and the first of the frames that they are gone in."""
+    if not scene.removed(scene.frames - 1).any():
+        return []
+    gone = np.stack([scene.removed(f) for f in frames])
+    return [[int(b), int(np.argmax(gone[:, b]))] for b in np.flatnonzero(gone.any(axis=0))]
 
 
 def _put_model(result: Encoded, scene: Scene) -> None:

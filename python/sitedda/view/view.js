@@ -222,6 +222,13 @@
           places[2 * v + 1] = pose[1] + pose[4] * ox + pose[5] * oy;
         }
       }
+      for (const [b, gone] of this.meta.removals || []) {
+        if (frame < gone) continue;  // a removed block shrinks to nothing
+        for (let v = first[b]; v < first[b + 1]; v++) {
+          places[2 * v] = rest[2 * first[b]];
+          places[2 * v + 1] = rest[2 * first[b] + 1];
+        }
+      }
       if (factor !== 1) {
         for (let i = 0; i < places.length; i++) {
           places[i] = rest[i] + factor * (places[i] - rest[i]);
@@ -657,6 +664,24 @@
       this.point();
     }
 
+    /** Every other stage of the run shaded, with its name. */
+    shadeStages(c, X, bottom) {
+      const stages = this.stages || [];
+      c.textAlign = "left";
+      c.textBaseline = "top";
+      for (const [i, [name, begin]] of stages.entries()) {
+        const end = i + 1 < stages.length ? stages[i + 1][1] : this.end;
+        if (i % 2) {
+          c.globalAlpha = 0.5;
+          c.fillStyle = variable("--rule");
+          c.fillRect(X(begin), 4, X(end) - X(begin), bottom - 4);
+          c.globalAlpha = 1;
+        }
+        c.fillStyle = variable("--faint");
+        if (end > begin) c.fillText(name, X(begin) + 3, 5, Math.max(X(end) - X(begin) - 6, 8));
+      }
+    }
+
     point() {
       const x = this.left + (this.canvas.clientWidth - this.left - 8) * this.time / this.end;
       this.mark.style.transform = `translateX(${x}px)`;
@@ -679,6 +704,7 @@
       const bottom = height - 18, pad = 0.06 * (this.high - this.low);
       const X = (t) => this.left + (width - this.left - 8) * t / this.end;
       const Y = (v) => bottom - (bottom - 6) * (v - this.low + pad) / (this.high - this.low + 2 * pad);
+      this.shadeStages(c, X, bottom);
       c.lineWidth = 1;
       c.strokeStyle = variable("--rule");
       c.fillStyle = variable("--faint");
@@ -876,6 +902,7 @@
           lines.push({label: line.label, x: values.subarray(0, line.samples), y: values.subarray(line.samples)});
         }
         const plot = new Chart(this.charts, chart.title, chart.unit, (t) => this.showTime(t));
+        plot.stages = this.meta.stages;
         plot.set(lines);
         this.plots.push(plot);
       }
@@ -1340,6 +1367,7 @@
       this.blockChart = new Chart(this.blockBox, `${name} of ${this.model.names[b]}`, units[color],
         (t) => this.showTime(t));
       const y = Float64Array.from(this.meta.time, (_, f) => this.model.quantity(color, f, b));
+      this.blockChart.stages = this.meta.stages;
       this.blockChart.set([{label: this.model.names[b], x: Float64Array.from(this.meta.time), y}]);
     }
   }
