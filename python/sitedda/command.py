@@ -34,6 +34,10 @@ def main(arguments: list[str] | None = None) -> int:
         from .paper.__main__ import main as reproduce
 
         return reproduce(words[1:])
+    if words[:1] == ["study"]:
+        from .study.command import main as study
+
+        return study(words[1:])
     if words[:1] == ["validate"]:
         from .validation.__main__ import main as validate
 
@@ -77,6 +81,7 @@ def _parser() -> argparse.ArgumentParser:
     reading.add_argument("--time-step", type=float, default=0.0, metavar="S")
     reading.add_argument("-o", "--output", type=_file_name, default=Path("record.png"))
     reading.set_defaults(act=_record)
+    commands.add_parser("study", help="run many values of parameters", add_help=False)
     commands.add_parser("validate", help="run the analytic cases", add_help=False)
     commands.add_parser("paper", help="reproduce the results of the paper", add_help=False)
     add_viewing_commands(commands)

@@ -12,7 +12,22 @@ from types import ModuleType
 
 _HOMES = {
     "study": "api",
+    "Bands": "maps",
+    "Fragility": "fragility_curve",
+    "Ida": "dynamic_analysis",
+    "Map": "maps",
     "Points": "axes",
+    "Record": "records",
+    "Records": "records",
+    "SobolIndices": "sensitivity",
+    "Tornado": "sensitivity",
+    "bands": "maps",
+    "eurocode8": "fitted_motion",
+    "fragility": "fragility_curve",
+    "fragility_of": "fragility_curve",
+    "gather": "api",
+    "ida": "dynamic_analysis",
+    "parameter_map": "maps",
     "seeds": "axes",
     "latin_hypercube": "sampling",
     "lognormal": "sampling",
@@ -22,12 +37,17 @@ _HOMES = {
     "sobol": "sampling",
     "uniform": "sampling",
     "measure": "quantities",
+    "report_page": "page",
+    "sobol_indices": "sensitivity",
+    "synthetic": "fitted_motion",
+    "tornado": "sensitivity",
+    "write_report": "page",
     "collect": "table",
     "counts": "table",
     "Workers": "workers",
 }  # names, and the modules that are read when they are first used
 
-__all__ = list(_HOMES)  # noqa: PLE0605
+__all__ = list(_HOMES)
 
 
 class _Study(ModuleType):

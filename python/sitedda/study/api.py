@@ -15,7 +15,7 @@ from .axes import Axis
 from .case import Work
 from .distribute import distribute
 from .evaluate import evaluate
-from .plan import Plan, folder_or_temporary, make_plan
+from .plan import Plan, folder_or_temporary, make_plan, plan_of_folder
 from .table import collect
 from .workers import Workers
 
@@ -47,8 +47,8 @@ def study(
         Lists of values by the name of what they change, such as
         ``{"joint[bed].friction_angle": [25, 30, 35], "motion.scale": [1, 2]}``: all combinations,
         a dimension each; ``{"phi": ("joint[*].friction_angle", [25, 30])}`` names the dimension.
-        Also the axes of `records`, `latin_hypercube`, `sobol`, `saltelli`, `one_at_a_time`,
-        `Points`.
+        Also `Records`, `Points`, and what `latin_hypercube`, `sobol`, `saltelli`,
+        `one_at_a_time` return.
     results : str, callable, sequence or mapping of these
         What is kept of each run, see `sitedda.study.measure`; all numbers of its verdict by
         default.  Functions are of a `sitedda.Run`.
@@ -110,6 +110,26 @@ def run(plan: Plan, executor=None, workers=None, memory=None, time_limit=np.inf,
         distribute(pool, work, plan.keys, show)
 
 
+def gather(study, workers: int | None = None, show=None, retry: bool = False) -> None:
+    """Measure the outputs that sitedda-native has written in the folder of a study.
+
+    Parameters
+    ----------
+    study : Plan or path
+        A plan that has been written, or the folder of one whose quantities are all names.
+    workers : int
+        Processes.
+    show : callable, optional
+        Called with the numbers of cases that are done and that have failed.
+    retry : bool
+        Forget what has failed, so that the next submission runs it.
+    """
+    plan = study if isinstance(study, Plan) else plan_of_folder(study)
+    work = Work(plan.folder, quantities=plan.quantities, again=retry, start=False)
+    with _executor(None, workers, None, np.inf) as pool:
+        distribute(pool, work, plan.keys, show)
+
+
 def _check_workers(workers) -> None:
     if workers is not None and (int(workers) != workers or workers < 1):
         raise InputError(f"workers = {workers}: give a whole number above 0")
@@ -158,4 +178,4 @@ def shown(progress, count: int) -> Iterator[Callable | None]:
         yield show
 
 
-__all__ = ["Axis", "free_memory", "run", "shown", "study"]
+__all__ = ["Axis", "free_memory", "gather", "run", "shown", "study"]

@@ -16,12 +16,14 @@ from ..errors import InterruptedRun, OutputError, SiteddaError
 from ..stop import Stop
 from .quantities import Array, Quantity, measure, returned
 from .store import (
+    FAILED,
     INPUT,
     OUTPUT,
     WORDS,
     case_folder,
     locked,
     read_result,
+    refuse_links,
     write_result,
     write_whole,
 )
@@ -51,6 +53,8 @@ class Work:
         Outputs stay after they have been measured.
     again : bool
         Cases that have failed are tried again.
+    start : bool
+        Runs that are not complete are run; else only those are measured that are.
     """
 
     study: Path
@@ -60,6 +64,7 @@ class Work:
     time_limit: float = np.inf
     keep: bool = True
     again: bool = False
+    start: bool = True
 
 
 def carry_out(work: Work, key: str, wait: bool = False) -> dict:
@@ -76,8 +81,8 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
     Returns
     -------
     dict
-        ``status``: 'complete', 'failed', 'interrupted', 'unfinished' (the disk) or 'busy';
-        ``message``.
+        ``status``: 'complete', 'failed', 'missing', 'interrupted', 'unfinished' (the disk) or
+        'busy'; ``message``.
     """
     folder = case_folder(work.study, key)
     if not folder.is_dir():
@@ -109,10 +114,13 @@ def _result(work: Work, folder: Path) -> dict:
         numbers, arrays, more = _done(work, folder)
     except (InterruptedRun, KeyboardInterrupt):
         return {"status": "interrupted", "message": ""}
+    except Missing:
+        return {"status": "missing", "message": ""}
     except OutputError as error:  # of the disk, not of the case: to be tried again
         return {"status": "unfinished", "message": str(error)}
     except SiteddaError as error:
-        return write_result(folder, "failed", str(error), kind=KINDS.get(error.kind, "input"))
+        words = str(error).replace(f"{folder}/", "")
+        return write_result(folder, "failed", words, kind=KINDS.get(error.kind, "input"))
     except MemoryError:
         return write_result(folder, "failed", "not enough memory", kind="memory")
     except Exception as error:  # of the user's function: it is that case's failure alone
@@ -140,6 +148,9 @@ def _done(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array],
         return *_sorted(returned("value", work.model(**values))), {}
     if callable(work.task):
         return *_sorted(returned("value", work.task(folder / INPUT))), {}
+    _given_up(folder, work.again)
+    if not work.start and not (folder / WORDS).exists():
+        raise Missing
     warning = run_input(folder, work.time_limit)
     numbers, arrays = measure(folder / OUTPUT, work.quantities)
     if not work.keep:
@@ -197,6 +208,24 @@ def _to_end(folder: Path, time_limit: float) -> str:
         peaks = simulation._text("peaks").decode("utf-8", "replace")
         write_whole(folder / WORDS, "\n".join(filter(None, [simulation.warning, peaks])))
     return warnings_of(folder)
+
+
+class Missing(SiteddaError):
+    """A case has not been run yet."""
+
+
+class GivenUp(SiteddaError):
+    """Another program tried a case, and failed."""
+
+
+def _given_up(folder: Path, again: bool) -> None:
+    """Raise what a task of Slurm said when it gave a case up, unless it is tried again."""
+    file = folder / FAILED
+    if again:
+        file.unlink(missing_ok=True)
+    elif file.exists():
+        words = refuse_links(folder, file).read_text("utf-8", "replace").strip()
+        raise GivenUp(words.removeprefix("sitedda-native: ") or "it failed without a word")
 
 
 class TimeLimit(SiteddaError):

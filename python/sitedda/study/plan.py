@@ -23,7 +23,16 @@ from ..groups import variables
 from ..namelist import Namelist
 from .axes import Axis, axes_of
 from .quantities import DEFAULT, Quantity, quantities_of
-from .store import INPUT, MANIFEST, OUTPUT, case_folder, checksum, keep_file, make_folder
+from .store import (
+    INPUT,
+    MANIFEST,
+    OUTPUT,
+    case_folder,
+    checksum,
+    keep_file,
+    make_folder,
+    read_manifest,
+)
 from .store import write_whole as write
 
 _FORMAT = 1
@@ -159,6 +168,14 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
     return Plan(model, axes, wanted, task, dict(_flat(fixed or {})), where)
 
 
+def plan_of_folder(folder) -> Plan:
+    """The plan of a folder as its manifest has it, without its axes and functions."""
+    folder = Path(folder).absolute()
+    found = read_manifest(folder)
+    wanted = [one for one in found["quantities"] if ":" not in one]
+    return Plan(found["model"], [], quantities_of(wanted), folder=folder, keys=found["cases"])
+
+
 def model_name(model) -> str:
     """What the model is called in a manifest."""
     if callable(model):
@@ -206,11 +223,12 @@ class _Files:
     def __init__(self, study: Path):
         self.study = study
         self.names: dict[Path, str] = {}
+        self.made: dict[int, str] = {}
 
     def kept(self, changes: Mapping) -> dict:
         """Changes whose files are those of the study."""
         return {
-            path: self._name(Path(value), path) if _names_a_file(path) and value else value
+            path: self._name(value, path) if _names_a_file(path) and value else value
             for path, value in changes.items()
         }
 
@@ -224,7 +242,13 @@ class _Files:
                     group.set("file", self._name(folder / name, f"&{group.name}"))
         return str(namelist)
 
-    def _name(self, file: Path, where: str) -> str:
+    def _name(self, file, where: str) -> str:
+        """The name of a file, or of a `Record` that stands in none yet."""
+        if hasattr(file, "data"):
+            if id(file) not in self.made:
+                self.made[id(file)] = keep_file(self.study, file.data, ".txt")
+            return self.made[id(file)]
+        file = Path(file)
         if file not in self.names:
             try:
                 data = file.read_bytes()

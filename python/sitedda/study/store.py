@@ -8,6 +8,7 @@
     STUDY/cases/ab/ab…/           one case, by its key
         model.nml, out.nc         input and output (out.nc.checkpoint … while it runs)
         words.txt                 what the run warned of
+        failed.txt                why a task of Slurm gave it up
         result.json, result.npz   what was asked for, numbers and arrays
         lock                      held by whoever works on the case
 
@@ -32,7 +33,7 @@ import numpy as np
 from ..errors import InputError, OutputError
 
 MANIFEST = "study.json"
-INPUT, OUTPUT, WORDS = "model.nml", "out.nc", "words.txt"
+INPUT, OUTPUT, WORDS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
 _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
 _MOST = 1 << 30  # bytes of a JSON file that are read

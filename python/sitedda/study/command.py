@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""sitedda study: a study from a TOML file, here, on a Dask cluster, or by Slurm."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InterruptedRun, SiteddaError
+from .api import gather, run, shown
+from .plan import plan_of_folder
+from .settings import Settings, read_settings
+from .slurm import SCRIPT, submit, write_batch
+from .table import collect, counts
+
+_COMMANDS = ("run", "plan", "collect")
+_MOST = 5  # messages of failed cases that are shown
+
+
+def main(words: list[str]) -> int:
+    """Carry out the command; its exit status, see `sitedda.command.main`."""
+    if words and words[0] not in (*_COMMANDS, "-h", "--help"):
+        words = ["run", *words]
+    options = _parser().parse_args(words)
+    try:
+        return options.act(options)
+    except (SiteddaError, ImportError) as error:
+        print(f"sitedda study: {error}", file=sys.stderr)
+        return getattr(error, "kind", 1)
+    except KeyboardInterrupt:
+        print("sitedda study: interrupted; the same command goes on", file=sys.stderr)
+        return InterruptedRun.kind
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str):
+        """Say what is wrong with the command line and end."""
+        self.print_usage(sys.stderr)
+        self.exit(1, f"{self.prog}: {message}\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="sitedda study",
+        description="Run a model with many values of its parameters; what is done stays done.",
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, act, words in (
+        ("run", _run, "run what is missing, and collect (also: sitedda study FILE.toml)"),
+        ("plan", _plan, "write inputs and a script for sbatch"),
+        ("collect", _collect, "gather what there is into one table"),
+    ):
+        command = commands.add_parser(name, help=words)
+        what = "FILE.toml, or the folder of the study" if name == "collect" else "FILE.toml"
+        command.add_argument("file", type=Path, metavar="FILE.toml", help=what)
+        command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr")
+        command.add_argument("--report", action="store_true", help="write a report in one page")
+        command.add_argument("-w", "--workers", type=int, help="processes (one a processor)")
+        command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+        command.add_argument("--retry", action="store_true", help="try again what has failed")
+        command.set_defaults(act=act, slurm=False, dask="")
+        if name == "run":
+            command.add_argument("--dask", default="", metavar="ADDRESS", help="of a scheduler")
+            for part in ("ca", "cert", "key"):
+                command.add_argument(f"--tls-{part}", default="", metavar="PEM")
+            command.add_argument("--slurm", action="store_true", help="plan, and give to sbatch")
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    settings = read_settings(options.file)
+    if options.slurm:
+        return _submit(settings, options)
+    plan = settings.plan.write()
+    print(f"{plan.count} cases in {plan.folder}", flush=True)
+    with _cluster(options) as executor, shown(not options.quiet, plan.count) as show:
+        run(
+            plan,
+            executor,
+            options.workers,
+            **settings.limits,
+            retry=options.retry,
+            show=show,
+        )
+    return _finish(settings, options)
+
+
+def _cluster(options: argparse.Namespace):
+    if not options.dask:
+        return nullcontext()
+    from .dask import connected
+
+    return connected(options.dask, options.tls_ca, options.tls_cert, options.tls_key)
+
+
+def _plan(options: argparse.Namespace) -> int:
+    settings = read_settings(options.file)
+    script = write_batch(settings.plan.write(), settings.slurm)
+    print(f"{settings.plan.count} cases in {settings.plan.folder}")
+    print(f"submit: sbatch {shlex.quote(str(script))}")
+    print(f"then: sitedda study collect {shlex.quote(str(options.file))}")
+    return 0
+
+
+def _submit(settings: Settings, options: argparse.Namespace) -> int:
+    script = write_batch(settings.plan.write(), settings.slurm)
+    print(submit(script))
+    print(f"when it is done: sitedda study collect {shlex.quote(str(options.file))}")
+    return 0
+
+
+def _collect(options: argparse.Namespace) -> int:
+    settings = _settings_of(options.file)
+    plan = settings.plan
+    if (plan.folder / SCRIPT).exists():
+        with shown(not options.quiet, len(plan.keys)) as show:
+            gather(plan, options.workers, show, options.retry)
+    return _finish(settings, options)
+
+
+def _settings_of(file: Path) -> Settings:
+    """Of a TOML file, or of the folder of a study."""
+    if file.is_dir():
+        plan = plan_of_folder(file)
+        return Settings(plan, plan.folder / "table.nc")
+    settings = read_settings(file)
+    settings.plan.write()
+    return settings
+
+
+def _finish(settings: Settings, options: argparse.Namespace) -> int:
+    """Write table and report, and say how it went."""
+    file = options.output or settings.table
+    with collect(settings.plan.folder, file.absolute()) as table:
+        found = counts(table)
+        words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
+        print(f"{table.status.size} cases: {words}")
+        _tell(table, "failed", "message")
+        _tell(table, None, "warning")
+        print(f"table: {file}")
+        if options.report:
+            from .page import write_report
+
+            page = write_report(table, settings.plan.folder / "report.html", settings.figures)
+            print(f"page: {page}")
+    return 0
+
+
+def _tell(table, status: str | None, name: str) -> None:
+    """The first messages of cases, with their parameters."""
+    texts = table[name].values
+    chosen = texts != "" if status is None else table.status.values == status
+    for place in list(zip(*np.nonzero(chosen), strict=True))[:_MOST]:
+        where = ", ".join(
+            f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
+            for dim, i in zip(table.status.dims, place, strict=True)
+        )
+        print(f"{status or name}: {where}: {texts[place].splitlines()[0]}")
+    if (more := int(np.sum(chosen)) - _MOST) > 0:
+        print(f"… and {more} more")

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Dask cluster as what runs the cases.
+
+Whoever reaches the address of a scheduler can have any code run by its workers, and by its
+clients: use TLS, or a network that only its users reach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from ..errors import InputError, OutputError
+
+
+@contextmanager
+def connected(address: str, ca: str = "", certificate: str = "", key: str = "") -> Iterator:
+    """A client of a scheduler, closed in the end.
+
+    Parameters
+    ----------
+    address : str
+        As ``tcp://host:8786``, or ``tls://host:8786`` with the files below.
+    ca, certificate, key : str
+        PEM files of TLS: the authority, and the client's own certificate and key.
+
+    Raises
+    ------
+    OutputError
+        If the scheduler cannot be reached.
+    """
+    try:
+        from distributed import Client
+        from distributed.security import Security
+    except ImportError as trouble:
+        raise InputError("--dask needs the package distributed: pip install sitedda[study]") from (
+            trouble
+        )
+    if bool(certificate) != bool(key) or (certificate and not ca):
+        raise InputError("TLS needs all three: --tls-ca, --tls-cert, --tls-key")
+    if certificate and not address.startswith("tls://"):
+        raise InputError(f"{address!r}: with TLS the address begins with tls://")
+    security = None
+    if certificate:
+        security = Security(tls_ca_file=ca, tls_client_cert=certificate, tls_client_key=key,
+                            require_encryption=True)  # fmt: skip
+    try:
+        client = Client(address, security=security, timeout=20)
+    except (OSError, ValueError, TimeoutError) as trouble:
+        raise OutputError(f"no scheduler of Dask at {address}: {trouble}") from trouble
+    try:
+        yield client
+    finally:
+        client.close()

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Incremental dynamic analysis: one curve for each record, and its fractiles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+
+FRACTILES = (0.16, 0.5, 0.84)
+
+
+@dataclass(frozen=True)
+class Ida:
+    """Curves of a response over the intensity.
+
+    Attributes
+    ----------
+    intensity : ndarray, shape (levels,)
+    response : ndarray, shape (records, levels)
+        NaN where a run failed.
+    fractiles : ndarray, shape (3, levels)
+        16, 50 and 84 % of the response at each intensity; NaN where no run is complete.
+    threshold : float or None
+    capacity : ndarray, shape (records,)
+        Intensity at which the response of a record first exceeds the threshold, linear between
+        levels; inf where it never does, NaN where a failed run hides it.
+    names : list of str
+        Of the records.
+    labels : (str, str)
+        Of response and intensity.
+    """
+
+    intensity: np.ndarray
+    response: np.ndarray
+    fractiles: np.ndarray
+    threshold: float | None
+    capacity: np.ndarray
+    names: list[str]
+    labels: tuple[str, str]
+
+    @property
+    def capacity_fractiles(self) -> np.ndarray:
+        """16, 50 and 84 % of the capacities; inf where so many records do not reach it."""
+        known = np.sort(self.capacity[~np.isnan(self.capacity)])
+        if not known.size:
+            return np.full(3, np.nan)
+        place = np.clip(np.ceil(np.array(FRACTILES) * known.size) - 1, 0, None).astype(int)
+        return known[place]
+
+    def picture(self):
+        """Intensity over response, as is the custom."""
+        from ..drawing import BLUE, GREY, RED, new_figure
+
+        figure, axes = new_figure(size=(7.0, 5.0))
+        for i, row in enumerate(self.response):
+            axes.plot(row, self.intensity, "-", color=GREY, lw=0.9, alpha=0.7, marker=".", ms=3,
+                      label="records" if i == 0 else None)  # fmt: skip
+        for share, row, style in zip(FRACTILES, self.fractiles, ("--", "-", "--"), strict=True):
+            label = {0.5: "median", 0.16: "16 and 84 %"}.get(share)
+            axes.plot(row, self.intensity, style, color=BLUE, lw=2.2, label=label)
+        if self.threshold is not None:
+            axes.axvline(self.threshold, color=RED, lw=1, label=f"threshold {self.threshold:g}")
+        axes.set(xlabel=self.labels[0], ylabel=self.labels[1], ylim=(0, None), xlim=(0, None))
+        axes.legend(frameon=False)
+        axes.spines[["top", "right"]].set_visible(False)
+        return figure
+
+
+def ida(table, quantity: str, intensity: str, record: str = "record", threshold=None) -> Ida:
+    """Incremental dynamic analysis of a study.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        Of a study.
+    quantity : str
+        The response.
+    intensity, record : str
+        Dimensions.
+    threshold : float, optional
+        Of the response, for the capacities.
+    """
+    values = table[quantity]
+    if set(values.dims) != {intensity, record}:
+        raise InputError(f"{quantity} has the dimensions {values.dims}, not {record!r} and "
+                         f"{intensity!r}; select the others")  # fmt: skip
+    response = values.transpose(record, intensity).values
+    level = np.asarray(table[intensity].values, dtype=float)
+    order = np.argsort(level)
+    response, level = response[:, order], level[order]
+    counted = np.isfinite(response).any(axis=0)
+    fractiles = np.full((3, level.size), np.nan)
+    fractiles[:, counted] = np.nanquantile(response[:, counted], FRACTILES, axis=0)
+    capacity = [_capacity(row, level, threshold) for row in response]
+    unit = table[intensity].attrs.get("units", "")
+    labels = (quantity, f"{intensity} ({unit})" if unit else intensity)
+    names = [str(name) for name in table[record].values]
+    return Ida(level, response, fractiles, threshold, np.array(capacity), names, labels)
+
+
+def _capacity(row: np.ndarray, level: np.ndarray, threshold: float | None) -> float:
+    if threshold is None:
+        return np.nan
+    above = np.flatnonzero(row > threshold)
+    if not above.size:
+        return np.nan if np.any(np.isnan(row)) else np.inf
+    first = above[0]
+    if np.any(np.isnan(row[:first])):
+        return np.nan
+    low, high = (row[first - 1], row[first]) if first else (0.0, row[first])
+    below = level[first - 1] if first else 0.0
+    return float(below + (level[first] - below) * (threshold - low) / (high - low))

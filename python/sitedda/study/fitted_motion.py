@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Synthetic ground motions: filtered noise with an envelope, fitted to a response spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ..errors import InputError
+from ..signals import response_spectrum
+from .records import Record
+
+_ROUNDS, _GOOD = 30, 0.02  # of the fit; the first with so small a misfit, or the best, is kept
+_PERIODS = 60  # at which the spectrum is fitted
+_RISE, _PLATEAU = 0.15, 0.35  # of the duration
+_GROUND_DAMPING = 0.6  # of the filter of Kanai and Tajimi
+_GROUND = {  # EN 1998-1:2004, tables 3.2 and 3.3: S, T_B, T_C, T_D
+    1: {"A": (1.0, 0.15, 0.4, 2.0), "B": (1.2, 0.15, 0.5, 2.0), "C": (1.15, 0.2, 0.6, 2.0),
+        "D": (1.35, 0.2, 0.8, 2.0), "E": (1.4, 0.15, 0.5, 2.0)},
+    2: {"A": (1.0, 0.05, 0.25, 1.2), "B": (1.35, 0.05, 0.25, 1.2), "C": (1.5, 0.1, 0.25, 1.2),
+        "D": (1.8, 0.1, 0.3, 1.2), "E": (1.6, 0.05, 0.25, 1.2)},
+}  # fmt: skip
+
+
+def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
+    """The elastic spectrum of EN 1998-1:2004, 3.2.2.2, with 5 % damping.
+
+    Parameters
+    ----------
+    peak : float
+        a_g, m/s².
+    ground : {'A', 'B', 'C', 'D', 'E'}
+    kind : {1, 2}
+
+    Returns
+    -------
+    callable
+        Sa (m/s²) of periods (s).
+    """
+    if kind not in _GROUND or ground not in _GROUND[kind]:
+        raise InputError(f"ground {ground!r} of kind {kind!r}: use A to E, and 1 or 2")
+    soil, b, c, d = _GROUND[kind][ground]
+
+    def spectrum(period):
+        t = np.asarray(period, dtype=float)
+        shape = np.where(t < b, 1 + 1.5 * t / b, 2.5)
+        shape = np.where(t > c, 2.5 * c / np.maximum(t, c), shape)
+        shape = np.where(t > d, 2.5 * c * d / np.maximum(t, d) ** 2, shape)
+        return peak * soil * shape
+
+    return spectrum
+
+
+def synthetic(
+    seeds: int | Sequence[int],
+    spectrum,
+    duration: float = 20.0,
+    time_step: float = 0.01,
+    periods: tuple[float, float] = (0.05, 2.0),
+    damping: float = 0.05,
+) -> list[Record]:
+    """Records made from seeds, each fitted to a response spectrum.
+
+    Gaussian noise through the filter of Kanai and Tajimi, whose frequency is that of the largest
+    spectral value, under an envelope that rises as t², stays, and decays exponentially; then its
+    Fourier amplitudes are multiplied by target over spectrum, again and again.
+
+    Parameters
+    ----------
+    seeds : int or sequence of int
+        One record each.
+    spectrum : callable or (periods, values)
+        Pseudo-acceleration (m/s²) of periods (s).
+    duration, time_step : float
+        s.
+    periods : (float, float)
+        Shortest and longest period that is fitted, s.
+    damping : float
+        Damping ratio of the spectrum.
+
+    Returns
+    -------
+    list of Record
+        Their `misfit` is the root of the mean square of Sa / target - 1 over the periods.
+    """
+    if not (duration > 20 * time_step > 0 and 0 < periods[0] < periods[1]):
+        raise InputError("a synthetic record needs a duration of many time steps, and periods in "
+                         f"order, not {duration:g} s, {time_step:g} s, {periods}")  # fmt: skip
+    if periods[0] < 4 * time_step or periods[1] > duration / 2:
+        raise InputError(f"periods {periods} s cannot be fitted with a time step of {time_step:g} "
+                         f"s and a duration of {duration:g} s: keep them above 4 time steps and "
+                         "below half the duration")  # fmt: skip
+    grid = np.geomspace(*periods, _PERIODS)
+    if callable(spectrum):
+        target = np.asarray(spectrum(grid), dtype=float)
+    else:
+        target = np.exp(np.interp(np.log(grid), np.log(spectrum[0]), np.log(spectrum[1])))
+    if not np.all(np.isfinite(target) & (target > 0)):
+        raise InputError("the target spectrum must be above 0 at all periods")
+    seeds = [seeds] if isinstance(seeds, int) else list(seeds)
+    return [_fitted(seed, grid, target, duration, time_step, damping) for seed in seeds]
+
+
+def _fitted(seed, grid, target, duration, step, damping) -> Record:
+    """One record: the best of all rounds of the fit."""
+    count = round(duration / step) + 1
+    ground = 1.0 / grid[np.argmax(target)]
+    motion = _noise(seed, count, step, ground) * _envelope(count)
+    frequency = np.fft.rfftfreq(2 * count, step)
+    best, least = motion, np.inf
+    for _ in range(_ROUNDS):
+        ratio = target / _spectrum(motion, step, grid, damping)
+        misfit = float(np.sqrt(np.mean((1 / ratio - 1) ** 2)))
+        if misfit < least:
+            best, least = motion, misfit
+        if least < _GOOD:
+            break
+        factor = np.interp(frequency, 1 / grid[::-1], ratio[::-1])
+        spectrum = np.fft.rfft(motion, 2 * count) * factor
+        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # slow drift, which no period asks for
+        motion = _without_drift(np.fft.irfft(spectrum)[:count] * _ends(count), step)
+    return Record(f"synthetic {seed}", best, step, least)
+
+
+def _spectrum(motion, step, periods, damping) -> np.ndarray:
+    rest = np.zeros(int(np.ceil(periods[-1] / step)))
+    padded = np.concatenate([motion, rest])
+    return response_spectrum(padded, step, 1 / periods, damping).pseudo_acceleration
+
+
+def _noise(seed: int, count: int, step: float, ground: float) -> np.ndarray:
+    """White noise through the filter of Kanai and Tajimi."""
+    white = np.random.Generator(np.random.Philox(seed)).standard_normal(count)
+    r = np.fft.rfftfreq(2 * count, step) / ground
+    two = 2j * _GROUND_DAMPING * r
+    return np.fft.irfft(np.fft.rfft(white, 2 * count) * (1 + two) / (1 - r**2 + two))[:count]
+
+
+def _envelope(count: int) -> np.ndarray:
+    """Rises as t², stays, decays to 5 %."""
+    t = np.linspace(0.0, 1.0, count)
+    end = _RISE + _PLATEAU
+    rise = np.minimum(t / _RISE, 1.0) ** 2
+    return np.where(t <= end, rise, np.exp(-3.0 * (t - end) / (1.0 - end)))
+
+
+def _ends(count: int) -> np.ndarray:
+    """A cosine over the first and the last 2 %, so that a record begins and ends at rest."""
+    n = max(count // 50, 1)
+    found = np.ones(count)
+    found[:n] = 0.5 - 0.5 * np.cos(np.pi * np.arange(n) / n)
+    found[-n:] = found[:n][::-1]
+    return found
+
+
+def _without_drift(acceleration: np.ndarray, step: float) -> np.ndarray:
+    """The acceleration without the parabola of its velocity."""
+    t = np.arange(acceleration.size) * step
+    velocity = np.concatenate([[0.0], np.cumsum(acceleration[1:] + acceleration[:-1]) * step / 2])
+    basis = np.column_stack([t, t**2])
+    slope, bend = np.linalg.lstsq(basis, velocity, rcond=None)[0]
+    return acceleration - slope - 2 * bend * t

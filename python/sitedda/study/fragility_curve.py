@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fragility curves by maximum likelihood, with their confidence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+
+_LEAST, _MOST = 1e-3, 20.0  # of the dispersion that is looked for
+
+
+@dataclass(frozen=True)
+class Fragility:
+    """A lognormal fragility curve, P(failure | im) = Φ(ln(im / median) / dispersion).
+
+    Attributes
+    ----------
+    median : float
+        In the unit of the intensity.
+    dispersion : float
+        Standard deviation of the logarithm, β.
+    median_interval, dispersion_interval : (float, float)
+        Of the confidence, by the profile of the likelihood; an end that the data do not bound is
+        0 or inf.
+    confidence : float
+    covariance : ndarray, shape (2, 2)
+        Of ln median and ln dispersion, by the observed information.
+    intensity, failures, trials : ndarray, shape (levels,)
+        What it was fitted to.
+    name, unit : str
+        Of the intensity.
+    """
+
+    median: float
+    dispersion: float
+    median_interval: tuple[float, float]
+    dispersion_interval: tuple[float, float]
+    confidence: float
+    covariance: np.ndarray
+    intensity: np.ndarray
+    failures: np.ndarray
+    trials: np.ndarray
+    name: str = "intensity"
+    unit: str = ""
+
+    def probability(self, intensity) -> np.ndarray:
+        """Probability of failure at intensities."""
+        from scipy.special import ndtr
+
+        return ndtr(np.log(np.asarray(intensity) / self.median) / self.dispersion)
+
+    def band(self, intensity) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bound of the probability at each intensity, by the delta method."""
+        from scipy.special import ndtr, ndtri
+
+        z = np.log(np.asarray(intensity, dtype=float) / self.median) / self.dispersion
+        slope = np.stack([np.full_like(z, -1 / self.dispersion), -z], axis=-1)
+        spread = np.sqrt(np.einsum("...i,ij,...j", slope, self.covariance, slope))
+        wide = ndtri(0.5 + self.confidence / 2) * spread
+        return ndtr(z - wide), ndtr(z + wide)
+
+    def picture(self):
+        """The curve with its confidence, and the shares that failed."""
+        from ..drawing import BLUE, INK, new_figure
+
+        figure, axes = new_figure(size=(7.0, 4.6))
+        x = np.linspace(0.0, 1.25 * self.intensity.max(), 300)[1:]
+        low, high = self.band(x)
+        words = f"{self.confidence:.0%} confidence"
+        axes.fill_between(x, low, high, color=BLUE, alpha=0.18, lw=0, label=words)
+        axes.plot(x, self.probability(x), color=BLUE, lw=2,
+                  label=f"median {self.median:.4g}, β = {self.dispersion:.3g}")  # fmt: skip
+        share = self.failures / self.trials
+        axes.plot(self.intensity, share, "o", color=INK, ms=5, label="share of the cases")
+        unit = f" ({self.unit})" if self.unit else ""
+        axes.set(xlabel=f"{self.name}{unit}", ylabel="probability of failure", ylim=(-0.02, 1.02))
+        axes.set_xlim(0, x[-1])
+        axes.legend(frameon=False, loc="best")
+        axes.spines[["top", "right"]].set_visible(False)
+        return figure
+
+
+def fragility(intensity, failures, trials, confidence: float = 0.95, **about) -> Fragility:
+    """Fit a lognormal fragility curve by maximum likelihood.
+
+    The number of failures at a level is binomial (Baker 2015, Earthquake Spectra 31(1), 579).
+
+    Parameters
+    ----------
+    intensity : array_like, shape (levels,)
+    failures, trials : array_like of int, shape (levels,)
+    confidence : float
+        Of the intervals.
+    **about
+        ``name`` and ``unit`` of the intensity.
+
+    Raises
+    ------
+    InputError
+        If the data have no maximum of the likelihood: none or all failed, or all failures lie
+        above all survivals, so that the dispersion is not determined.
+    """
+    x, k, n = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (intensity, failures, trials))
+    _check(x, k, n, confidence)
+    use = n > 0
+    start = np.array([np.log(np.average(x[use], weights=n[use])), np.log(0.4)])
+    best = _least(lambda p: _loss(p, x, k, n), start)
+    covariance = np.linalg.inv(_information(best, x, k, n))
+    limit = _quantile(confidence)
+    intervals = [_interval(i, best, covariance, limit, x, k, n) for i in range(2)]
+    median, dispersion = map(float, np.exp(best))
+    return Fragility(median, dispersion, *intervals, confidence, covariance, x, k, n, **about)
+
+
+def fragility_of(table, quantity: str, threshold: float, intensity: str, confidence=0.95):
+    """The fragility curve of a study.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        Of a study.
+    quantity : str
+        Of the table; a case fails where it is above the threshold. Cases without it (failed or
+        missing runs) do not count.
+    threshold : float
+    intensity : str
+        Dimension of the levels; all others are trials.
+    confidence : float
+    """
+    values = table[quantity]
+    others = [dim for dim in values.dims if dim != intensity]
+    trials = values.notnull().sum(others).values
+    failures = (values > threshold).sum(others).values
+    level = table[intensity]
+    found = fragility(level.values, failures, trials, confidence, name=intensity,
+                      unit=str(level.attrs.get("units", "")))  # fmt: skip
+    return found
+
+
+def _check(x, k, n, confidence) -> None:
+    if not (x.shape == k.shape == n.shape and x.ndim == 1):
+        raise InputError("intensity, failures and trials must have one value for each level")
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence = {confidence} must lie between 0 and 1")
+    if not np.all(np.isfinite(x) & (x > 0)):
+        raise InputError("intensities must be above 0")
+    if not np.all((k >= 0) & (k <= n) & (k == np.round(k)) & (n == np.round(n))):
+        raise InputError("failures must be whole numbers from 0 to the number of trials")
+    failed, survived = x[k > 0], x[k < n]
+    if not failed.size or not survived.size:
+        which = "no case failed" if not failed.size else "all cases failed"
+        raise InputError(f"{which}: a fragility curve needs both; other intensities are needed")
+    if failed.min() >= survived.max():
+        raise InputError(
+            f"none fails below {failed.min():g} and none survives above {survived.max():g}: the "
+            "dispersion is not determined; levels in between are needed, or more cases"
+        )
+    mixed = np.sum((k > 0) & (k < n))
+    slope = np.polyfit(np.log(x), k / np.maximum(n, 1), 1)[0]
+    if slope <= 0 and mixed:
+        raise InputError("failures do not become more frequent with the intensity: no curve")
+
+
+def _loss(p, x, k, n) -> float:
+    """Negative log-likelihood of (ln median, ln dispersion), without its constant."""
+    from scipy.special import log_ndtr
+
+    z = (np.log(x) - p[0]) / np.exp(p[1])
+    return -float(np.sum(k * log_ndtr(z) + (n - k) * log_ndtr(-z)))
+
+
+def _least(function, start) -> np.ndarray:
+    from scipy.optimize import minimize
+
+    found = minimize(function, start, method="Nelder-Mead",
+                     options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 4000})  # fmt: skip
+    width = np.exp(found.x[-1])
+    if not found.success or not _LEAST < width < _MOST:
+        raise InputError("the likelihood has no maximum: the dispersion is not determined")
+    return found.x
+
+
+def _information(p, x, k, n) -> np.ndarray:
+    """Second derivatives of the loss, by differences."""
+    h = 1e-4
+    found = np.empty((2, 2))
+    for i in range(2):
+        for j in range(2):
+            e, f = h * np.eye(2)[i], h * np.eye(2)[j]
+            terms = [(p + e + f, 1), (p + e - f, -1), (p - e + f, -1), (p - e - f, 1)]
+            found[i, j] = sum(s * _loss(q, x, k, n) for q, s in terms) / (4 * h * h)
+    return found
+
+
+def _quantile(confidence: float) -> float:
+    """Half the quantile of χ² with one degree of freedom."""
+    from scipy.stats import chi2
+
+    return 0.5 * float(chi2.ppf(confidence, 1))
+
+
+def _interval(i, best, covariance, limit, x, k, n) -> tuple[float, float]:
+    """Where the profile of the likelihood falls by `limit`."""
+    from scipy.optimize import brentq, minimize_scalar
+
+    lowest, step = _loss(best, x, k, n), np.sqrt(covariance[i, i])
+    middle = best[1 - i]
+
+    def excess(value: float) -> float:
+        def other(q: float) -> float:
+            return _loss((value, q) if i == 0 else (q, value), x, k, n)
+
+        reach = 3.0 + abs(value - best[i])
+        found = minimize_scalar(other, bounds=(middle - reach, middle + reach), method="bounded",
+                                options={"xatol": 1e-10})  # fmt: skip
+        return found.fun - lowest - limit
+
+    ends = []
+    for side, beyond in ((-1, 0.0), (1, np.inf)):
+        far = next((d for d in 2.0 ** np.arange(1, 7) if excess(best[i] + side * d * step) > 0),
+                   None)  # fmt: skip
+        if far is None:
+            ends.append(beyond)
+            continue
+        root = brentq(lambda d, s=side: excess(best[i] + s * d * step), 0.0, far, xtol=1e-8)
+        ends.append(float(np.exp(best[i] + side * root * step)))
+    return ends[0], ends[1]

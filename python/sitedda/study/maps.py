@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Maps of two parameters, and the median and fractiles of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+
+FRACTILES = (0.16, 0.5, 0.84)
+
+
+@dataclass(frozen=True)
+class Map:
+    """A quantity over two parameters.
+
+    Attributes
+    ----------
+    x, y : ndarray
+        Values of the parameters.
+    values : ndarray, shape (y, x)
+        NaN where a case failed or is missing.
+    names : (str, str, str)
+        Of x, y and the quantity, with units.
+    level : float or None
+        A contour that is drawn, such as a factor of safety of 1.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    values: np.ndarray
+    names: tuple[str, str, str]
+    level: float | None = None
+
+    def picture(self):
+        """Colours, contours, and crosses where there is no result."""
+        from ..drawing import INK, new_figure
+
+        figure, axes = new_figure(size=(7.0, 5.0))
+        shown = np.ma.masked_invalid(self.values)
+        mesh = axes.pcolormesh(self.x, self.y, shown, shading="nearest", cmap="viridis")
+        figure.colorbar(mesh, ax=axes, label=self.names[2])
+        whole = np.isfinite(self.values)
+        if min(self.values.shape) > 1 and whole.sum() > 3 and np.ptp(self.values[whole]) > 0:
+            lines = axes.contour(self.x, self.y, shown, 6, colors="white", linewidths=0.8)
+            axes.clabel(lines, fontsize=8)
+            low, high = self.values[whole].min(), self.values[whole].max()
+            if self.level is not None and low < self.level < high:
+                axes.contour(self.x, self.y, shown, [self.level], colors=INK, linewidths=2)
+        for i, j in zip(*np.nonzero(~whole), strict=True):
+            axes.plot(self.x[j], self.y[i], "x", color=INK, ms=8)
+        axes.set(xlabel=self.names[0], ylabel=self.names[1])
+        return figure
+
+
+def parameter_map(table, quantity: str, x: str, y: str, level: float | None = None) -> Map:
+    """A map of a quantity over two dimensions of a study.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        Of a study.
+    quantity, x, y : str
+        `x` and `y` are dimensions; others must have been selected or reduced.
+    level : float, optional
+        A contour to draw.
+    """
+    values = table[quantity]
+    if set(values.dims) != {x, y} or x == y:
+        raise InputError(f"{quantity} has the dimensions {values.dims}, not {x!r} and {y!r}; "
+                         "select the others")  # fmt: skip
+    places = [np.asarray(table[name].values) for name in (x, y)]
+    if any(place.dtype.kind not in "fiu" for place in places):
+        raise InputError("a map needs two parameters that are numbers")
+    names = tuple(_label(table, name) for name in (x, y, quantity))
+    orders = [np.argsort(place) for place in places]
+    grid = values.transpose(y, x).values[np.ix_(orders[1], orders[0])]
+    return Map(places[0][orders[0]], places[1][orders[1]], grid, names, level)
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Median and fractiles of a quantity over samples.
+
+    Attributes
+    ----------
+    coordinate : ndarray, shape (n,)
+        Of the dimension that is left.
+    fractiles : ndarray, shape (3, n)
+        16, 50 and 84 %.
+    samples : ndarray, shape (samples, n)
+        Without those that have no result.
+    names : (str, str)
+        Of the coordinate and the quantity.
+    """
+
+    coordinate: np.ndarray
+    fractiles: np.ndarray
+    samples: np.ndarray
+    names: tuple[str, str]
+
+    def picture(self):
+        """The samples, faint; median and fractiles."""
+        from ..drawing import BLUE, GREY, new_figure
+
+        figure, axes = new_figure(size=(7.5, 4.8))
+        for row in self.samples[:200]:
+            axes.plot(self.coordinate, row, color=GREY, lw=0.4, alpha=0.25)
+        low, middle, high = self.fractiles
+        axes.fill_between(self.coordinate, low, high, color=BLUE, alpha=0.25, lw=0,
+                          label="16 to 84 %")  # fmt: skip
+        axes.plot(self.coordinate, middle, color=BLUE, lw=2,
+                  label=f"median of {len(self.samples)}")  # fmt: skip
+        axes.set(xlabel=self.names[0], ylabel=self.names[1])
+        axes.set_xlim(self.coordinate[0], self.coordinate[-1])
+        if np.all(self.samples >= 0):
+            axes.set_ylim(0, 1.1 * np.quantile(self.samples.max(axis=1), 0.95))
+        axes.legend(frameon=False)
+        axes.spines[["top", "right"]].set_visible(False)
+        return figure
+
+
+def bands(table, quantity: str, dim: str = "sample") -> Bands:
+    """Median and 16 and 84 % of an array quantity over samples.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        Of a study.
+    quantity : str
+        With the dimension of the samples and one more.
+    dim : str
+        Of the samples.
+    """
+    values = table[quantity]
+    rest = [name for name in values.dims if name != dim]
+    if dim not in values.dims or len(rest) != 1:
+        raise InputError(f"{quantity} has the dimensions {values.dims}; wanted are {dim!r} and "
+                         "one more")  # fmt: skip
+    samples = values.transpose(dim, rest[0]).values
+    samples = samples[np.all(np.isfinite(samples), axis=1)]
+    if not len(samples):
+        raise InputError(f"no case has {quantity}")
+    names = (_label(table, rest[0]), _label(table, quantity))
+    coordinate = np.asarray(table[rest[0]].values)
+    return Bands(coordinate, np.quantile(samples, FRACTILES, axis=0), samples, names)
+
+
+def _label(table, name: str) -> str:
+    unit = str(table[name].attrs.get("units", ""))
+    return f"{name} ({unit})" if unit not in ("", "1") else name

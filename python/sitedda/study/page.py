@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report of a study: parameters, results, what failed, and the figures that are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..groups import nearest
+from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
+from .dynamic_analysis import ida
+from .fragility_curve import fragility_of
+from .maps import bands, parameter_map
+from .sensitivity import sobol_indices, tornado
+from .table import counts
+
+_MOST = 60  # rows of a table
+KINDS = {"fragility": fragility_of, "ida": ida, "tornado": tornado, "sobol": sobol_indices,
+         "map": parameter_map, "bands": bands}  # fmt: skip
+
+
+def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
+    """Write the report of a study to one HTML file.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        Of a study.
+    file : path
+    figures : sequence of mapping
+        ``kind`` is 'fragility', 'ida', 'tornado', 'sobol', 'map' or 'bands'; all else are the
+        arguments of `fragility_of`, `ida`, `tornado`, `sobol_indices`, `parameter_map`, `bands`;
+        ``select`` holds values of dimensions that are selected first, ``title`` a heading.
+    """
+    return write_html(report_page(table, figures), file)
+
+
+def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
+    """The page of a study, see `write_report`."""
+    found = counts(table)
+    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), _lead(table, found))
+    page.add("Parameters", _parameters(table))
+    for values in figures:
+        _add_figure(page, table, dict(values))
+    page.add("Results", _numbers(table))
+    for title, which, column in (("Failed cases", table.status.values == "failed", "message"),
+                                 ("Warnings", table.warning.values != "" if "warning" in table
+                                  else np.zeros(table.status.shape, bool), "warning")):  # fmt: skip
+        if np.any(which):
+            page.add(title, _texts(table, which, column))
+    fixed = str(table.attrs.get("fixed", ""))
+    page.provenance = provenance(
+        model=str(table.attrs.get("model", "")),
+        changed_in_all_cases="" if fixed == "{}" else fixed,
+        computed_by=str(table.attrs.get("program", "")),
+    )
+    return page
+
+
+def _lead(table, found) -> str:
+    sizes = " × ".join(f"{table.sizes[d]} {d}" for d in table.status.dims)
+    words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
+    return f"{table.status.size} cases ({sizes}): {words}."
+
+
+def _parameters(table) -> Table:
+    rows = []
+    for name, one in table.coords.items():
+        if set(one.dims) <= set(table.status.dims) and one.dims:
+            values = np.asarray(one.values).ravel()
+            shown = ", ".join(_short(v) for v in values[:8]) + (" …" if values.size > 8 else "")
+            changes = str(one.attrs.get("changes", ""))
+            rows.append([name, changes, str(one.attrs.get("units", "")), str(values.size), shown])
+    return Table(["parameter", "changes", "unit", "values", "which"], rows)
+
+
+def _numbers(table) -> Table:
+    """Least, median and largest of each number."""
+    rows = []
+    for name, one in table.data_vars.items():
+        if one.dims != table.status.dims or one.dtype.kind != "f":
+            continue
+        values = one.values[np.isfinite(one.values)]
+        if values.size:
+            stats = (values.min(), np.median(values), values.max())
+            rows.append([name, *map(_short, stats), str(values.size)])
+    return Table(["quantity", "least", "median", "largest", "cases"], rows)
+
+
+def _texts(table, which: np.ndarray, column: str) -> Table:
+    rows = []
+    for place in list(zip(*np.nonzero(which), strict=True))[:_MOST]:
+        where = [_short(table[d].values[i]) if d in table.coords else str(i)
+                 for d, i in zip(table.status.dims, place, strict=True)]  # fmt: skip
+        rows.append([*where, str(table[column].values[place])])
+    return Table([*map(str, table.status.dims), column], rows)
+
+
+def _add_figure(page: Page, table, values: dict) -> None:
+    kind, title = values.pop("kind", None), values.pop("title", "")
+    if kind not in KINDS:
+        raise InputError(f"[[figures]] kind = {kind!r}{nearest(str(kind), KINDS)}; use "
+                         f"{', '.join(KINDS)}")  # fmt: skip
+    selected = table.sel(**values.pop("select", {}))
+    try:
+        found = KINDS[kind](selected, **values)
+    except TypeError as trouble:
+        raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
+    except KeyError as trouble:
+        raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
+    except InputError as error:  # what cannot be drawn is said where it would stand
+        page.add(title or kind.capitalize(), Paragraph(f"Not drawn: {error}."))
+        return
+    caption = f"{kind}: {values.get('quantity', '')}"
+    facts = [(name, words) for name, words in _facts(found) if words]
+    page.add(title or kind.capitalize(), Picture(found.picture(), caption, kind), Facts(facts))
+
+
+def _facts(found) -> list[tuple[str, str]]:
+    """The numbers of a figure in words."""
+    if hasattr(found, "dispersion"):
+        low, high = found.median_interval
+        least, most = found.dispersion_interval
+        return [
+            ("median", f"{found.median:.5g} {found.unit} ({low:.4g} … {high:.4g})"),
+            ("dispersion β", f"{found.dispersion:.5g} ({least:.4g} … {most:.4g})"),
+            ("confidence", f"{found.confidence:.0%}"),
+        ]
+    if hasattr(found, "capacity"):
+        words = ", ".join(_short(v) for v in found.capacity_fractiles)
+        return [("capacity 16, 50, 84 %", words if found.threshold is not None else "")]
+    if hasattr(found, "total"):
+        return [(name, f"first {first:.4f}, total {total:.4f}") for name, first, total in
+                zip(found.names, found.first, found.total, strict=True)]  # fmt: skip
+    if hasattr(found, "swing"):
+        return [(name, f"{swing:.4g}") for name, swing in
+                zip(found.names, found.swing, strict=True)]  # fmt: skip
+    return []
+
+
+def _short(value) -> str:
+    return f"{value:.5g}" if isinstance(value, float | np.floating) else str(value)

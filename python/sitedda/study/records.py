@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Suites of records, each scaled to the same levels of an intensity measure."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..records import read_record
+from .axes import checked_name, coordinate
+
+GRAVITY = 9.80665  # m/s², of the Arias intensity
+_UNITS = {"scale": "1", "pga": "m s-2", "pgv": "m s-1", "sa": "m s-2", "arias": "m s-1"}
+
+
+@dataclass(frozen=True)
+class Record:
+    """A ground acceleration that stands in no file yet.
+
+    Attributes
+    ----------
+    name : str
+    acceleration : ndarray, shape (samples,)
+        m/s².
+    time_step : float
+        s.
+    misfit : float
+        Of a synthetic one: root of the mean square of Sa over its target, less 1.
+    """
+
+    name: str
+    acceleration: np.ndarray
+    time_step: float
+    misfit: float = np.nan
+
+    @property
+    def data(self) -> bytes:
+        """The samples as a text file, one a line."""
+        return ("\n".join(map(repr, self.acceleration.tolist())) + "\n").encode()
+
+
+@dataclass
+class Records:
+    """Records and levels of intensity: two dimensions of a study.
+
+    The factor of a record is its level over its own measure, so that all records of a level are
+    equally intense; for the Arias intensity the root of that.
+
+    Parameters
+    ----------
+    records : sequence of path or Record
+    levels : sequence of float
+        In the unit of the measure: factors, m/s², m/s.
+    measure : {'scale', 'pga', 'pgv', 'sa', 'arias'}
+        Also the name of the dimension. 'sa' is the spectral pseudo-acceleration at `period`.
+    motion : str
+        Name of the &motion that the records are for, where the input has several.
+    period, damping : float
+        s and damping ratio, of 'sa'.
+    format, quantity, unit : str
+        Of the files where they do not say, as in &motion.
+    time_step : float
+        s, of files that do not say.
+    """
+
+    records: Sequence
+    levels: Sequence[float]
+    measure: str = "scale"
+    motion: str = ""
+    period: float | None = None
+    damping: float = 0.05
+    format: str = "auto"
+    quantity: str = ""
+    unit: str = ""
+    time_step: float = 0.0
+    dims: dict[str, int] = field(init=False)
+    coordinates: dict[str, tuple] = field(init=False)
+    factors: np.ndarray = field(init=False)
+
+    def __post_init__(self):
+        if self.measure not in _UNITS:
+            raise InputError(f"measure = {self.measure!r}: use {', '.join(_UNITS)}")
+        if self.measure == "sa" and not self.period:
+            raise InputError("measure 'sa' needs the period, s")
+        self.records, levels = list(self.records), np.asarray(self.levels, dtype=float)
+        if not self.records or not levels.size or not np.all(np.isfinite(levels) & (levels > 0)):
+            raise InputError("give at least one record, and levels above 0")
+        checked_name(self.measure)
+        own = np.array([self._own_measure(one) for one in self.records])
+        power = 0.5 if self.measure == "arias" else 1.0
+        self.factors = (levels[None, :] / own[:, None]) ** power
+        names = [_name_of(one) for one in self.records]
+        names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
+        self.dims = {"record": len(names), self.measure: levels.size}
+        about = {"units": _UNITS[self.measure]}
+        if self.measure == "sa":
+            about |= {"period": float(self.period), "damping": self.damping}
+        self.coordinates = {
+            "record": (("record",), coordinate(names), {}),
+            self.measure: ((self.measure,), levels, about),
+            "factor": (("record", self.measure), self.factors, {"units": "1"}),
+        }
+
+    def changes(self, place: tuple[int, ...]) -> dict:
+        """File and factor of the motion."""
+        record = self.records[place[0]]
+        group = f"motion[{self.motion}]" if self.motion else "motion"
+        found = {"values": None, "scale": float(self.factors[place])}
+        if isinstance(record, Record):
+            found |= {"file": record, "format": "text", "quantity": "acceleration", "unit": "m/s2",
+                      "time_step": record.time_step}  # fmt: skip
+        else:
+            found |= {"file": os.path.abspath(record), "format": self.format}
+            found |= {"quantity": self.quantity or None, "unit": self.unit or None}
+            found["time_step"] = self.time_step or None
+        return {f"{group}.{name}": value for name, value in found.items()}
+
+    def _own_measure(self, record) -> float:
+        """The measure of a record as it is."""
+        if self.measure == "scale":
+            return 1.0
+        if isinstance(record, Record):
+            acceleration, step = record.acceleration, record.time_step
+            velocity = np.cumsum(acceleration) * step
+        else:
+            read = read_record(record, self.format, self.quantity, self.unit, self.time_step)
+            acceleration, velocity = read.acceleration.values, read.velocity.values
+            step = float(read.time[1] - read.time[0])
+        found = intensity(self.measure, acceleration, velocity, step, self.period, self.damping)
+        if not found > 0:
+            raise InputError(f"{_name_of(record)}: its {self.measure} is {found:g}; it cannot be "
+                             "scaled")  # fmt: skip
+        return found
+
+
+def _name_of(record) -> str:
+    return record.name if isinstance(record, Record) else Path(record).stem
+
+
+def intensity(measure: str, acceleration, velocity, step: float, period=None, damping=0.05):
+    """An intensity measure of a motion.
+
+    Parameters
+    ----------
+    measure : {'pga', 'pgv', 'sa', 'arias'}
+    acceleration, velocity : ndarray, shape (samples,)
+        m/s² and m/s.
+    step : float
+        s between samples.
+    period, damping : float
+        Of 'sa', s and damping ratio.
+    """
+    if measure == "pga":
+        return float(abs(acceleration).max())
+    if measure == "pgv":
+        return float(abs(velocity).max())
+    if measure == "arias":
+        return float(np.pi / (2 * GRAVITY) * np.trapezoid(acceleration**2, dx=step))
+    from ..signals import response_spectrum
+
+    rest = np.zeros(int(np.ceil(period / step)) + 1)  # the free vibration after the record
+    padded = np.concatenate([acceleration, rest])
+    found = response_spectrum(padded, step, [1.0 / period], damping)
+    return float(found.pseudo_acceleration[0])

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a result depends on: tornado diagrams and Sobol' indices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+
+
+@dataclass(frozen=True)
+class Tornado:
+    """Results with one parameter at a time at its low and its high, the widest first.
+
+    Attributes
+    ----------
+    names : list of str
+    low, high : ndarray, shape (parameters,)
+        Results there.
+    low_values, high_values : ndarray, shape (parameters,)
+        Values of the parameters.
+    base : float
+    quantity : str
+    """
+
+    names: list[str]
+    low: np.ndarray
+    high: np.ndarray
+    low_values: np.ndarray
+    high_values: np.ndarray
+    base: float
+    quantity: str
+
+    @property
+    def swing(self) -> np.ndarray:
+        """Range of the results of each parameter, the base among them."""
+        rows = np.stack([self.low, self.high, np.full_like(self.low, self.base)])
+        return np.ptp(rows, axis=0)
+
+    def picture(self):
+        """Bars about the base."""
+        from ..drawing import BLUE, INK, ORANGE, new_figure
+
+        figure, axes = new_figure(size=(7.5, 1.2 + 0.5 * len(self.names)))
+        y = np.arange(len(self.names))[::-1]
+        for values, ends, color in (
+            (self.low, self.low_values, BLUE),
+            (self.high, self.high_values, ORANGE),
+        ):
+            axes.barh(y, values - self.base, left=self.base, color=color, height=0.6,
+                      label="low" if color == BLUE else "high")  # fmt: skip
+            for at, value, end in zip(y, values, ends, strict=True):
+                left = value < self.base
+                axes.annotate(f"{end:.4g}", (value, at), xytext=(-4 if left else 4, 0),
+                              textcoords="offset points", ha="right" if left else "left",
+                              va="center", fontsize=8)  # fmt: skip
+        axes.axvline(self.base, color=INK, lw=1)
+        axes.set_yticks(y, self.names)
+        axes.margins(x=0.15)
+        axes.set_xlabel(self.quantity)
+        axes.legend(frameon=False)
+        axes.spines[["top", "right"]].set_visible(False)
+        return figure
+
+
+def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
+    """The tornado diagram of a study whose parameters are of `one_at_a_time`.
+
+    Raises
+    ------
+    InputError
+        If the dimension is not such a design, or a case has no result.
+    """
+    names = _parameters(table, dim)
+    values = table[quantity].values
+    if values.ndim != 1 or values.size != 2 * len(names) + 1:
+        raise InputError(f"{dim!r} is not a design of one_at_a_time")
+    _all_there(table, quantity, dim)
+    low, high = values[1::2], values[2::2]
+    ends = np.array([[table[n].values[1 + 2 * i], table[n].values[2 + 2 * i]]
+                     for i, n in enumerate(names)], dtype=float)  # fmt: skip
+    found = Tornado(names, low, high, ends[:, 0], ends[:, 1], float(values[0]), quantity)
+    order = np.argsort(-found.swing, kind="stable")
+    return Tornado([names[i] for i in order], low[order], high[order], ends[order, 0],
+                   ends[order, 1], found.base, quantity)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SobolIndices:
+    """Shares of the variance of a result.
+
+    Attributes
+    ----------
+    names : list of str
+    first, total : ndarray, shape (parameters,)
+        Of each parameter alone, and with all of its interactions.
+    first_interval, total_interval : ndarray, shape (parameters, 2)
+        Of the confidence, by resampling.
+    confidence : float
+    quantity : str
+    """
+
+    names: list[str]
+    first: np.ndarray
+    total: np.ndarray
+    first_interval: np.ndarray
+    total_interval: np.ndarray
+    confidence: float
+    quantity: str
+
+    def picture(self):
+        """Bars with their confidence."""
+        from ..drawing import BLUE, INK, ORANGE, new_figure
+
+        figure, axes = new_figure(size=(7.0, 4.2))
+        x = np.arange(len(self.names))
+        for values, ends, shift, color, label in (
+            (self.first, self.first_interval, -0.2, BLUE, "first order"),
+            (self.total, self.total_interval, 0.2, ORANGE, "total"),
+        ):
+            error = np.maximum(abs(ends.T - values), 0.0)
+            axes.bar(x + shift, values, 0.38, yerr=error, color=color, label=label,
+                     error_kw={"ecolor": INK, "lw": 1})  # fmt: skip
+        axes.set_xticks(x, self.names)
+        axes.set(ylabel="share of the variance", title=self.quantity)
+        axes.axhline(0, color=INK, lw=0.8)
+        axes.legend(frameon=False)
+        axes.spines[["top", "right"]].set_visible(False)
+        return figure
+
+
+def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, seed=0):
+    """Sobol' indices of a study whose parameters are of `saltelli`.
+
+    By `scipy.stats.sobol_indices`: the estimators of Saltelli et al. (2010) and of Jansen (1999).
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        Of a study.
+    quantity : str
+    dim : str
+    confidence : float
+        Of the intervals.
+    seed : int
+        Of the resampling.
+
+    Raises
+    ------
+    InputError
+        If the dimension is not such a design, a case has no result, or all results are equal.
+    """
+    from scipy import stats
+
+    names = _parameters(table, dim)
+    values = np.asarray(table[quantity].values, dtype=float)
+    width = len(names)
+    if values.ndim != 1 or values.size % (width + 2):
+        raise InputError(f"{dim!r} is not a design of saltelli")
+    _all_there(table, quantity, dim)
+    if np.ptp(values) == 0:
+        raise InputError(f"{quantity} is the same in all cases: nothing to share out")
+    rows = values.reshape(width + 2, -1)
+    parts = {"f_A": rows[:1], "f_B": rows[1:2], "f_AB": rows[2:, None, :]}
+    found = stats.sobol_indices(func=parts, n=rows.shape[1])
+    rng = np.random.Generator(np.random.PCG64(seed))
+    spread = _resampled(rows, rng, confidence)
+    return SobolIndices(names, found.first_order, found.total_order, spread[0], spread[1],
+                        confidence, quantity)  # fmt: skip
+
+
+def _resampled(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
+    """Intervals of the indices, shape (2, parameters, 2), by drawing rows of the design anew."""
+    found = np.empty((times, 2, len(rows) - 2))
+    for i in range(times):
+        a, b, *mixed = rows[:, rng.integers(rows.shape[1], size=rows.shape[1])]
+        middle = np.mean([a, b])
+        variance = np.var([a, b])
+        a, b, mixed = a - middle, b - middle, np.array(mixed) - middle
+        found[i, 0] = np.mean(b * (mixed - a), axis=1) / variance
+        found[i, 1] = 0.5 * np.mean((a - mixed) ** 2, axis=1) / variance
+    ends = np.quantile(found, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
+    return np.moveaxis(ends, 0, -1)
+
+
+def _parameters(table, dim: str) -> list[str]:
+    if dim not in table.sizes:
+        raise InputError(f"the table has no dimension {dim!r}; it has {', '.join(table.sizes)}")
+    return [name for name, one in table.coords.items() if one.dims == (dim,) and name != dim]
+
+
+def _all_there(table, quantity: str, dim: str) -> None:
+    lacking = int(np.sum(~np.isfinite(table[quantity].values)))
+    if lacking:
+        raise InputError(f"{lacking} of {table.sizes[dim]} cases have no {quantity}: the design "
+                         "must be whole")  # fmt: skip

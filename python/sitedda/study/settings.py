@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A study as a TOML file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError, OutputError
+from ..groups import nearest
+from .axes import Axis, axes_of
+from .plan import Plan, make_plan
+from .records import Records
+from .sampling import latin_hypercube, one_at_a_time, saltelli, sobol
+from .slurm import Slurm
+
+_KNOWN = {
+    "": ("model", "folder", "table", "results", "time_limit", "memory", "fixed", "parameters",
+         "sample", "records", "slurm", "figures"),
+    "sample": ("method", "count", "seed", "parameters"),
+    "records": ("files", "synthetic", "levels", "measure", "motion", "period", "damping", "format",
+                "quantity", "unit", "time_step"),
+    "records.synthetic": ("count", "first_seed", "spectrum", "duration", "time_step", "periods",
+                          "damping"),
+    "slurm": ("program", "each", "time", "memory", "options"),
+}  # fmt: skip
+_SAMPLES = {"latin_hypercube": latin_hypercube, "sobol": sobol, "saltelli": saltelli}
+
+
+@dataclass
+class Settings:
+    """What a file says of a study.
+
+    Attributes
+    ----------
+    plan : Plan
+    table : Path
+        Where the table is written.
+    slurm : Slurm
+    limits : dict
+        ``time_limit`` (s) and ``memory`` (bytes) of a case.
+    figures : list of dict
+        Of the report.
+    """
+
+    plan: Plan
+    table: Path
+    slurm: Slurm = field(default_factory=Slurm)
+    limits: dict = field(default_factory=dict)
+    figures: list = field(default_factory=list)
+
+
+def read_settings(file) -> Settings:
+    """Read a study; file names in it are relative to its folder.
+
+    Raises
+    ------
+    InputError
+        If a name in it is not known or a value cannot be; the message names file and table.
+    """
+    file = Path(file)
+    try:
+        values = tomllib.loads(file.read_text("utf-8"))
+    except FileNotFoundError as trouble:
+        raise InputError(f"{file}: there is no such file") from trouble
+    except OSError as trouble:
+        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as trouble:
+        raise InputError(f"{file}: {trouble}") from None
+    try:
+        return _settings(values, file)
+    except (InputError, TypeError) as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def _settings(values: dict, file: Path) -> Settings:
+    _check_names(values, "")
+    if not isinstance(values.get("model"), str):
+        raise InputError("model is missing: the namelist file that the study is of")
+    here = file.parent
+    folder = here / values.get("folder", f"{file.stem}_study")
+    plan = make_plan(
+        here / values["model"],
+        _axes(values, here),
+        values.get("results"),
+        folder,
+        values.get("fixed"),
+    )
+    slurm = dict(values.get("slurm", {}))
+    _check_names(slurm, "slurm")
+    return Settings(
+        plan,
+        (here / values["table"] if "table" in values else folder / "table.nc").absolute(),
+        Slurm(**slurm),
+        {
+            "time_limit": float(values.get("time_limit", np.inf)),
+            "memory": 1e6 * float(values["memory"]) if "memory" in values else None,
+        },
+        list(values.get("figures", [])),
+    )
+
+
+def _axes(values: dict, here: Path) -> list[Axis]:
+    axes: list = []
+    parameters = {path: _values(path, v) for path, v in values.get("parameters", {}).items()}
+    if parameters:
+        axes.append(parameters)
+    if "sample" in values:
+        axes.append(_sample(values["sample"]))
+    if "records" in values:
+        axes.append(_records(values["records"], here))
+    if not axes:
+        raise InputError("nothing varies: give [parameters], [sample] or [records]")
+    return axes_of(axes)
+
+
+def _values(path: str, values):
+    """A list, or ``{from, to, count, spacing}``; with ``changes`` under a name of its own."""
+    if not isinstance(values, Mapping):
+        return values
+    values = dict(values)
+    changes = values.pop("changes", None)
+    known = ("from", "to", "count", "spacing", "values")
+    for name in values:
+        if name not in known:
+            raise InputError(f"parameter {path!r}: there is no {name!r}{nearest(name, known)}")
+    found = values.get("values")
+    if found is None:
+        if not all(name in values for name in ("from", "to", "count")):
+            raise InputError(f"parameter {path!r}: give a list, or from, to and count")
+        space = {"linear": np.linspace, "log": np.geomspace}.get(values.get("spacing", "linear"))
+        if space is None:
+            raise InputError(f"parameter {path!r}: spacing is 'linear' or 'log'")
+        found = space(values["from"], values["to"], int(values["count"])).tolist()
+    return (changes, found) if changes else found
+
+
+def _sample(values: dict):
+    _check_names(values, "sample")
+    method, parameters = values.get("method", "latin_hypercube"), values.get("parameters", {})
+    if method == "one_at_a_time":
+        return one_at_a_time(parameters)
+    if method not in _SAMPLES:
+        known = ", ".join([*_SAMPLES, "one_at_a_time"])
+        raise InputError(f"[sample] method = {method!r}: use {known}")
+    if "count" not in values:
+        raise InputError("[sample] count is missing")
+    return _SAMPLES[method](values["count"], parameters, values.get("seed", 0))
+
+
+def _records(values: dict, here: Path) -> Records:
+    _check_names(values, "records")
+    values = dict(values)
+    if "levels" not in values:
+        raise InputError("[records] levels are missing")
+    records = [here / name for name in values.pop("files", [])]
+    if "synthetic" in values:
+        records += _synthetic(values.pop("synthetic"))
+    return Records(records, **values)
+
+
+def _synthetic(values: dict) -> list:
+    from .fitted_motion import eurocode8, synthetic
+
+    _check_names(values, "records.synthetic")
+    values = dict(values)
+    spectrum = values.pop("spectrum", None)
+    if not isinstance(spectrum, Mapping):
+        raise InputError("[records.synthetic] spectrum is missing: {eurocode8 = {peak = 2.0}} or "
+                         "{periods = [...], values = [...]}")  # fmt: skip
+    if "eurocode8" in spectrum:
+        target = eurocode8(**spectrum["eurocode8"])
+    elif {"periods", "values"} <= set(spectrum):
+        target = (spectrum["periods"], spectrum["values"])
+    else:
+        raise InputError("[records.synthetic] spectrum: give eurocode8, or periods and values")
+    first, count = values.pop("first_seed", 1), values.pop("count", 1)
+    if "periods" in values:
+        values["periods"] = tuple(values["periods"])
+    return synthetic(range(first, first + count), target, **values)
+
+
+def _check_names(values: Mapping, table: str) -> None:
+    for name in values:
+        if name not in _KNOWN[table]:
+            where = f"[{table}] " if table else ""
+            raise InputError(f"{where}there is no {name!r}{nearest(name, _KNOWN[table])}")

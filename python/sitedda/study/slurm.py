@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A study for Slurm: a job array of `sitedda-native`, without Python on the nodes."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..building import _ANY, built_text
+from ..errors import InputError, OutputError, SiteddaError
+from .plan import Plan
+from .store import INPUT, case_folder, write_whole
+
+SCRIPT, TASKS = "submit.sh", "tasks.txt"
+_MOST_TASKS = 1000  # of a job array, where Slurm has its default of MaxArraySize
+_BASE = 200.0  # MiB of the executable and its libraries
+_OPTION = re.compile(r"--[a-z][a-z0-9-]*(=[^\n]*)?")
+
+_TEMPLATE = """#!/bin/bash
+#SBATCH --job-name={name}
+#SBATCH --array=0-{last}
+#SBATCH --ntasks=1
+#SBATCH --cpus-per-task=1
+#SBATCH --mem={memory}M
+#SBATCH --time={time}
+#SBATCH --requeue
+#SBATCH --signal=B:USR1@120
+#SBATCH --output={log}
+{options}
+# {count} cases, {each} a task, by {program_name}; written by sitedda study plan.
+# To be submitted again and again: what is done stays done.
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+study={study}
+program={program}
+
+if [ "$(sha256sum < "$program" | cut -c 1-32)" != {digest} ]; then
+   echo "$program is not the build that this study was planned for; plan it again" >&2
+   exit 1
+fi
+
+asked= child=
+trap 'asked=1; [ -n "$child" ] && kill -USR1 "$child"' USR1 TERM
+
+# One case: 0 done or given up, 6 interrupted, else to be tried again.
+one() {{
+   case "$1" in *[!0-9a-f]* | '') return 1 ;; esac
+   cd "$study/cases/${{1:0:2}}/$1" || return 1
+   [ -e result.json ] || [ -e failed.txt ] && return 0
+   exec 9> lock
+   flock -n 9 || return 0
+   if [ -e out.nc ]; then
+      [ -e words.txt ] && return 0
+      rm -f out.nc
+   fi
+   "$program" resume {input} -q > log.txt 2> words.new &
+   child=$!
+   while :; do
+      wait "$child"
+      status=$?
+      kill -0 "$child" 2> /dev/null || break
+   done
+   child=
+   case $status in
+      0) mv words.new words.txt; return 0 ;;
+      1 | 2 | 3 | 4) mv words.new failed.txt; return 0 ;;
+      5 | 6) cat words.new >&2; return $status ;;
+   esac
+   [ -n "$asked" ] && return 6
+   echo "its process ended with status $status (137: by signal 9, as for want of memory)" \\
+      >> words.new
+   mv words.new failed.txt
+}}
+
+worst=0
+first=$((SLURM_ARRAY_TASK_ID * {each} + 1))
+for key in $(sed -n "${{first}},$((first + {each} - 1))p" "$study/{tasks}"); do
+   [ -n "$asked" ] && worst=6 && break
+   one "$key" || worst=$?
+done
+if [ $worst -eq 6 ] && command -v scontrol > /dev/null; then
+   scontrol requeue "${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}"
+fi
+exit $worst
+"""
+
+
+@dataclass(frozen=True)
+class Slurm:
+    """How a study goes to Slurm.
+
+    Attributes
+    ----------
+    program : str
+        sitedda-native, that of this installation by default.
+    each : int
+        Cases of a task; 0: as few as make at most 1000 tasks.
+    time : str
+        Limit of a task, as sbatch takes it; by default three times the estimate.
+    memory : float
+        MiB of a task; by default by the model's estimate.
+    options : sequence of str
+        For sbatch, such as ``--partition=long``.
+    """
+
+    program: str = ""
+    each: int = 0
+    time: str = ""
+    memory: float = 0.0
+    options: Sequence[str] = field(default_factory=tuple)
+
+
+def write_batch(plan: Plan, slurm: Slurm) -> Path:
+    """Write what sbatch is given, beside a plan that has been written; the script.
+
+    Raises
+    ------
+    InputError
+        If the study cannot go without Python, or an option cannot be one.
+    """
+    if callable(plan.model) or plan.task != "run":
+        raise InputError("Slurm runs inputs by sitedda-native; functions need Python: --dask")
+    build_inputs(plan)
+    keys = list(dict.fromkeys(plan.keys))
+    each = slurm.each or math.ceil(len(keys) / _MOST_TASKS)
+    estimate = estimate_of(largest_input(plan))
+    write_whole(plan.folder / TASKS, "".join(f"{key}\n" for key in keys))
+    program = native_program(slurm.program)
+    text = _TEMPLATE.format(
+        name=re.sub(r"\W+", "_", plan.folder.name)[:60] or "study",
+        last=math.ceil(len(keys) / each) - 1,
+        memory=math.ceil(slurm.memory or _BASE + 2.0 * estimate["memory"]),
+        time=_checked(slurm.time) or _clock(600.0 + 3.0 * each * estimate["seconds"]),
+        log=shlex.quote(str(plan.folder / "slurm-%A_%a.log")),
+        options="\n".join(f"#SBATCH {_option(one)}" for one in slurm.options),
+        count=len(keys),
+        each=each,
+        program_name=program.name,
+        study=shlex.quote(str(plan.folder)),
+        program=shlex.quote(str(program)),
+        digest=_digest(program),
+        input=INPUT,
+        tasks=TASKS,
+    )
+    write_whole(plan.folder / SCRIPT, text)
+    return plan.folder / SCRIPT
+
+
+def submit(script: Path) -> str:
+    """Give a script to sbatch; what that says."""
+    try:
+        done = subprocess.run(["sbatch", str(script)], capture_output=True, text=True, check=False)
+    except OSError as trouble:
+        raise OutputError(f"sbatch cannot be started: {trouble.strerror}; on a machine that has "
+                          f"it: sbatch {shlex.quote(str(script))}") from trouble  # fmt: skip
+    if done.returncode:
+        raise OutputError(f"sbatch refuses {script}: {done.stderr.strip()}")
+    return done.stdout.strip()
+
+
+def native_program(name: str = "") -> Path:
+    """sitedda-native by name, beside this Python, or on the path."""
+    beside = Path(sys.executable).parent / "sitedda-native"
+    found = shutil.which(name) if name else str(beside) if beside.exists() else None
+    found = found or (None if name else shutil.which("sitedda-native"))
+    if not found:
+        raise InputError(f"{name or 'sitedda-native'} is not found; name it with --program")
+    return Path(found).resolve()
+
+
+def build_inputs(plan: Plan) -> None:
+    """Turn joints and masonry in the inputs of all cases into blocks."""
+    for key in dict.fromkeys(plan.keys):
+        file = case_folder(plan.folder, key) / INPUT
+        text = file.read_text("utf-8", "surrogateescape")
+        if _ANY.search(text) and (built := built_text(text, file)[0]) != text:
+            write_whole(file, built)
+
+
+def largest_input(plan: Plan) -> Path:
+    """The longest input of a study."""
+    files = [case_folder(plan.folder, key) / INPUT for key in dict.fromkeys(plan.keys)]
+    return max(files, key=lambda file: file.stat().st_size)
+
+
+def estimate_of(file: Path) -> Mapping[str, float]:
+    """What `sitedda check` expects of a run: ``memory`` (MiB) and ``seconds``; 0 where it fails."""
+    from ..check import check
+
+    try:
+        text = check(file).text
+    except SiteddaError:
+        return {"memory": 0.0, "seconds": 0.0}
+    cost = " ".join(text.partition("cost ")[2].split())
+    memory = re.search(r"about ([\d.E+-]+) MiB", cost)
+    seconds = re.search(r"MiB, ([\d.E+-]+) s", cost)
+    return {"memory": float(memory[1]) if memory else 0.0,
+            "seconds": float(seconds[1]) if seconds else 0.0}  # fmt: skip
+
+
+def _option(text: str) -> str:
+    if not _OPTION.fullmatch(text):
+        raise InputError(f"{text!r} is not an option of sbatch, as --partition=long")
+    name, equals, value = text.partition("=")
+    return f"{name}={shlex.quote(value)}" if equals else name
+
+
+def _checked(time: str) -> str:
+    if time and not re.fullmatch(r"[\d:-]+", time):
+        raise InputError(f"time = {time!r} is not a time limit of Slurm, as 2:00:00")
+    return time
+
+
+def _clock(seconds: float) -> str:
+    minutes = math.ceil(seconds / 60.0)
+    return f"{minutes // 60}:{minutes % 60:02d}:00"
+
+
+def _digest(program: Path) -> str:
+    with program.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()[:32]

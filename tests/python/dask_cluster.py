@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Dask scheduler and workers as processes of their own, started from the command line."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+_ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def _start(module: str, *words: str) -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, "-m", f"distributed.cli.dask_{module}", "--no-dashboard", *words],
+        env=os.environ | _ENVIRONMENT,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+
+class Cluster:
+    """Processes by name: scheduler, and workers 0, 1 …"""
+
+    def __init__(self, folder: Path, workers: int = 2):
+        self.folder = folder
+        self.workers: list[subprocess.Popen] = []
+        self.scheduler: subprocess.Popen | None = None
+        self.start(workers)
+
+    def start(self, workers: int) -> None:
+        """Start all."""
+        self.file = self.folder / f"scheduler-{time.monotonic_ns()}.json"
+        self.scheduler = _start("scheduler", "--host", "127.0.0.1", "--port", "0",
+                                "--scheduler-file", str(self.file))  # fmt: skip
+        until = time.monotonic() + 60
+        while not self.file.exists():
+            if time.monotonic() > until or self.scheduler.poll() is not None:
+                raise RuntimeError("the scheduler of Dask does not start")
+            time.sleep(0.05)
+        time.sleep(0.1)
+        self.workers = [self.new_worker() for _ in range(workers)]
+
+    def new_worker(self) -> subprocess.Popen:
+        """One more worker of one thread."""
+        return _start("worker", "--scheduler-file", str(self.file), "--nthreads", "1",
+                      "--no-nanny", "--local-directory", str(self.folder))  # fmt: skip
+
+    @property
+    def address(self) -> str:
+        """Of the scheduler."""
+        return json.loads(self.file.read_text())["address"]
+
+    def stop(self) -> None:
+        """End all."""
+        for process in [*self.workers, self.scheduler]:
+            if process and process.poll() is None:
+                process.kill()
+                process.wait()
+
+
+@contextmanager
+def cluster(folder: Path, workers: int = 2):
+    """A cluster that ends with this."""
+    found = Cluster(folder, workers)
+    try:
+        yield found
+    finally:
+        found.stop()

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is drawn from studies: fragility, dynamic analysis, sensitivity, maps, bands, the report."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import study_functions
+import xarray as xr
+
+import sitedda
+from sitedda.errors import InputError
+from sitedda.study import (
+    bands,
+    fragility,
+    fragility_of,
+    ida,
+    one_at_a_time,
+    parameter_map,
+    saltelli,
+    sobol_indices,
+    tornado,
+    uniform,
+    write_report,
+)
+
+LEVELS = [0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0]
+COLLAPSES = [0, 0, 0, 4, 6, 13, 12, 16]
+
+
+def test_fragility_of_published_data():
+    found = fragility(LEVELS, COLLAPSES, [40] * 8)
+    assert found.median == pytest.approx(1.07612, abs=1e-4)
+    assert found.dispersion == pytest.approx(0.429237, abs=1e-4)
+    low, high = found.median_interval
+    assert low < found.median < high
+    assert found.probability(found.median) == pytest.approx(0.5)
+    below, above = found.band([0.5, 1.0])
+    assert np.all(below < found.probability([0.5, 1.0])) and np.all(above < 1)
+
+
+def test_the_intervals_of_a_fragility_hold_their_confidence():
+    """Coverage over drawn data: of 95 % intervals about 95 % hold the truth."""
+    rng = np.random.default_rng(4)
+    x, held = np.linspace(0.3, 2.4, 8), np.zeros(2)
+    from scipy.special import ndtr
+
+    for _ in range(60):
+        failed = rng.binomial(40, ndtr(np.log(x / 1.0) / 0.5))
+        found = fragility(x, failed, [40] * 8)
+        held += [a < truth < b for (a, b), truth in
+                 ((found.median_interval, 1.0), (found.dispersion_interval, 0.5))]  # fmt: skip
+    assert np.all((held >= 51) & (held <= 60))
+
+
+@pytest.mark.parametrize(
+    ("failures", "words"),
+    [
+        ([0] * 8, "no case failed"),
+        ([40] * 8, "all cases failed"),
+        ([0, 0, 0, 0, 40, 40, 40, 40], "not determined"),
+        ([30, 20, 20, 10, 8, 5, 3, 1], "more frequent"),
+        ([1, 2, 3], "one value for each level"),
+        ([0, 0, 0, 1, 2, 3, 50, 60], "from 0 to the number"),
+    ],
+)
+def test_data_without_a_fragility_are_refused(failures, words):
+    with pytest.raises(InputError, match=words):
+        fragility(LEVELS, failures, [40] * 8)
+
+
+@pytest.fixture
+def table() -> xr.Dataset:
+    """Responses of five records at four levels; one run failed."""
+    level = np.array([1.0, 2.0, 3.0, 4.0])
+    response = np.outer([0.4, 0.7, 1.0, 1.5, 2.5], level**2)
+    response[4, 3] = np.nan
+    status = np.where(np.isnan(response), "failed", "complete").astype(object)
+    return xr.Dataset(
+        {
+            "tilt": (("record", "pga"), response),
+            "status": (("record", "pga"), status),
+            "message": (("record", "pga"), np.where(status == "failed", "it fell", "")),
+        },
+        {"record": list("abcde"), "pga": ("pga", level, {"units": "m s-2"})},
+    )
+
+
+def test_incremental_dynamic_analysis(table):
+    found = ida(table, "tilt", "pga", threshold=8.5)
+    # linear between levels: those of k·l² on both sides of 8.5
+    expected = [np.inf, 3 + 2.2 / 4.9, 2 + 4.5 / 5.0, 2 + 2.5 / 7.5, 1 + 6.0 / 7.5]
+    assert np.allclose(found.capacity, expected)
+    assert np.allclose(found.fractiles[1], [1.0, 4.0, 9.0, 13.6])
+    high = ida(table, "tilt", "pga", threshold=30.0).capacity
+    assert np.isinf(high[:4]).all() and np.isnan(high[4])  # a failed run hides it
+    with pytest.raises(InputError, match="select the others"):
+        ida(table, "tilt", "pga", record="seed")
+
+
+def test_a_fragility_of_a_study_leaves_out_failed_runs(table):
+    found = fragility_of(table, "tilt", 8.5, "pga")
+    assert found.trials.tolist() == [5, 5, 5, 4] and found.failures.tolist() == [0, 1, 3, 3]
+
+
+def test_indices_of_ishigami_are_exact_and_those_of_another_program():
+    from SALib.analyze import sobol as other
+
+    u = uniform(-np.pi, np.pi)
+    design = saltelli(2**11, {"x1": u, "x2": u, "x3": u}, seed=1)
+    with ThreadPoolExecutor(1) as pool:
+        found = sitedda.study(study_functions.ishigami, design, executor=pool)
+    indices = sobol_indices(found, "value")
+    assert np.allclose(indices.first, [0.3139, 0.4424, 0.0], atol=0.03)
+    assert np.allclose(indices.total, [0.5576, 0.4424, 0.2437], atol=0.03)
+    assert np.all(indices.first_interval[:, 0] < indices.first)
+    rows = found["value"].values.reshape(5, -1)  # A, B, and A with a column of B
+    order = np.concatenate([rows[:1], rows[2:], rows[1:2]]).T.ravel()
+    problem = {"num_vars": 3, "names": ["x1", "x2", "x3"], "bounds": [[-np.pi, np.pi]] * 3}
+    theirs = other.analyze(problem, order, calc_second_order=False, num_resamples=2)
+    assert np.allclose(indices.first, theirs["S1"], atol=5e-3)
+    assert np.allclose(indices.total, theirs["ST"], atol=5e-3)
+    with pytest.raises(InputError, match="not a design"):
+        sobol_indices(found.isel(sample=slice(7)), "value")
+
+
+def test_a_tornado_puts_the_widest_first():
+    design = one_at_a_time({"a": (0.0, 1.0, 3.0), "b": (1.0, 2.0, 9.0)})
+    with ThreadPoolExecutor(1) as pool:
+        found = sitedda.study(study_functions.plane, design, executor=pool)
+    result = tornado(found, "sum")
+    assert result.names == ["b", "a"] and result.base == 3.0
+    assert result.swing.tolist() == [8.0, 3.0]
+    assert result.low.tolist() == [2.0, 2.0] and result.high.tolist() == [10.0, 5.0]
+    assert result.low_values.tolist() == [1.0, 0.0]
+
+
+def test_a_map_and_bands():
+    with ThreadPoolExecutor(1) as pool:
+        found = sitedda.study(study_functions.plane, {"a": [2.0, 1.0], "b": [3.0, 0.0, 5.0]},
+                              executor=pool)  # fmt: skip
+    result = parameter_map(found, "sum", "a", "b", level=5.0)
+    assert result.x.tolist() == [1.0, 2.0] and result.y.tolist() == [0.0, 3.0, 5.0]
+    assert np.array_equal(result.values, [[np.nan] * 2, [4.0, 5.0], [6.0, 7.0]], equal_nan=True)
+    rows = bands(found.isel(b=2), "row", "a")
+    assert np.allclose(rows.fractiles[1], [1.5, 5.0, 7.5])
+    with pytest.raises(InputError, match="select the others"):
+        parameter_map(found, "row", "a", "b")
+
+
+def test_a_report_holds_what_is_asked_for(table, tmp_path):
+    figures = [
+        {"kind": "ida", "quantity": "tilt", "intensity": "pga", "threshold": 8.5},
+        {"kind": "fragility", "quantity": "tilt", "threshold": 8.5, "intensity": "pga"},
+        {"kind": "map", "quantity": "tilt", "x": "pga", "y": "record", "title": "Where"},
+    ]
+    page = write_report(table, tmp_path / "page.html", figures).read_text()
+    for words in ("20 cases", "1 failed", "it fell", "capacity 16, 50, 84 %", "dispersion β",
+                  "Not drawn: a map needs two parameters that are numbers"):  # fmt: skip
+        assert words in page, words
+    assert page.count("<figure") == 2
+    with pytest.raises(InputError, match="did you mean 'map'"):
+        write_report(table, tmp_path / "page.html", [{"kind": "mop"}])
+    with pytest.raises(InputError, match="unexpected keyword"):
+        write_report(table, tmp_path / "page.html", [{"kind": "ida", "level": 3}])
