@@ -6,7 +6,7 @@ module dda_contact_geometry
    use dda_contact, only: contacts_type
    implicit none
    private
-   public :: candidate_type, set_contacts
+   public :: candidate_type, set_contacts, set_gradients
 
    !> A contact that detection has found, not yet in a list.
    type :: candidate_type

@@ -22,14 +22,14 @@ module dda_equilibrium
    use dda_blocks, only: blocks_type, begin_memory
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_contact_search, only: find_contacts
-   use dda_elements, only: set_elements, freeze_elements
+   use dda_elements, only: set_elements, freeze_elements, balance_elements
    use dda_damping, only: is_damped
    use dda_energy, only: energy_type, add_energy, energy_kinetic, energy_kinetic_damping, &
       energy_algorithmic, energy_strain
    use dda_energy_budget, only: strain_energy
    use dda_errors, only: error_type, error_convergence, fail
    use dda_kinematics, only: damp_velocity, farthest_move
-   use dda_model, only: half_size
+   use dda_model, only: half_size, is_held
    use dda_scheme, only: scheme_type
    use dda_settings, only: control_type
    use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
@@ -58,6 +58,9 @@ module dda_equilibrium
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
    real(wp), parameter :: growth = 10.0_wp         !< of Δt after a step that closed easily
    real(wp), parameter :: slow_growth = 2.0_wp     !< of Δt after one that did not
+   !> steps that do not halve what is out of balance: it is rounding; what stands on dashpots must
+   !> come so far
+   integer, parameter :: most_in_vain = 3
    integer, parameter :: few_iterations = 20       !< of a step that closes easily
    real(wp), parameter :: shrink = 0.1_wp          !< of Δt after a step that failed
    real(wp), parameter :: longest = 1.0e2_wp       !< of the first Δt
@@ -95,7 +98,9 @@ contains
       simulation%time_step = control%time_step
       simulation%blocks%damps = any(is_damped(simulation%blocks%damping))
       call begin_memory(simulation%blocks)
-      call set_elements(simulation%elements, simulation%model, time)
+      call set_elements(simulation%elements, simulation%model, simulation%blocks, time)
+      if (equilibrium%at_rest) call balance_elements(simulation%elements, simulation%blocks, &
+         simulation%system%rhs)
    end subroutine equilibrate
 
    !> Stresses are those of the given modulus; the budget has the energy that bodies forget.
@@ -123,13 +128,13 @@ contains
          equilibrium%weight = norm2(control%gravity)*sum(blocks%mass)/blocks%n
          equilibrium%allowed = max(tolerance*equilibrium%weight, simulation%iteration%noise, &
             rounding*epsilon(1.0_wp)*half_size(blocks)*simulation%laws%normal_stiffness &
-            *merge(contact%fixed_point_ratio, 1.0_wp, size(simulation%model%fixed_points) > 0))
+            *merge(contact%fixed_point_ratio, 1.0_wp, is_held(simulation%model)))
          simulation%time_step = sqrt(maxval(blocks%mass) &
             /(first_ratio*simulation%laws%normal_stiffness))
       end associate
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
-      call freeze_elements(simulation%elements, simulation%time)
+      call freeze_elements(simulation%elements, simulation%blocks, simulation%time)
       call stop_blocks(simulation)
       call stop_damping(simulation%blocks, simulation%energy)
    end subroutine begin_statics
@@ -139,9 +144,12 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
       type(error_type), allocatable, intent(out) :: error  !< of a step at the shortest Δt
-      real(wp) :: first, way
+      real(wp) :: first, way, least
       integer(long) :: iterations
+      integer :: in_vain
 
+      least = huge(1.0_wp)
+      in_vain = 0
       first = simulation%time_step
       iterations = simulation%counters%iterations
       way = 0.0_wp
@@ -149,7 +157,11 @@ contains
          call unbalanced_force(simulation, equilibrium%unbalanced, equilibrium%block, error)
          if (allocated(error)) return
          equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed
-         if (equilibrium%at_rest .or. equilibrium%steps == most_steps) return
+         in_vain = merge(0, in_vain + 1, equilibrium%unbalanced < 0.5_wp*least)
+         least = min(least, equilibrium%unbalanced)
+         if (equilibrium%at_rest .and. (in_vain >= most_in_vain .or. &
+            size(simulation%model%boundaries) == 0)) return
+         if (equilibrium%steps == most_steps) return
          if (way > fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > most_iterations) return
          call static_step(simulation, first, error)

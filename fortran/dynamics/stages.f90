@@ -127,10 +127,12 @@ contains
          associate (contacts => simulation%contacts(simulation%now))
             contacts%joint(:contacts%n) = stage%joint(contacts%joint(:contacts%n))
          end associate
-         call set_elements(simulation%elements, simulation%model, simulation%time)
+         call set_elements(simulation%elements, simulation%model, simulation%blocks, &
+            simulation%time)
          call book(simulation, energy_changed, 1.0_wp)
          call take_away(simulation, s)
-         call set_elements(simulation%elements, simulation%model, simulation%time)
+         call set_elements(simulation%elements, simulation%model, simulation%blocks, &
+            simulation%time)
          if (any(stage%removed)) then
             associate (contacts => simulation%contacts(simulation%now))
                call filter_contacts(contacts, [(.not. (stage%removed(contacts%block_v(i)) .or. &
@@ -300,7 +302,7 @@ contains
          call take_away(simulation, s)
       end do
       simulation%time_step = time_step
-      call set_elements(simulation%elements, simulation%model, simulation%time)
+      call set_elements(simulation%elements, simulation%model, simulation%blocks, simulation%time)
    end subroutine restore_stages
 
 end module dda_stages

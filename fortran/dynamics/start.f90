@@ -41,7 +41,7 @@ contains
       call prepare_stop_rule(simulation)
       simulation%time_step = model%control%time_step
       simulation%scheme = scheme_named(model%control%integration, model%control%theta)
-      call set_elements(simulation%elements, model, 0.0_wp)
+      call set_elements(simulation%elements, model, simulation%blocks, 0.0_wp)
       call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
       call choose_solver(simulation%solver, model%control%solver, error)
       if (allocated(error)) return

@@ -144,8 +144,8 @@ contains
          step => next_step(simulation))
          call update_step(simulation%energy, simulation%blocks, contacts, simulation%laws, &
             simulation%elements, step, d)
+         call accept_elements(simulation%elements, simulation%blocks, step, d)
          call integrate(simulation%blocks, d, step)
-         call accept_elements(simulation%elements, step)
          call update_state(simulation%energy, simulation%blocks)
          call accept_contacts(contacts, simulation%laws)
          simulation%neighbours%travel = simulation%neighbours%travel + path

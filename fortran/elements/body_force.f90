@@ -82,8 +82,9 @@ contains
    end subroutine account
 
    !> Gravity alone.
-   subroutine freeze(self, motions, time)
+   subroutine freeze(self, blocks, motions, time)
       class(body_force_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 

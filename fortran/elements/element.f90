@@ -24,9 +24,12 @@ module dda_element
       procedure(force_interface), deferred :: add_force
       procedure :: add_stored => add_no_stored
       procedure(budget_interface), deferred :: account
+      procedure :: prepare => prepare_nothing
       procedure :: accept => accept_nothing
       procedure :: match_velocity => match_nothing
       procedure :: freeze => freeze_nothing
+      procedure :: inherit => inherit_nothing
+      procedure :: balance => balance_nothing
       procedure :: serialise => serialise_nothing
    end type element_type
 
@@ -72,11 +75,22 @@ contains
       type(energy_type), intent(inout) :: energy    !< J per metre of thickness
    end subroutine add_no_stored
 
-   !> Take over a state of its own at the end of a step; here: none.
-   subroutine accept_nothing(self, motions, step)
+   !> Before the forces of a step are asked for: solve what does not depend on the model; here:
+   !> nothing.
+   subroutine prepare_nothing(self, blocks, motions, step)
       class(element_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks       !< at the start of the step
+      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one to be taken
+   end subroutine prepare_nothing
+
+   !> Take over a state of its own at the end of a step; here: none.
+   subroutine accept_nothing(self, blocks, motions, step, d)
+      class(element_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks       !< at the start of the step
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
 
    !> Project initial velocities onto what a stiff element admits; here: all are admitted.
@@ -89,11 +103,27 @@ contains
    end subroutine match_nothing
 
    !> Keep loads and prescribed places constant from a time on; here: none depends on time.
-   subroutine freeze_nothing(self, motions, time)
+   subroutine freeze_nothing(self, blocks, motions, time)
       class(element_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks       !< in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       real(wp), intent(in) :: time                  !< whose loads and places stay, s
    end subroutine freeze_nothing
+
+   !> Take over the state of those that stood in its place before the model changed, or before a
+   !> static stage froze them; here: none.
+   subroutine inherit_nothing(self, before, blocks)
+      class(element_type), intent(inout) :: self  !< elements of this kind
+      class(element_type), intent(in) :: before     !< those of the same type
+      type(blocks_type), intent(in) :: blocks       !< in their present state
+   end subroutine inherit_nothing
+
+   !> After statics: take what is left out of balance into reactions that stay; here: none.
+   subroutine balance_nothing(self, blocks, unbalanced)
+      class(element_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks       !< at rest
+      real(wp), intent(in) :: unbalanced(:,:)       !< [6,blocks] sum of all forces, N/m …
+   end subroutine balance_nothing
 
    !> Write or read a state of its own; here: none.
    subroutine serialise_nothing(self, archive)

@@ -2,6 +2,7 @@
 !> The elements of a model: registration, and what all of them together give.
 module dda_elements
    use dda_kinds, only: wp
+   use dda_absorbing, only: new_absorbing_boundaries
    use dda_archive, only: archive_type
    use dda_blocks, only: blocks_type
    use dda_body_force, only: body_force_type
@@ -13,10 +14,12 @@ module dda_elements
    use dda_motion, only: motion_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
+   use dda_ties, only: new_ties
    implicit none
    private
-   public :: elements_type, set_elements, register, linear_terms_of, add_forces, update_stored, &
-      account_elements, accept_elements, match_velocities, freeze_elements, serialise_elements
+   public :: elements_type, set_elements, register, prepare_elements, linear_terms_of, &
+      add_forces, update_stored, account_elements, accept_elements, match_velocities, &
+      freeze_elements, balance_elements, serialise_elements
 
    !> One kind of elements.
    type :: kind_type
@@ -32,11 +35,14 @@ module dda_elements
 contains
 
    !> The elements that a model asks for.  Here a new kind is registered.
-   subroutine set_elements(elements, model, time)
-      type(elements_type), intent(out) :: elements  !< of the model
-      type(model_type), intent(in) :: model  !< as read from the input
+   subroutine set_elements(elements, model, blocks, time)
+      type(elements_type), intent(inout) :: elements  !< replaced; states of their own stay
+      type(model_type), intent(in) :: model  !< as the stages up to now have changed it
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: time  !< from which they act, s
+      type(kind_type), allocatable :: before(:)
 
+      call move_alloc(elements%kind, before)
       elements%motions = model%motions
       allocate (elements%kind(0))
       associate (control => model%control, contact => model%contact)
@@ -46,8 +52,29 @@ contains
          if (size(model%fixed_points) > 0) call register(elements, &
             new_fixed_points(model%fixed_points, model%motions, &
             contact%fixed_point_ratio*contact%normal_stiffness, time))
+         if (size(model%boundaries) > 0) call register(elements, &
+            new_absorbing_boundaries(model%boundaries, &
+            contact%fixed_point_ratio*contact%normal_stiffness))
       end associate
+      if (size(model%ties) > 0) call register(elements, new_ties(model%ties, &
+         model%contact%normal_stiffness*[1.0_wp, 1.0_wp/model%contact%shear_ratio]))
+      if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
+
+   !> States of their own pass to the elements of the same type.
+   subroutine inherit_states(elements, before, blocks)
+      type(elements_type), intent(inout) :: elements  !< new ones
+      type(kind_type), intent(in) :: before(:)        !< those before
+      type(blocks_type), intent(in) :: blocks         !< in their present state
+      integer :: i, k
+
+      do i = 1, size(elements%kind)
+         do k = 1, size(before)
+            if (same_type_as(elements%kind(i)%element, before(k)%element)) &
+               call elements%kind(i)%element%inherit(before(k)%element, blocks)
+         end do
+      end do
+   end subroutine inherit_states
 
    !> Append a kind.
    subroutine register(elements, element)
@@ -63,6 +90,18 @@ contains
       allocate (more(size(more))%element, source=element)
       call move_alloc(more, elements%kind)
    end subroutine register
+
+   !> Before the forces of a step are asked for.
+   subroutine prepare_elements(elements, blocks, step)
+      type(elements_type), intent(inout) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one to be taken
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%prepare(blocks, elements%motions, step)
+      end do
+   end subroutine prepare_elements
 
    !> All springs and dashpots in the present geometry.
    subroutine linear_terms_of(elements, blocks, step, terms)
@@ -121,13 +160,15 @@ contains
    end subroutine account_elements
 
    !> States of their own move to the end of the step.
-   subroutine accept_elements(elements, step)
+   subroutine accept_elements(elements, blocks, step, d)
       type(elements_type), intent(inout) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
       type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%accept(elements%motions, step)
+         call elements%kind(i)%element%accept(blocks, elements%motions, step, d)
       end do
    end subroutine accept_elements
 
@@ -147,15 +188,28 @@ contains
    end subroutine match_velocities
 
    !> For statics: loads and prescribed places keep their values at a time, base motions do not act.
-   subroutine freeze_elements(elements, time)
+   subroutine freeze_elements(elements, blocks, time)
       type(elements_type), intent(inout) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: time  !< s
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%freeze(elements%motions, time)
+         call elements%kind(i)%element%freeze(blocks, elements%motions, time)
       end do
    end subroutine freeze_elements
+
+   !> After statics: reactions that stay take what is left out of balance.
+   subroutine balance_elements(elements, blocks, unbalanced)
+      type(elements_type), intent(inout) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< at rest
+      real(wp), intent(in) :: unbalanced(:,:)  !< [6,blocks] sum of all forces, N/m …
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%balance(blocks, unbalanced)
+      end do
+   end subroutine balance_elements
 
    !> Write or read their states.
    subroutine serialise_elements(elements, archive)

@@ -28,7 +28,7 @@ module dda_fixed_points
    use dda_support, only: fixed_point_type
    implicit none
    private
-   public :: fixed_points_type, new_fixed_points
+   public :: fixed_points_type, new_fixed_points, reaction_of
 
    !> All fixed points of a model.
    type, extends(element_type) :: fixed_points_type
@@ -126,11 +126,40 @@ contains
 
       associate (point => self%point(i))
          ! In this order nothing is rounded: force and energy then see the same place.
-         away = (place_of(blocks, point%block, point%reference) - point%place) &
+         away = matmul(place_of(blocks, point%block, point%reference) - point%place, point%axes) &
             - target_displacement(self, i, motions, time)
          away = merge(away, 0.0_wp, point%held)
       end associate
    end function away_from_target
+
+   !> Rows of the displacement of point i along its axes.
+   pure function rows_of(self, i, blocks) result(t)
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: t(2, 6), shape(2, 6)
+
+      associate (axes => self%point(i)%axes)
+         shape = shape_matrix(blocks, self%point(i)%block, self%point(i)%reference)
+         t(1, :) = axes(1, 1)*shape(1, :) + axes(2, 1)*shape(2, :)
+         t(2, :) = axes(1, 2)*shape(1, :) + axes(2, 2)*shape(2, :)
+      end associate
+   end function rows_of
+
+   !> What the spring of point i exerts on its block in the present state, N/m …; its motion does
+   !> not count.
+   pure function reaction_of(self, i, blocks) result(force)
+      type(fixed_points_type), intent(in) :: self  !< all points
+      integer, intent(in) :: i  !< number, from 1
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: force(6)
+
+      associate (point => self%point(i))
+         force = matmul(merge(-self%stiffness*matmul(place_of(blocks, point%block, &
+            point%reference) - point%place, point%axes), 0.0_wp, point%held), &
+            rows_of(self, i, blocks))
+      end associate
+   end function reaction_of
 
    !> A spring and a dashpot for each direction in which a point is held.
    subroutine add_linear(self, blocks, step, terms)
@@ -144,7 +173,7 @@ contains
 
       term%kind = term_support
       do i = 1, size(self%point)
-         t = shape_matrix(blocks, self%point(i)%block, self%point(i)%reference)
+         t = rows_of(self, i, blocks)
          term%source = i
          term%block_a = self%point(i)%block
          term%place = place_of(blocks, self%point(i)%block, self%point(i)%reference)
@@ -175,7 +204,7 @@ contains
 
       do i = 1, size(self%point)
          associate (b => self%point(i)%block)
-            t = shape_matrix(blocks, b, self%point(i)%reference)
+            t = rows_of(self, i, blocks)
             force = dashpot_of(self, step)*(velocity_weight(step)*matmul(t, blocks%velocity(:, b)) &
                + target_rate(self, i, motions, step))
             force = merge(force, 0.0_wp, self%point(i)%held) &
@@ -198,8 +227,8 @@ contains
          associate (point => self%point(i))
             call add_energy(energy, energy_support, stored(self, step, &
                away_from_target(self, i, blocks, motions, step%time), &
-               matmul(shape_matrix(blocks, point%block, point%reference), &
-               blocks%velocity(:, point%block)) - self%rate(:, i), point%held))
+               matmul(rows_of(self, i, blocks), blocks%velocity(:, point%block)) &
+               - self%rate(:, i), point%held))
          end associate
       end do
    end subroutine add_stored
@@ -230,7 +259,7 @@ contains
       associate (dt => step%time_step, chi => step%scheme%chi)
          do i = 1, size(self%point)
             associate (b => self%point(i)%block, held => self%point(i)%held)
-               t = shape_matrix(blocks, b, self%point(i)%reference)
+               t = rows_of(self, i, blocks)
                moved = target_displacement(self, i, motions, end_time(step)) &
                   - target_displacement(self, i, motions, step%time)
                rate = target_rate(self, i, motions, step)
@@ -253,10 +282,12 @@ contains
    end subroutine account
 
    !> The motions' velocities at the end of the step are those at the start of the next one.
-   subroutine accept(self, motions, step)
+   subroutine accept(self, blocks, motions, step, d)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i
 
       do i = 1, size(self%point)
@@ -305,7 +336,7 @@ contains
       impulse = matmul(matrix, velocity(:, b))
       do i = 1, size(self%point)
          if (self%point(i)%block /= b) cycle
-         t = shape_matrix(blocks, b, self%point(i)%reference)
+         t = rows_of(self, i, blocks)
          do axis = 1, 2
             if (.not. self%point(i)%held(axis)) cycle
             impulse = impulse + weight*wanted(axis, i)*t(axis, :)
@@ -319,8 +350,9 @@ contains
    end subroutine match_block
 
    !> Keep the prescribed places constant at their values at a time.
-   subroutine freeze(self, motions, time)
+   subroutine freeze(self, blocks, motions, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
       integer :: i

@@ -14,7 +14,8 @@ module dda_linear_terms
    public :: linear_term_type, linear_terms_type, clear_terms, add_term, stretch_of, &
       add_to_matrix, step_weights, scale_penalty, coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, instants
-   public :: term_normal, term_shear, term_support, term_kinds, term_names
+   public :: term_normal, term_shear, term_support, term_boundary, term_tie, &
+      term_kinds, term_names
 
    integer, parameter :: at_theta = 1      !< stiffness at t₀ + θΔt
    integer, parameter :: at_end = 2        !< stiffness at the end of the step
@@ -25,9 +26,12 @@ module dda_linear_terms
    integer, parameter :: term_normal = 1   !< normal spring of a closed contact
    integer, parameter :: term_shear = 2    !< shear spring of a sticking contact
    integer, parameter :: term_support = 3  !< support of a fixed point
-   integer, parameter :: term_kinds = 3
+   integer, parameter :: term_boundary = 4 !< dashpot of an absorbing boundary
+   integer, parameter :: term_tie = 5      !< spring between the two sides of a model
+   integer, parameter :: term_kinds = 5
    character(len=*), parameter :: term_names(term_kinds) = [character(len=22) :: &
-      'normal contact springs', 'shear contact springs', 'fixed points']
+      'normal contact springs', 'shear contact springs', 'fixed points', 'absorbing boundaries', &
+      'ties of the sides']
 
    !> One term.
    type :: linear_term_type

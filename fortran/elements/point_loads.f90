@@ -59,8 +59,9 @@ contains
    end subroutine account
 
    !> Keep the forces constant at their values at a time.
-   subroutine freeze(self, motions, time)
+   subroutine freeze(self, blocks, motions, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
       real(wp), parameter :: ever = 0.5_wp*huge(1.0_wp)

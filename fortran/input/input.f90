@@ -7,6 +7,7 @@ module dda_input
       name_length
    use dda_input_catalogue, only: input_groups, unknown_group
    use dda_input_bodies, only: read_bodies
+   use dda_input_boundaries, only: read_boundaries, check_rest
    use dda_input_material, only: read_material, fit_materials
    use dda_input_materials, only: read_joint, read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
@@ -59,9 +60,11 @@ contains
       if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
+      if (.not. allocated(error)) call read_boundaries(model, file, groups, error)
       if (.not. allocated(error)) call read_stages(model, file, groups, error)
       if (.not. allocated(error)) call read_ends(model, file, groups, error)
       if (.not. allocated(error)) call fit_materials(model, file, groups, error)
+      call check_rest(model, file, groups, error)
       if (allocated(error)) return
       if (model%stages(1)%static) call refuse_velocities(file, model, error)
       call read_amplifications(model, file, groups, error)

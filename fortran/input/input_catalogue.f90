@@ -48,6 +48,7 @@ module dda_input_catalogue
       group_entry_type('blocks', .true.), &
       group_entry_type('layers', .true.), group_entry_type('drums', .true.), &
       group_entry_type('wall', .true.), group_entry_type('fixed_point', .true.), &
+      group_entry_type('boundary', .true.), &
       group_entry_type('load', .true.), group_entry_type('measured_point', .true.), &
       group_entry_type('stage', .true.), group_entry_type('amplification', .true.), &
       group_entry_type('stop', .false.)]
@@ -250,6 +251,31 @@ module dda_input_catalogue
       variable_type('motion_y', 'text', '', 'none', &
          'motion that the point follows along y', allowed='the name of a &motion')]
 
+   type(variable_type), parameter :: boundary_variables(9) = [ &
+      variable_type('name', 'text', '', 'blank', &
+         'name in the output, and that stages release fixed edges by', allowed='any'), &
+      variable_type('kind', 'text', '', 'required', &
+         'fixed; roller: held along its normal; viscous: dashpots; compliant: with a motion; '// &
+         'tied: the left side meets the right one', &
+         allowed="'fixed', 'roller', 'viscous', 'compliant', 'tied'"), &
+      variable_type('direction', 'text', '', "'xy'; of a roller 'normal'", &
+         'directions that are held; of a boundary that absorbs waves in static stages', &
+         allowed="'x', 'y', 'xy', 'normal'"), &
+      variable_type('density', 'real', 'kg/m³', "the block's", &
+         'density of the half-space behind', 1.0e-15_wp, 1.0e15_wp), &
+      variable_type('shear_velocity', 'real', 'm/s', "the block's", &
+         'its S wave velocity', above_zero), &
+      variable_type('pressure_velocity', 'real', 'm/s', "in the block's ratio", &
+         'its P wave velocity', above_zero), &
+      variable_type('motion_x', 'text', '', 'none', &
+         'motion along x that comes in, or that fixed edges follow', &
+         allowed='the name of a &motion'), &
+      variable_type('motion_y', 'text', '', 'none', &
+         'the same along y', allowed='the name of a &motion'), &
+      variable_type('motion_is', 'text', '', "'outcrop'", &
+         'outcrop: of the free surface of the half-space; incoming: half of it; within: of the '// &
+         'boundary itself, which follows it', allowed="'outcrop', 'incoming', 'within'")]
+
    type(variable_type), parameter :: load_variables(3) = [ &
       variable_type('time', 'real list', 's', 'required', '2 to 4096 times that do not decrease'), &
       variable_type('force_x', 'real list', 'N/m', '0 at all times', &
@@ -370,6 +396,8 @@ contains
          list = [wall_variables, generated_variables, naming_variables]
       case ('fixed_point')
          list = [point_variables, fixed_point_variables]
+      case ('boundary')
+         list = [boundary_variables(:2), edge_variables, boundary_variables(3:)]
       case ('load')
          list = [point_variables, load_variables]
       case ('measured_point')

@@ -8,12 +8,14 @@ module dda_model
    use dda_support, only: fixed_point_type, load_type, point_type
    use dda_motion, only: motion_type
    use dda_stage, only: stage_type
+   use dda_tie, only: tie_type
    use dda_stop_settings, only: stop_settings_type
    use dda_blocks, only: blocks_type
+   use dda_boundary, only: boundary_type
    implicit none
    private
    public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
-      run_steps, run_duration, block_sources
+      run_steps, run_duration, block_sources, is_held
 
    !> A file that blocks come from.
    type :: block_source_type
@@ -36,6 +38,8 @@ module dda_model
       type(joint_type), allocatable :: joints(:)
       type(motion_type), allocatable :: motions(:)
       type(fixed_point_type), allocatable :: fixed_points(:)
+      type(boundary_type), allocatable :: boundaries(:)  !< that absorb waves
+      type(tie_type), allocatable :: ties(:)         !< of its left with its right side
       type(load_type), allocatable :: loads(:)
       type(point_type), allocatable :: points(:)
       type(stage_type), allocatable :: stages(:)     !< in order, one at least
@@ -62,6 +66,13 @@ contains
       contact_distance = min(2.5_wp*max(model%control%max_displacement_ratio, &
          4.0e-4_wp)*half_size(model%blocks), 0.2_wp*minval(model%blocks%radius))
    end function contact_distance
+
+   !> Something holds it in static stages.
+   pure logical function is_held(model)
+      type(model_type), intent(in) :: model  !< as read from the input
+
+      is_held = size(model%fixed_points) > 0 .or. size(model%boundaries) > 0
+   end function is_held
 
    !> Steps of all stages, without those that are repeated.
    pure integer(long) function run_steps(model)

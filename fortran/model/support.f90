@@ -12,8 +12,10 @@ module dda_support
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
       real(wp) :: place(2) = 0.0_wp                 !< first place, m
-      logical :: held(2) = .true.                   !< in x, in y
-      integer :: motion(2) = 0                      !< motion in x, in y; 0: stays
+      !> [2,2] directions that count in its columns, unit vectors: x and y, or of an edge
+      real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+      logical :: held(2) = .true.                   !< along each of them
+      integer :: motion(2) = 0                      !< motion along each of them; 0: stays
    end type fixed_point_type
 
    !> A force history at a material point: linear between its times, zero before and after.

@@ -165,7 +165,7 @@ class Model:
 
     # --- Groups ----------------------------------------------------------------------------------
 
-    def add(self, kind: str, *arguments, **values) -> Group:
+    def add(self, kind: str, /, *arguments, **values) -> Group:
         """Add a group, and return it.
 
         Parameters

@@ -1,0 +1,300 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Absorbing boundaries: dashpots ρV_p along the normal and ρV_s along the edge (Lysmer and
+!> Kuhlemeyer 1969) on d/Δt, at two Gauss points of each edge, which integrate them exactly.
+!>
+!> The half-space behind moves with the motion u of its outcrop, twice the wave that comes in
+!> (Joyner and Chen 1975): a dashpot exerts c (Δu − T d)/Δt over a step.  Its loss is
+!> |Δu − T d|² c/Δt, the work of the half-space that force on Δu.
+!>
+!> Static stages hold the edges in place by springs.  At the change of stage the reactions of the
+!> springs become forces on the blocks that stay, and the dashpots take over.  What is left out of
+!> balance then would move the model for ever, since nothing but dashpots holds it: the reactions
+!> take it, too, so that nothing moves.
+module dda_absorbing
+   use dda_kinds, only: wp
+   use dda_archive, only: archive_type, archive_values => serialise
+   use dda_baseline, only: displacement_at
+   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_boundary, only: boundary_type
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_damping, energy_input
+   use dda_fixed_points, only: fixed_points_type, new_fixed_points, reaction_of
+   use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, term_boundary, &
+      mean_dashpot
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type, end_time
+   use dda_support, only: fixed_point_type
+   implicit none
+   private
+   public :: absorbing_type, new_absorbing_boundaries
+
+   !> Gauss points of all absorbing boundaries.
+   type, extends(element_type) :: absorbing_type
+      type(fixed_point_type), allocatable :: point(:)  !< [points] place, and how statics hold it
+      real(wp), allocatable :: axes(:,:,:)             !< [2,2,points] normal and edge, in columns
+      real(wp), allocatable :: dashpot(:,:)            !< [2,points] along these, N s/m per m
+      integer, allocatable :: motion(:,:)              !< [2,points] of the half-space; 0: none
+      real(wp), allocatable :: factor(:)               !< [points] of its motion
+      integer, allocatable :: block(:)                 !< [any] that the points are on, once each
+      real(wp), allocatable :: reaction(:,:)           !< [6,any] force on each that stays, N/m …
+      real(wp) :: stiffness = 0.0_wp                   !< of a static support, N/m per m
+      type(fixed_points_type), allocatable :: support  !< while a static stage holds them
+   contains
+      procedure :: add_linear
+      procedure :: add_force
+      procedure :: add_stored
+      procedure :: account
+      procedure :: freeze
+      procedure :: inherit
+      procedure :: balance
+      procedure :: serialise
+   end type absorbing_type
+
+contains
+
+   !> The Gauss points of boundaries, without reactions.
+   pure function new_absorbing_boundaries(boundaries, stiffness) result(self)
+      type(boundary_type), intent(in) :: boundaries(:)  !< of the model
+      real(wp), intent(in) :: stiffness  !< of a support in static stages, N/m per m
+      type(absorbing_type) :: self
+      integer :: n, i, g, at
+
+      n = sum([(size(boundaries(i)%point), i=1, size(boundaries))])
+      self%stiffness = stiffness
+      allocate (self%point(n), self%axes(2, 2, n), self%dashpot(2, n), self%motion(2, n), &
+         self%factor(n))
+      at = 0
+      do i = 1, size(boundaries)
+         do g = 1, size(boundaries(i)%point)
+            at = at + 1
+            associate (normal => boundaries(i)%normal(:, (g + 1)/2))
+               self%axes(:, :, at) = reshape([normal(1), normal(2), -normal(2), normal(1)], [2, 2])
+            end associate
+            self%point(at) = boundaries(i)%point(g)
+            self%dashpot(:, at) = boundaries(i)%dashpot(:, (g + 1)/2)
+            self%motion(:, at) = boundaries(i)%motion
+            self%factor(at) = boundaries(i)%factor
+         end do
+      end do
+      self%block = pack(self%point%block, [(all(self%point(:i - 1)%block /= self%point(i)%block), &
+         i=1, n)])
+      allocate (self%reaction(6, size(self%block)), source=0.0_wp)
+   end function new_absorbing_boundaries
+
+   !> Rows of the displacement of a point along the normal and along the edge; none of a block that
+   !> has been removed.
+   pure function rows_of(self, i, blocks) result(t)
+      class(absorbing_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i                   !< point
+      type(blocks_type), intent(in) :: blocks    !< in their present state
+      real(wp) :: t(2, 6)
+
+      t = 0.0_wp
+      associate (b => self%point(i)%block)
+         if (.not. blocks%removed(b)) t = matmul(transpose(self%axes(:, :, i)), &
+            shape_matrix(blocks, b, self%point(i)%reference))
+      end associate
+   end function rows_of
+
+   !> Displacement Δu of the outcrop over a step along the normal and along the edge, m.
+   pure function increment_of(self, i, motions, step) result(increment)
+      class(absorbing_type), intent(in) :: self    !< elements of this kind
+      integer, intent(in) :: i                     !< point
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp) :: increment(2)
+      integer :: axis
+
+      increment = 0.0_wp
+      do axis = 1, 2
+         associate (motion => self%motion(axis, i))
+            if (motion > 0) increment(axis) = self%factor(i)*(displacement_at( &
+               motions(motion)%curve, end_time(step)) - displacement_at(motions(motion)%curve, &
+               step%time))
+         end associate
+      end do
+      increment = matmul(increment, self%axes(:, :, i))
+   end function increment_of
+
+   !> Two dashpots for each point; in statics springs.
+   subroutine add_linear(self, blocks, step, terms)
+      class(absorbing_type), intent(in) :: self        !< elements of this kind
+      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(step_type), intent(in) :: step              !< the one being taken
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+      type(linear_term_type) :: term
+      real(wp) :: t(2, 6)
+      integer :: i, axis
+
+      if (allocated(self%support)) then
+         call self%support%add_linear(blocks, step, terms)
+         return
+      end if
+      term%kind = term_boundary
+      term%instant = mean_dashpot
+      do i = 1, size(self%point)
+         t = rows_of(self, i, blocks)
+         term%source = i
+         term%block_a = self%point(i)%block
+         term%place = place_of(blocks, term%block_a, self%point(i)%reference)
+         do axis = 1, 2
+            term%row_a = t(axis, :)
+            term%coefficient = self%dashpot(axis, i)
+            term%motion = self%motion(maxloc(abs(self%axes(:, axis, i)), 1), i)
+            call add_term(terms, term)
+         end do
+      end do
+   end subroutine add_linear
+
+   !> Reactions that stay, and c Δu/Δt.
+   subroutine add_force(self, blocks, motions, step, load)
+      class(absorbing_type), intent(in) :: self    !< elements of this kind
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
+      real(wp) :: force(2)
+      integer :: i
+
+      do i = 1, size(self%block)
+         associate (b => self%block(i))
+            if (.not. blocks%removed(b)) load(:, b) = load(:, b) + self%reaction(:, i)
+         end associate
+      end do
+      if (allocated(self%support)) then
+         call self%support%add_force(blocks, motions, step, load)
+         return
+      end if
+      if (all(self%motion == 0)) return
+      do i = 1, size(self%point)
+         force = self%dashpot(:, i)*increment_of(self, i, motions, step)/step%time_step
+         associate (b => self%point(i)%block)
+            load(:, b) = load(:, b) + matmul(force, rows_of(self, i, blocks))
+         end associate
+      end do
+   end subroutine add_force
+
+   !> Energy of the springs of statics.
+   subroutine add_stored(self, blocks, motions, step, energy)
+      class(absorbing_type), intent(in) :: self    !< elements of this kind
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one to come
+      type(energy_type), intent(inout) :: energy   !< J per metre of thickness
+
+      if (allocated(self%support)) call self%support%add_stored(blocks, motions, step, energy)
+   end subroutine add_stored
+
+   !> Work of the reactions and of the half-space, and the loss of the dashpots.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(absorbing_type), intent(in) :: self    !< elements of this kind
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy   !< J per metre of thickness
+      real(wp) :: moved(2), increment(2), force(2)
+      integer :: i
+
+      do i = 1, size(self%block)
+         associate (b => self%block(i))
+            if (.not. blocks%removed(b)) call add_energy(energy, energy_input, &
+               dot_product(self%reaction(:, i), d(:, b)))
+         end associate
+      end do
+      if (allocated(self%support)) then
+         call self%support%account(blocks, motions, step, d, energy)
+         return
+      end if
+      do i = 1, size(self%point)
+         moved = matmul(rows_of(self, i, blocks), d(:, self%point(i)%block))
+         increment = increment_of(self, i, motions, step)
+         force = self%dashpot(:, i)*(increment - moved)/step%time_step
+         call add_energy(energy, energy_input, dot_product(force, increment))
+         call add_energy(energy, energy_damping, dot_product(force, increment - moved))
+      end do
+   end subroutine account
+
+   !> Hold the points where they are.
+   subroutine freeze(self, blocks, motions, time)
+      class(absorbing_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks       !< in their present state
+      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
+      real(wp), intent(in) :: time                  !< s
+      type(fixed_point_type) :: held(size(self%point))
+      integer :: i
+
+      held = self%point
+      do i = 1, size(held)
+         held(i)%place = place_of(blocks, held(i)%block, held(i)%reference)
+         held(i)%held = held(i)%held .and. .not. blocks%removed(held(i)%block)
+      end do
+      self%support = new_fixed_points(held, motions, self%stiffness, time)
+   end subroutine freeze
+
+   !> Reactions stay; those of springs that held the points are added.
+   subroutine inherit(self, before, blocks)
+      class(absorbing_type), intent(inout) :: self  !< elements of this kind
+      class(element_type), intent(in) :: before     !< those of the same type
+      type(blocks_type), intent(in) :: blocks       !< in their present state
+      integer :: i, k
+
+      select type (before)
+      class is (absorbing_type)
+         self%reaction = before%reaction
+         if (.not. allocated(before%support)) return
+         do i = 1, size(self%point)
+            k = findloc(self%block, self%point(i)%block, 1)
+            self%reaction(:, k) = self%reaction(:, k) + reaction_of(before%support, i, blocks)
+         end do
+      end select
+   end subroutine inherit
+
+   !> Reactions balance the blocks that they act on, and the sum of all forces and moments.
+   subroutine balance(self, blocks, unbalanced)
+      class(absorbing_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks       !< at rest
+      real(wp), intent(in) :: unbalanced(:,:)       !< [6,blocks] sum of all forces, N/m …
+      real(wp) :: total(3)
+      integer :: i, b
+
+      total = 0.0_wp
+      do b = 1, blocks%n
+         if (blocks%removed(b) .or. any(self%block == b)) cycle
+         total = total + moved_to_origin(b, unbalanced(1:3, b))
+      end do
+      do i = 1, size(self%block)
+         b = self%block(i)
+         self%reaction(:, i) = self%reaction(:, i) - unbalanced(:, b)
+      end do
+      total = total/size(self%block)
+      do i = 1, size(self%block)
+         associate (centre => blocks%position(1:2, self%block(i)))
+            self%reaction(1:3, i) = self%reaction(1:3, i) - [total(1), total(2), total(3) &
+               - (centre(1)*total(2) - centre(2)*total(1))]
+         end associate
+      end do
+
+   contains
+
+      !> Force and moment about the origin.
+      pure function moved_to_origin(b, force) result(moved)
+         integer, intent(in) :: b           !< block
+         real(wp), intent(in) :: force(3)   !< on it, with the moment about its centroid
+         real(wp) :: moved(3)
+
+         associate (centre => blocks%position(1:2, b))
+            moved = [force(1), force(2), force(3) + centre(1)*force(2) - centre(2)*force(1)]
+         end associate
+      end function moved_to_origin
+   end subroutine balance
+
+   !> The reactions.
+   subroutine serialise(self, archive)
+      class(absorbing_type), intent(inout) :: self   !< elements of this kind
+      type(archive_type), intent(inout) :: archive   !< written or read
+
+      call archive_values(archive, self%reaction)
+   end subroutine serialise
+
+end module dda_absorbing

@@ -1,0 +1,294 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The groups &boundary: edges of the outline that are fixed, on rollers, or absorb waves.
+!>
+!> Fixed edges and rollers become fixed points at the Gauss points of the edges; the others become
+!> boundaries of the model.
+module dda_input_boundaries
+   use dda_kinds, only: wp
+   use dda_blocks, only: place_of
+   use dda_boundary, only: boundary_type
+   use dda_edge_piece, only: edge_piece_type, gauss_points, piece_length, piece_normal
+   use dda_errors, only: error_type
+   use dda_input_edges, only: edge_choice_type, choose_edges, most_values
+   use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
+      require_choice, require_name, unset, is_set, name_length
+   use dda_input_names, only: list_length
+   use dda_material, only: material_type, elasticity
+   use dda_model, only: model_type
+   use dda_namelist_groups, only: group_type
+   use dda_support, only: fixed_point_type
+   use dda_tie, only: tie_faces
+   implicit none
+   private
+   public :: read_boundaries, check_rest
+
+   !> A group as read.
+   type :: reading_type
+      character(len=name_length) :: name = '', kind = '', direction = '', motion_is = ''
+      character(len=name_length) :: motion(2) = ''
+      real(wp) :: density = unset, shear_velocity = unset, pressure_velocity = unset
+      type(edge_choice_type) :: choice
+   end type reading_type
+
+contains
+
+   !> All boundaries of an input.
+   subroutine read_boundaries(model, file, groups, error)
+      type(model_type), intent(inout) :: model  !< with blocks, motions and fixed points
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type) :: place
+      type(reading_type) :: reading
+      type(edge_piece_type), allocatable :: pieces(:)
+      integer :: i
+
+      if (allocated(error)) return
+      allocate (model%boundaries(0), model%ties(0))
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'boundary') cycle
+         place = place_of_group(file, groups(i))
+         call read_boundary(groups(i)%text, place, reading, error)
+         if (allocated(error)) return
+         if (reading%kind == 'tied') then
+            call tie_sides(model, place, reading, error)
+            if (allocated(error)) return
+            cycle
+         end if
+         call choose_edges(reading%choice, place, model%blocks, model%block_names, model%origin, &
+            pieces, error)
+         call check_words(reading, place, model, error)
+         if (.not. allocated(error)) call add_boundary(model, place, reading, pieces, error)
+         if (allocated(error)) return
+      end do
+   end subroutine read_boundaries
+
+   !> What stands on dashpots would sink for ever under a weight that comes on in a dynamic stage.
+   subroutine check_rest(model, file, groups, error)
+      type(model_type), intent(in) :: model  !< with boundaries and stages
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i
+
+      if (allocated(error)) return
+      if (size(model%boundaries) == 0 .or. model%stages(1)%static) return
+      if (norm2(model%control%gravity) == 0.0_wp) return
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'boundary') cycle
+         call input_error(error, place_of_group(file, groups(i)), 'dashpots do not carry '// &
+            'weight: with gravity the model must come to rest first, by settle = .true. of '// &
+            '&control or a static stage')
+      end do
+   end subroutine check_rest
+
+   !> The variables of a group.
+   subroutine read_boundary(group, place, reading, error)
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(reading_type), intent(out) :: reading  !< as read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=name_length) :: name, kind, direction, motion_x, motion_y, motion_is, side
+      character(len=list_length) :: blocks
+      character(len=256) :: message
+      real(wp) :: density, shear_velocity, pressure_velocity, along(most_values), edges(most_values)
+      integer :: status
+      namelist /boundary/ name, kind, side, along, blocks, edges, direction, density, &
+         shear_velocity, pressure_velocity, motion_x, motion_y, motion_is
+
+      name = ''
+      kind = ''
+      direction = ''
+      motion_x = ''
+      motion_y = ''
+      motion_is = ''
+      side = ''
+      blocks = ''
+      density = unset
+      shear_velocity = unset
+      pressure_velocity = unset
+      along = unset
+      edges = unset
+      read (group, nml=boundary, iostat=status, iomsg=message)
+      call check_read(error, place, status, message)
+      if (kind == '') call input_error(error, place, 'kind is missing')
+      call require_choice(error, place, 'kind', kind)
+      reading = reading_type(name, kind, direction, motion_is, [motion_x, motion_y], density, &
+         shear_velocity, pressure_velocity, edge_choice_type(side, along, blocks, edges))
+   end subroutine read_boundary
+
+   !> What a kind of boundary has not must not be given.
+   subroutine check_words(reading, place, model, error)
+      type(reading_type), intent(inout) :: reading  !< as read; defaults are set
+      type(place_type), intent(in) :: place  !< of the group
+      type(model_type), intent(in) :: model  !< with its motions
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      logical :: absorbs, moves
+
+      absorbs = reading%kind == 'viscous' .or. reading%kind == 'compliant'
+      moves = reading%kind == 'fixed' .or. reading%kind == 'compliant'
+      if (any(is_set([reading%density, reading%shear_velocity, reading%pressure_velocity])) &
+         .and. .not. absorbs) call input_error(error, place, &
+         'density, shear_velocity and pressure_velocity are those of the half-space behind a '// &
+         "boundary of kind = 'viscous' or 'compliant'")
+      if (any(reading%motion /= '') .and. .not. moves) call input_error(error, place, &
+         "a motion needs kind = 'compliant', or 'fixed', which follows it")
+      if (reading%motion_is /= '' .and. (reading%kind /= 'compliant' .or. all(reading%motion &
+         == ''))) call input_error(error, place, 'motion_is says what the motion of a '// &
+         "boundary of kind = 'compliant' is")
+      if (reading%motion_is == '') reading%motion_is = 'outcrop'
+      if (reading%direction == '') reading%direction = merge('normal', 'xy    ', &
+         reading%kind == 'roller')
+      call require_choice(error, place, 'direction', reading%direction)
+      call require_choice(error, place, 'motion_is', reading%motion_is)
+      if (absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, place, &
+         'dashpots need velocities: dynamic_factor of &control must be 1')
+      if (absorbs .and. any(model%control%base_motion > 0)) call input_error(error, place, &
+         'dashpots stand still in the frame of a base that base_motion_x and base_motion_y of '// &
+         "&control accelerate: give the motion to a boundary of kind = 'compliant'")
+   end subroutine check_words
+
+   !> The left side meets the right side, a width away.
+   subroutine tie_sides(model, place, reading, error)
+      type(model_type), intent(inout) :: model  !< receives the ties
+      type(place_type), intent(in) :: place  !< of the group
+      type(reading_type), intent(in) :: reading  !< as read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(edge_choice_type) :: choice
+      type(edge_piece_type), allocatable :: left(:), right(:)
+      real(wp) :: width
+
+      if (reading%choice%side /= '' .or. any(is_set(reading%choice%along)) .or. &
+         reading%choice%blocks /= '') call input_error(error, place, &
+         "kind = 'tied' takes the left and the right side: leave out side, along and blocks")
+      if (any(reading%motion /= '') .or. reading%direction /= '' .or. any(is_set([reading%density, &
+         reading%shear_velocity, reading%pressure_velocity]))) call input_error(error, place, &
+         "kind = 'tied' has no direction, no motion and no half-space")
+      if (size(model%ties) > 0) call input_error(error, place, 'the sides are tied already')
+      if (model%contact%original_rules) call input_error(error, place, &
+         "ties act as bonded joints do: contact_rules = 'original' of &contact has none")
+      choice%side = 'left'
+      call choose_edges(choice, place, model%blocks, model%block_names, model%origin, left, error)
+      choice%side = 'right'
+      call choose_edges(choice, place, model%blocks, model%block_names, model%origin, right, error)
+      if (allocated(error)) return
+      width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
+      call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties)
+      if (size(model%ties) == 0) call input_error(error, place, &
+         'the left and the right side are at different heights: nothing meets')
+   end subroutine tie_sides
+
+   !> Supports or dashpots at the Gauss points of the pieces.
+   subroutine add_boundary(model, place, reading, pieces, error)
+      type(model_type), intent(inout) :: model  !< receives it
+      type(place_type), intent(in) :: place  !< of the group
+      type(reading_type), intent(in) :: reading  !< as read
+      type(edge_piece_type), intent(in) :: pieces(:)  !< edges
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(boundary_type) :: new
+      type(fixed_point_type), allocatable :: points(:)
+      integer :: motion(2), i
+
+      motion = 0
+      do i = 1, 2
+         if (reading%motion(i) /= '') call require_name(error, place, 'motion_'//merge('x', 'y', &
+            i == 1), reading%motion(i), model%motions%name, 'motion', motion(i))
+      end do
+      if (allocated(error)) return
+      points = points_of(model, reading, pieces)
+      if (reading%kind == 'fixed' .or. reading%kind == 'roller' .or. &
+         reading%motion_is == 'within') then
+         do i = 1, size(points)
+            points(i)%motion = motion
+         end do
+         if (reading%kind == 'fixed' .and. any(motion > 0 .and. .not. points(1)%held)) &
+            call input_error(error, place, 'a motion is given in a direction that is not held')
+         model%fixed_points = [model%fixed_points, points]
+         return
+      end if
+      new%name = reading%name
+      new%kind = reading%kind
+      new%piece = pieces
+      new%point = points
+      new%motion = motion
+      if (reading%motion_is == 'incoming') new%factor = 2.0_wp
+      call set_half_space(new, model, reading, place, error)
+      model%boundaries = [model%boundaries, new]
+   end subroutine add_boundary
+
+   !> The Gauss points of pieces and the directions in which they are held.
+   function points_of(model, reading, pieces) result(points)
+      type(model_type), intent(in) :: model  !< with its blocks
+      type(reading_type), intent(in) :: reading  !< as read
+      type(edge_piece_type), intent(in) :: pieces(:)  !< edges
+      type(fixed_point_type), allocatable :: points(:)  !< [2 × pieces]
+      real(wp) :: reference(2, 2), normal(2)
+      integer :: i, g
+
+      allocate (points(2*size(pieces)))
+      points%name = reading%name
+      do i = 1, size(pieces)
+         reference = gauss_points(model%blocks, pieces(i))
+         normal = piece_normal(model%blocks, pieces(i))
+         do g = 1, 2
+            associate (point => points(2*i - 2 + g))
+               point%block = pieces(i)%block
+               point%reference = reference(:, g)
+               point%place = place_of(model%blocks, point%block, point%reference)
+               point%held = [index(reading%direction, 'x') > 0, index(reading%direction, 'y') > 0]
+               if (reading%direction == 'normal') then
+                  point%held = [.true., .false.]
+                  point%axes = reshape([normal(1), normal(2), -normal(2), normal(1)], [2, 2])
+               end if
+            end associate
+         end do
+      end do
+   end function points_of
+
+   !> Normals, and dashpots of the half-space; by default it is of the material of each block.
+   subroutine set_half_space(boundary, model, reading, place, error)
+      type(boundary_type), intent(inout) :: boundary  !< with its pieces
+      type(model_type), intent(in) :: model  !< with its blocks and materials
+      type(reading_type), intent(in) :: reading  !< as read
+      type(place_type), intent(in) :: place  !< of the group
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(material_type) :: own
+      real(wp) :: density, speed(2)
+      integer :: i
+
+      associate (pieces => boundary%piece)
+         allocate (boundary%normal(2, size(pieces)), boundary%dashpot(2, size(pieces)))
+         do i = 1, size(pieces)
+            own = model%materials(model%blocks%material(pieces(i)%block))
+            speed = speeds_of(own, model%control%plane_strain)
+            density = own%density
+            if (is_set(reading%density)) call require(error, place, 'density', [reading%density])
+            if (is_set(reading%density)) density = reading%density
+            if (is_set(reading%shear_velocity)) then
+               call require(error, place, 'shear_velocity', [reading%shear_velocity])
+               speed = speed*(reading%shear_velocity/speed(2))
+            end if
+            if (is_set(reading%pressure_velocity)) then
+               call require(error, place, 'pressure_velocity', [reading%pressure_velocity])
+               speed(1) = reading%pressure_velocity
+            end if
+            if (speed(1) <= speed(2)) call input_error(error, place, &
+               'pressure_velocity must be above shear_velocity')
+            boundary%normal(:, i) = piece_normal(model%blocks, pieces(i))
+            boundary%dashpot(:, i) = 0.5_wp*density*piece_length(model%blocks, pieces(i))*speed
+         end do
+      end associate
+   end subroutine set_half_space
+
+   !> V_p and V_s, m/s, of plane waves in a material.
+   pure function speeds_of(material, plane_strain) result(speed)
+      type(material_type), intent(in) :: material  !< of a block
+      logical, intent(in) :: plane_strain          !< else plane stress
+      real(wp) :: speed(2)
+      real(wp) :: d(3, 3)
+
+      d = elasticity(material, plane_strain)
+      speed = sqrt([d(1, 1), d(3, 3)]/material%density)
+   end function speeds_of
+
+end module dda_input_boundaries

@@ -1,0 +1,63 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Ties: two faces that meet through the springs of a joint that never breaks, each at the ends of
+!> their overlap.  The second face may stand a shift away, as the image of a periodic model does.
+module dda_tie
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_edge_piece, only: edge_piece_type
+   implicit none
+   private
+   public :: tie_type, tie_faces
+
+   real(wp), parameter :: same = 1.0e-6_wp  !< of the shorter edge: the two corners coincide
+
+   !> One end of an overlap: a corner on each face that stands there, at least one of the two.
+   type :: tie_type
+      integer :: edge(2) = 0            !< the faces, by their first vertices
+      integer :: corner(2) = 0          !< vertex of each face that stands there; 0: none
+      real(wp) :: shift(2) = 0.0_wp     !< m, added to places of the second face's block
+   end type tie_type
+
+contains
+
+   !> Ties of the faces of two lists that meet once the second has been shifted.
+   pure subroutine tie_faces(blocks, first, second, shift, ties)
+      type(blocks_type), intent(in) :: blocks             !< at the start
+      type(edge_piece_type), intent(in) :: first(:)       !< faces
+      type(edge_piece_type), intent(in) :: second(:)      !< faces that look the other way
+      real(wp), intent(in) :: shift(2)                    !< m, of the second ones
+      type(tie_type), allocatable, intent(out) :: ties(:)
+      integer :: i, k
+
+      allocate (ties(0))
+      do i = 1, size(first)
+         do k = 1, size(second)
+            call tie_pair(blocks, first(i)%edge, second(k)%edge, shift, ties)
+         end do
+      end do
+   end subroutine tie_faces
+
+   !> Append the ties of two faces: at both ends of their overlap.
+   pure subroutine tie_pair(blocks, e, f, shift, ties)
+      type(blocks_type), intent(in) :: blocks             !< at the start
+      integer, intent(in) :: e, f                         !< faces, by their first vertices
+      real(wp), intent(in) :: shift(2)                    !< m, of the second one
+      type(tie_type), allocatable, intent(inout) :: ties(:)
+      real(wp) :: low, high, length, small
+
+      associate (along => blocks%along(:, e), next => blocks%next)
+         length = blocks%length(e)
+         small = same*min(length, blocks%length(f))
+         ! The second face runs the other way.
+         low = dot_product(along, blocks%vertex(:, next(f)) + shift - blocks%vertex(:, e))
+         high = dot_product(along, blocks%vertex(:, f) + shift - blocks%vertex(:, e))
+         if (min(high, length) - max(low, 0.0_wp) <= small) return
+         ties = [ties, &
+            tie_type([e, f], [merge(e, 0, low <= small), merge(next(f), 0, low >= -small)], &
+            shift), &
+            tie_type([e, f], [merge(next(e), 0, high >= length - small), &
+            merge(f, 0, high <= length + small)], shift)]
+      end associate
+   end subroutine tie_pair
+
+end module dda_tie

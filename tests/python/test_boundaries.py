@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Boundaries: half-spaces that absorb, motions that come in, rest on dashpots, bad input."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import sitedda
+
+DENSITY, SPEED, POISSON = 1800.0, 200.0, 0.25
+MODULUS = 2 * DENSITY * SPEED**2 * (1 + POISSON)
+ROCK = {"density": 2200.0, "shear_velocity": 800.0, "pressure_velocity": 1500.0}
+RATIO = DENSITY * SPEED / (ROCK["density"] * ROCK["shear_velocity"])
+
+
+def soil(title: str = "soil", penalty: float = 40.0, **control) -> sitedda.Model:
+    control = {"time_step": 1e-3, "analysis": "plane_strain"} | control
+    if "duration" not in control:
+        control.setdefault("steps", 1)
+    model = sitedda.Model(title, **control)
+    model.contact(normal_stiffness=penalty * MODULUS)
+    model.material("soil", density=DENSITY, young_modulus=MODULUS, poisson_ratio=POISSON)
+    model.joint("glue", friction_angle=40.0, cohesion=1e12, tensile_strength=1e12)
+    return model
+
+
+def stack(
+    layers: int, height: float = 20.0, motion=(0.0, 1.0), along: str = "x", penalty=2e4, **control
+):
+    """Layers on a compliant base, on rollers so that they shear or compress and nothing else."""
+    model = soil(penalty=penalty, **control)
+    model.layers("layer", width=1.0, thickness=height / layers, count=layers)
+    model.motion("rock", list(motion), model.control.time_step, "acceleration", drift_order=0)
+    model.boundary("base", "compliant", side="bottom", **{f"motion_{along}": "rock"}, **ROCK)
+    across = "y" if along == "x" else "x"
+    for side in ("left", "right"):
+        model.boundary(side=side, kind="roller", direction=across)
+    model.measured_point("surface", 0.5, height)
+    model.measured_point("base", 0.5, 0.0)
+    return model
+
+
+def grid(columns: int = 4, rows: int = 4, **control) -> sitedda.Model:
+    """Square blocks of 2 m under gravity, on a compliant base between viscous sides."""
+    model = soil(gravity=(0.0, -9.81), settle=True, **control)
+    for j in range(rows):
+        for i in range(columns):
+            x, y = 2.0 * i, 2.0 * j
+            model.block([x, y, x + 2, y, x + 2, y + 2, x, y + 2], name=f"b_{i}_{j}")
+    model.motion("rock", [0.0, 1.0, -1.0, 0.5, 0.0], 0.01, "acceleration")
+    model.boundary("base", "compliant", side="bottom", motion_x="rock", **ROCK)
+    for side in ("left", "right"):
+        model.boundary(side, "viscous", side=side, direction="normal")
+    model.measured_point("corner", 0.0, 2.0 * rows)
+    return model
+
+
+def outcrop_ratio(frequencies, height: float = 20.0):
+    """Surface over outcrop of one undamped layer on a half-space."""
+    phase = 2 * np.pi * np.asarray(frequencies) * height / SPEED
+    return 1 / abs(np.cos(phase) + 1j * RATIO * np.sin(phase))
+
+
+def test_a_layer_on_a_half_space_amplifies_as_the_closed_form():
+    """4.88889 at 2.5 Hz; the error falls as the square of the thickness."""
+    frequencies = np.linspace(0.5, 5.0, 19)
+    exact = outcrop_ratio(frequencies)
+    error = {}
+    for layers in (10, 20, 40):
+        model = stack(layers, penalty=2e5, integration="midpoint", time_step=1e-4)
+        found = abs(sitedda.transfer(model, frequencies, base=None))
+        error[layers] = max(abs(found - exact)) / max(exact)
+    assert error[40] < 0.001
+    assert 3.5 < error[10] / error[20] < 4.5
+    assert 3.3 < error[20] / error[40] < 4.7
+
+
+def test_the_same_in_the_time_domain():
+    """Spectrum of the surface over that of the outcrop, of a pulse, to 1 % of the peak."""
+    step, frequencies = 2e-3, np.linspace(0.75, 5.0, 18)
+    time = np.arange(0.0, 0.5, step)
+    motion = np.sin(2 * np.pi * time / 0.5) * np.sin(np.pi * time / 0.5) ** 2
+    model = stack(40, motion=motion, integration="midpoint", time_step=step, duration=3.0)
+    history = model.run().history
+    velocity = history.velocity.sel(point="surface", axis="x").values
+    outcrop = np.cumsum((motion[1:] + motion[:-1]) / 2) * step
+    spectra = [
+        np.exp(-2j * np.pi * np.outer(frequencies, 1 + np.arange(len(one))) * step) @ one
+        for one in (velocity[1:], outcrop)
+    ]
+    exact = outcrop_ratio(frequencies)
+    assert max(abs(abs(spectra[0] / spectra[1]) - exact)) < 0.01 * max(exact)
+    turned = history.energy_damping.values[-1] + history.energy_input.values[-1]
+    assert max(abs(history.energy_balance.values)) < 1e-6 * turned
+
+
+@pytest.mark.parametrize("along", ["x", "y"])
+def test_a_pulse_leaves_through_its_own_half_space(along):
+    """A half-space of the material of the blocks: the base moves once up, once down, then rests."""
+    step, height = 5e-4, 20.0
+    time = np.arange(0.0, 0.12, step)
+    motion = np.sin(np.pi * time / 0.12) ** 2 * np.sin(4 * np.pi * time / 0.12)
+    model = stack(40, height, motion, along, time_step=step, duration=0.6, integration="midpoint")
+    base = model["boundary"][0]
+    base(density=DENSITY, shear_velocity=SPEED, pressure_velocity=None)
+    history = model.run().history
+    velocity = history.velocity.sel(axis=along).values
+    surface, bottom = (
+        velocity[:, history.point.values == name].ravel() for name in ("surface", "base")
+    )
+    assert max(abs(surface)) == pytest.approx(2 * max(abs(bottom)), rel=0.02)
+    assert max(abs(bottom[-200:])) < 0.01 * max(abs(bottom))
+
+
+@pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
+def test_nothing_moves_when_dashpots_take_over(integration):
+    """Less than 1e-9 of the sag at the change of stage, and no creep in 60 s."""
+    model = grid(integration=integration, time_step=0.02, duration=60.0)
+    model["boundary"][0].motion_x = None
+    run = model.run()
+    sag = DENSITY * 9.81 * 8.0**2 / 2 / (1.2 * MODULUS)
+    assert abs(run.history.displacement.values).max() < 1e-9 * sag
+
+
+def test_incoming_is_half_of_the_outcrop_and_within_is_the_base_itself():
+    step = {"time_step": 1e-3, "duration": 0.2}
+    motion = np.sin(np.linspace(0, 6 * np.pi, 200))
+    runs = {}
+    for kind in ("outcrop", "incoming", "within"):
+        model = stack(4, motion=motion, **step)
+        model["boundary"][0].motion_is = kind
+        runs[kind] = model.run().history.velocity.sel(axis="x")
+    np.testing.assert_allclose(runs["incoming"], 2 * runs["outcrop"], rtol=1e-6, atol=1e-12)
+    base = runs["within"].sel(point="base").values
+    driven = np.cumsum(motion - motion.mean()) * 1e-3
+    assert np.corrcoef(base[:200], driven)[0, 1] > 0.998
+
+
+def test_bits_stay_across_a_checkpoint_and_threads(tmp_path, same_bits, native):
+    model = grid(time_step=1e-3, steps=200)
+    file = tmp_path / "grid.nml"
+    model.write(file)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    with sitedda.Simulation(file, tmp_path / "parts.nc") as simulation:
+        simulation.advance(77)
+    sitedda.resume(file, output=tmp_path / "parts.nc")
+    same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
+    done = native("run", file, "-o", tmp_path / "native.nc")
+    assert done.returncode == 0, done.stderr
+    same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"kind": None}, "kind is missing"),
+        ({"kind": "open"}, "kind = 'open' must be one of"),
+        ({"side": None}, "it names no edges"),
+        ({"side": "north"}, "side = 'north' must be one of"),
+        ({"along": [0.0, -5.0, 9.0, -5.0], "side": None}, "no edge of the outline is there"),
+        ({"along": [0.0, -5.0, 9.0], "side": None}, "needs x and y of two points"),
+        ({"edges": [1.0]}, "give blocks too"),
+        ({"blocks": "b_0_0", "edges": [1.5]}, "is not a whole number"),
+        ({"blocks": "nobody"}, "nothing is named 'nobody'"),
+        ({"direction": "z"}, "direction = 'z' must be one of"),
+        ({"density": -1.0}, "density = -1"),
+        ({"shear_velocity": 0.0}, "shear_velocity = 0"),
+        ({"pressure_velocity": 700.0}, "pressure_velocity must be above shear_velocity"),
+        ({"motion_x": "nothing"}, "is not the name of a &motion"),
+        ({"kind": "viscous"}, "a motion needs kind = 'compliant'"),
+        ({"kind": "fixed"}, "are those of the half-space"),
+        ({"motion_is": "total"}, "motion_is = 'total' must be one of"),
+        ({"motion_x": None, "motion_is": "within"}, "motion_is says what the motion"),
+    ],
+)
+def test_bad_boundaries_are_refused_in_words(values, words):
+    model = grid()
+    base = model["boundary"][0]
+    for name, value in values.items():
+        base._values.pop(name, None)
+        if value is not None:
+            base._values[name] = value
+    with pytest.raises(sitedda.InputError, match=words) as refusal:
+        model.check()
+    assert "group &boundary (line" in str(refusal.value)
+
+
+def test_weight_on_dashpots_needs_a_static_stage():
+    model = grid()
+    model.control.settle = None
+    with pytest.raises(sitedda.InputError, match="dashpots do not carry weight"):
+        model.check()
