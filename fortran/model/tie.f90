@@ -26,7 +26,7 @@ contains
       type(edge_piece_type), intent(in) :: first(:)       !< faces
       type(edge_piece_type), intent(in) :: second(:)      !< faces that look the other way
       real(wp), intent(in) :: shift(2)                    !< m, of the second ones
-      type(tie_type), allocatable, intent(out) :: ties(:)
+      type(tie_type), allocatable, intent(out) :: ties(:)  !< two for each pair that meets
       integer :: i, k
 
       allocate (ties(0))
