@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..engine import FILES
 from ..errors import InputError, OutputError
-from ..simulation import _FILES
 
 DEFAULT = ("verdict",)
 REDUCTIONS: dict[str, Callable] = {
@@ -27,33 +27,27 @@ _LABELS = {
     "component": ("xx", "yy", "xy"),
     "coordinate": ("x", "y", "rotation", "strain_x", "strain_y", "shear_strain"),
 }
+_WRITTEN = "attributes"  # of the output: what the engine itself says
 _TOPICS = {
-    "_movement": ("largest_displacement_m", "residual_displacement_m", "largest_tilt_rad",
-                  "residual_tilt_rad", "residual_drift"),
-    "_joints": ("joints_slipped", "joints_opened", "largest_slip_m", "largest_opening_m",
-                "bonds_broken"),
+    _WRITTEN: ("largest_displacement_m", "residual_displacement_m", "largest_tilt_rad",
+               "residual_tilt_rad", "contacts_slipped", "contacts_opened", "largest_slip_m",
+               "largest_opening_m", "bonds_broken", "energy_balance_j_m", "end_s"),
+    "_drift": ("residual_drift",),
     "_fallen": ("blocks_fallen", "first_block_fallen_s"),
     "_lost": ("blocks_lost", "first_block_lost_s"),
     "_points": ("pga_m_s2", "pgv_m_s", "arias_m_s"),
     "_spectra": ("sa_m_s2",),
     "_damping": ("amplification", "amplification_frequency_hz"),
-    "_energies": ("energy_balance_j_m",),
 }  # fmt: skip
 _BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates")
-_CONTACTS = tuple(
-    f"contact_{name}"
-    for name in ("frame", "vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
-)
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
 _NEEDS = {
-    "_joints": _CONTACTS,
     "_points": _HISTORY,
     "_spectra": _HISTORY,
     "_damping": _HISTORY,
-    "_energies": _HISTORY,
 }
 _LARGE = 5e7  # bytes of block coordinates; of larger outputs only frames in question are read
-_ZERO = ("joints_slipped", "joints_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
+_ZERO = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 
 
 @dataclass(frozen=True)
@@ -132,7 +126,7 @@ class Output:
 
         self.file = file
         self._values: dict[str, np.ndarray] = {}
-        with _FILES:
+        with FILES:
             try:
                 self._data = netCDF4.Dataset(file)
             except OSError as trouble:
@@ -147,7 +141,7 @@ class Output:
 
     def __exit__(self, *_) -> None:
         """Close the file."""
-        with _FILES:
+        with FILES:
             self._data.close()
 
     def dims(self, name: str) -> tuple[str, ...]:
@@ -158,24 +152,20 @@ class Output:
 
     def units(self, name: str) -> str:
         """Unit of a variable."""
-        with _FILES:
+        with FILES:
             return str(getattr(self._data[name], "units", ""))
 
     def __getitem__(self, name: str) -> np.ndarray:
         """The values of a variable."""
         if name not in self._values:
-            with _FILES:
+            with FILES:
                 self._values[name] = np.asarray(self._data[name][...])
         return self._values[name]
 
     def names(self, what: str) -> list[str]:
         """Names of measured points or of blocks."""
-        if what == "point":
-            rows = self["point"]
-            return [b"".join(row).decode("utf-8", "replace").strip("\0 ") for row in rows]
-        from ..namelist_groups import block_labels
-
-        return block_labels(str(self.attributes.get("input_text", "")))[0]
+        rows = self[what]
+        return [b"".join(row).decode("utf-8", "replace").strip("\0 ") for row in rows]
 
     def dataset(self, names: Iterable[str]):
         """Some variables as an `xarray.Dataset` with points by name."""
@@ -246,12 +236,11 @@ def _run(file: Path):
     """An output as a `sitedda.Run`."""
     import xarray as xr
 
-    from ..scene import labelled
     from ..simulation import Run
 
-    with _FILES, xr.open_dataset(file, engine="netcdf4") as dataset:
+    with FILES, xr.open_dataset(file, engine="netcdf4") as dataset:
         history = dataset.load()
-    return Run(labelled(history), True, file, str(history.attrs.get("step_control", "")))
+    return Run(history, True, file, str(history.attrs.get("step_control", "")))
 
 
 def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
@@ -266,6 +255,10 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     if "amplification" not in str(output.attributes.get("input_text", "")).lower():
         parts = [part for part in parts if part != "_damping"]
     for part in parts:
+        if part == _WRITTEN:
+            given = output.attributes
+            found.values.update({n: given[n] for n in _TOPICS[part] if n in given})
+            continue
         of_history = _NEEDS.get(part) is _HISTORY
         getattr(words, part)(found, data if of_history else scene)
     return {name: 0.0 for p in parts for name in _TOPICS[p] if name in _ZERO} | found.values
@@ -289,7 +282,7 @@ def _spectrum(output: Output, name: str, point: str | None, axis: str | None) ->
     time = series.coordinates["time"]
     step = float(time[-1] - time[0]) / (len(time) - 1)
     values = acceleration_spectrum(series.values, step)
-    return Array(values, ("period",), {"period": PERIODS}, "m s-2")
+    return Array(values, ("period",), {"period": PERIODS}, "m/s^2")
 
 
 def _amplification(output: Output) -> Array:
