@@ -143,7 +143,7 @@ contains
       if (verdict%frames == 2 .and. topic == 'displacement') &
          seen = ' (of the first and the last frame alone)'
       call say(verdict, topic, 'largest '//size_text(topic, largest%value)//', '// &
-         label(simulation, largest%block)//' at '//short_text(largest%time)// &
+         label(simulation, largest%block)//' at '//to_text(largest%time)// &
          ' s; at the end '//size_text(topic, last%value)//', '//label(simulation, last%block)//seen)
       unit = '_m'
       if (topic == 'tilt') unit = '_rad'

@@ -302,7 +302,7 @@ def _norm(color: str, low: float, high: float):
 def color_bar(axes: Axes, drawn, label: str) -> None:
     """A slim colour bar beside the picture."""
     bar = axes.figure.colorbar(drawn, ax=axes, shrink=0.75, aspect=26, pad=0.02)
-    bar.set_label(label, color=INK)
+    bar.set_label(label, color=INK, labelpad=6)
     bar.outline.set_visible(False)
     bar.ax.tick_params(length=2.5, color=FAINT)
     bar.ax.yaxis.set_major_locator(MaxNLocator(6))

@@ -12,13 +12,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
 
 from .column import damped_amplification
 from .pictures import FAINT, INK, draw, in_unit
 from .response import Amplification, layered_twin
 from .scene import Scene
 from .scheme import scheme_damping
-from .signals import dominant_frequency, smooth_konno_ohmachi
+from .signals import smooth_konno_ohmachi
 from .verdict import (
     PERIODS,
     SPECTRUM_DAMPING,
@@ -31,7 +32,7 @@ from .verdict import (
 BASE, SURFACE, TWIN = "#8a9099", "#0072b2", "#d55e00"
 COLORS = (SURFACE, TWIN, "#009e73", "#cc79a7", "#b58900", "#4a4f57")
 _MOST_POINTS = 6
-_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where nothing swings
+_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where no peak is asked for
 
 
 def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
@@ -52,7 +53,7 @@ def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
     if history.sizes.get("time", 0) > 2 and "point_place" in history and len(scene.points()):
         return _history_picture(scene, history)
     figure = Figure(figsize=(11, 4.9), layout="constrained")
-    _title(figure, history, *_USUAL_FREQUENCIES)
+    _title(figure, history)
     _before_and_after(figure.subplots(1, 2), scene)
     return figure
 
@@ -76,27 +77,18 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
         _mark_stages(axes[name], scene, named=name == "surface")
     _spectra(axes["spectra"], history, series)
     _ratio(axes["ratio"], history, result, discrete)
-    _title(figure, history)
+    _title(figure, history, result.peak.frequency)
     return figure
 
 
 def _title(figure, history, *frequencies: float) -> None:
-    """The title of the run and, at frequencies (Hz), which damping is in the model."""
+    """The title of the run, and under it which damping is in the model at frequencies (Hz)."""
     title = _plain(str(history.attrs.get("title", ""))) or "Untitled"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
-    if frequencies:
-        words = damping_words(history, *frequencies)
-        figure.supxlabel(words, x=0.99, ha="right", fontsize=9, color=FAINT)
-
-
-def _main_frequencies(history, names: list[str]) -> tuple[float, ...]:
-    """The frequency (Hz) that the liveliest point swings at; the usual ones if it does not."""
-    point = history.displacement.sel(point=names[0])
-    series = point.values[:, main_axis(point)]
-    try:
-        return (dominant_frequency(series, _mean_step(history)),)
-    except ValueError:
-        return _USUAL_FREQUENCIES
+    # The blank line of the title keeps the place of the words from the layout.
+    figure.suptitle(f"{title}\n", x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
+    words = damping_words(history, *(frequencies or _USUAL_FREQUENCIES))
+    under = figure.transFigure + ScaledTranslation(0, -0.22, figure.dpi_scale_trans)
+    figure.text(0.01, 0.99, words, transform=under, va="top", fontsize=9.5, color="#5b6169")
 
 
 def _accelerations(panels, history, series: dict) -> None:
@@ -164,14 +156,13 @@ def _ratio(axes: Axes, history, result: Amplification, discrete) -> None:
     )
     _bare(axes)
     _legend(axes, 2)
-    axes.set_title(damping_words(history, peak.frequency), loc="right", fontsize=9, pad=40)
 
 
 def _history_picture(scene: Scene, history) -> Figure:
     """Blocks before and after, displacements of the measured points, response spectra."""
     figure = Figure(figsize=(11, 7.9), layout="constrained")
     names = _liveliest(history)
-    _title(figure, history, *_main_frequencies(history, names))
+    _title(figure, history)
     above, below = figure.subfigures(2, 1, height_ratios=[1.25, 1])
     _before_and_after(above.subplots(1, 2), scene)
     left, right = below.subplots(1, 2)
@@ -264,10 +255,7 @@ def _smoothed(axes: Axes, result: Amplification) -> None:
     """The curve smoothed, for the eye; the peak is read from the raw one."""
     # Centres on the bins themselves, so that no window is empty, however coarse the spectrum.
     centres = result.frequency[:: max(1, result.frequency.size // 300)]
-    try:
-        curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
-    except ImportError:
-        return
+    curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
     axes.plot(centres, curve, color=BASE, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
 
 

@@ -192,6 +192,9 @@ def _decrement(times: NDArray[np.float64], crests: NDArray[np.float64], offset: 
 # Konno-Ohmachi smoothing
 # ---------------------------------------------------------------------------------------------
 
+_LEAST_WINDOW = 0.3  # sum of weights: below, no sample lies within the main lobe
+_MOST_WEIGHTS = 1_000_000  # held at a time
+
 
 def smooth_konno_ohmachi(
     frequency: ArrayLike,
@@ -201,8 +204,8 @@ def smooth_konno_ohmachi(
 ) -> NDArray[np.float64]:
     """Amplitude spectrum smoothed by the window of Konno & Ohmachi (1998).
 
-    The weights ``[sin(b log10(f/fc)) / (b log10(f/fc))]⁴`` are normalised to unit sum.  The work
-    is done by pyKOOH, which is optional: ``pip install pykooh``.
+    The weights ``[sin(b log10(f/fc)) / (b log10(f/fc))]⁴`` are normalised to unit sum; at a centre
+    of 0 Hz the result is the first amplitude.
 
     Parameters
     ----------
@@ -222,8 +225,6 @@ def smooth_konno_ohmachi(
 
     Raises
     ------
-    ImportError
-        If pyKOOH is not installed.
     ValueError
         If the arguments do not fit or are not finite, or a window holds no sample.
 
@@ -244,19 +245,20 @@ def smooth_konno_ohmachi(
     targets = frequencies if centres is None else _vector("centres", centres)
     if np.any(targets < 0):
         raise ValueError(f"centres must not be negative, got {targets.min():g} Hz")
-    try:
-        from pykooh import smooth
-    except ImportError as missing:
-        raise ImportError(
-            "smooth_konno_ohmachi needs the package pykooh: pip install pykooh"
-        ) from missing
-    smoothed = smooth(targets, frequencies, amplitudes, width, normalize=True, simplified=False)
-    empty = ~np.isfinite(smoothed)
-    if np.any(empty):
-        raise ValueError(
-            f"centres must lie where the window holds samples, got {targets[empty][0]:g} Hz with"
-            f" bandwidth {width:g}"
-        )
+    positive = frequencies > 0
+    place, amplitude = np.log10(frequencies[positive]), amplitudes[positive]
+    smoothed = np.full(targets.size, amplitudes[0])
+    wanted = np.flatnonzero(targets > 0)
+    for some in np.array_split(wanted, wanted.size * place.size // _MOST_WEIGHTS + 1):
+        weight = np.sinc(width / np.pi * (place - np.log10(targets[some])[:, None])) ** 2
+        weight *= weight
+        total = weight.sum(axis=1)
+        if np.any(empty := total <= _LEAST_WINDOW):
+            raise ValueError(
+                f"centres must lie where the window holds samples, got "
+                f"{targets[some][empty][0]:g} Hz with bandwidth {width:g}"
+            )
+        smoothed[some] = weight @ amplitude / total
     return smoothed
 
 

@@ -103,11 +103,11 @@ def in_browser(page_file: Path) -> str:
         before = cpu_of(os.getpid())
         count = 40
         spent = page.evaluate(
-            f"""async () => {{ const v = blockViews[0], gl = v.painter.gl,
-            p = new Uint8Array(4), t = performance.now();
-            for (let i = 0; i < {count}; i++) {{ v.show(7 * i % v.model.frames); v.draw();
-              gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, p);
-              await new Promise((next) => setTimeout(next)); }}
+            f"""async () => {{ const v = blockViews[0], gl = v.painter.gl, p = new Uint8Array(4);
+            const next = () => new Promise(requestAnimationFrame), t = performance.now();
+            for (let i = 0; i < {count}; i++) {{ v.show(7 * i % v.model.frames);
+              while (v.state.frame !== v.frame) await next();
+              gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, p); }}
             return (performance.now() - t) / {count}; }}"""
         )
         cpu = (cpu_of(os.getpid()) - before) / count

@@ -159,7 +159,7 @@ def test_a_site_picture_says_which_damping_is_in_the_model(write_input):
     )
     history = sitedda.run(file).history
     figure = run_picture(history, amplifications(history))
-    texts = [axes.get_title(loc) for axes in figure.axes for loc in ("left", "right")]
+    texts = [text.get_text() for text in figure.texts]
     assert any("damping of the scheme" in t and "of the material: none" in t for t in texts)
     legend = next(filter(None, (axes.get_legend() for axes in figure.axes)))
     figure.canvas.draw()
@@ -423,7 +423,7 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
     figure = run_picture(run.history)
     texts = [t.get_text() for a in figure.subfigs[1].axes for t in a.texts]
     assert {"shake", "after <b>"} <= set(texts)
-    assert "damping of the scheme" in figure._supxlabel.get_text()
+    assert "damping of the scheme" in figure.texts[-1].get_text()
 
 
 def test_check_tells_its_lines_in_four_digits(write_input, main):

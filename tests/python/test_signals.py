@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Signal tools against closed forms."""
 
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -144,12 +142,6 @@ def test_smoothing_is_the_published_window(bandwidth):
 def test_smoothing_leaves_a_constant_alone():
     frequency = np.arange(0, 200)  # whole numbers, from zero
     assert_allclose(smooth_konno_ohmachi(frequency, np.full(200, -3j)), 3.0, rtol=1e-12)
-
-
-def test_smoothing_without_pykooh_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pykooh", None)
-    with pytest.raises(ImportError, match="pip install pykooh"):
-        smooth_konno_ohmachi([1.0, 2.0], [1.0, 1.0])
 
 
 @pytest.mark.parametrize(

@@ -238,6 +238,53 @@ def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, chromiu
     context.close()
 
 
+def test_the_page_lets_nothing_in_and_nothing_out(pages, opened):
+    """No network, no script that came in with a text, no evaluation of texts."""
+    page = opened(pages / "report.html")
+    policy = page.get_attribute("meta[http-equiv='Content-Security-Policy']", "content")
+    assert policy.startswith("default-src 'none'") and "unsafe" not in policy
+    refused = page.evaluate(
+        """async () => { const found = [];
+        try { await fetch('https://example.org/'); } catch { found.push('network'); }
+        const script = document.createElement('script'); script.textContent = 'window.bad = 1';
+        document.body.append(script); if (!window.bad) found.push('script');
+        const image = document.createElement('img');
+        image.setAttribute('onerror', 'window.bad = 1');
+        image.src = 'data:image/png;base64,AA'; document.body.append(image);
+        await new Promise((next) => setTimeout(next, 100));
+        if (!window.bad) found.push('handler');
+        return found; }"""
+    )
+    assert refused == ["network", "script", "handler"]
+
+
+def test_the_view_page_fits_wide_and_narrow_windows(pages, opened):
+    for width, height in ((1280, 900), (390, 844)):
+        page = opened(pages / "view.html", viewport={"width": width, "height": height})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        stage, bar = (page.locator(name).bounding_box() for name in (".stage", ".bar"))
+        assert stage["y"] + stage["height"] <= bar["y"] + 1
+        side = page.locator(".side").bounding_box()
+        beside = side["x"] >= stage["x"] + stage["width"] - 1
+        assert beside is (width == 1280)
+
+
+def test_a_removed_block_is_gone_from_the_view(write_input, tmp_path, opened):
+    from test_pictures import excavated
+
+    groups = [pair for pair in excavated() if pair[0] != "output"]
+    run = sitedda.run(write_input([*groups, ("output", {"block_interval": 10})]))
+    page = opened(write_view(run, tmp_path / "dug.html"))
+    areas = page.evaluate(
+        """() => [0, blockViews[0].model.frames - 1].map((f) => { const m = blockViews[0].model;
+        m.put(f, 1); return [0, 1, 2].map((b) => m.area(b)); })"""
+    )
+    assert areas[0] == pytest.approx([15.0] * 3, rel=1e-3)
+    assert areas[1] == pytest.approx([15.0, 15.0, 0.0], rel=1e-3)
+    assert page.evaluate("blockViews[0].plots[0].stages.map((s) => s[0])")[0] == "shake"
+    assert page.complaints == []
+
+
 # --- Without a browser ----------------------------------------------------------------------------
 
 
