@@ -15,6 +15,8 @@ module dda_linear_model
    use dda_damping, only: damping_type, is_damped, same_damping, modulus_factor
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_elements, only: linear_terms_of
+   use dda_friction, only: laws_type, shear_stiffness_of
+   use dda_joint_contact, only: acts_before_end, closure_of, state_of
    use dda_equilibrium, only: equilibrium_type, equilibrate
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, stretch_of, &
@@ -224,7 +226,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< this step's list
       logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
       type(linear_term_type) :: term
-      real(wp) :: reach
+      real(wp) :: reach, normal
       integer :: c, state
 
       term%of_penalty = .true.
@@ -242,16 +244,36 @@ contains
             term%block_b = e
             term%place = simulation%blocks%vertex(:, contacts%vertex(c))
             term%instant = merge(at_theta, at_end, contacts%bonded(c))
-            call add_spring(linear, term, term_normal, simulation%laws%normal_stiffness, &
-               contacts%normal_v(:, c), contacts%normal_e(:, c))
+            normal = simulation%laws%normal_stiffness
+            if (contacts%with_laws) call take_law(simulation%laws, contacts, c, term, normal)
+            call add_spring(linear, term, term_normal, normal, contacts%normal_v(:, c), &
+               contacts%normal_e(:, c))
             if (state /= contact_slide) call add_spring(linear, term, term_shear, &
-               simulation%laws%shear_stiffness, contacts%shear_v(:, c), contacts%shear_e(:, c))
+               shear_stiffness_of(contacts, simulation%laws, c), contacts%shear_v(:, c), &
+               contacts%shear_e(:, c))
             linear%closed = linear%closed + 1
             if (state == contact_slide) linear%sliding = linear%sliding + 1
             if (.not. contacts%bonded(c)) linear%unilateral = linear%unilateral + 1
          end associate
       end do
    end subroutine add_contacts
+
+   !> What a joint law says of a contact: the slope of its normal force at its present closure, when
+   !> it acts, and whether its stiffness is a penalty or that of the rock.
+   pure subroutine take_law(laws, contacts, c, term, normal)
+      type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
+      type(contacts_type), intent(in) :: contacts     !< this step's list
+      integer, intent(in) :: c                        !< number of the contact
+      type(linear_term_type), intent(inout) :: term   !< of its springs
+      real(wp), intent(out) :: normal                 !< N/m per metre of thickness
+
+      associate (law => laws%slot(contacts%joint(c))%law)
+         term%of_penalty = .not. law%normal_per_area
+         normal = law%tangent(state_of(contacts, c), max(0.0_wp, closure_of(contacts, law, c, &
+            contacts%gap(c))))
+         if (.not. acts_before_end(law, contacts%weakened(c))) term%instant = at_end
+      end associate
+   end subroutine take_law
 
    !> Append the normal or shear spring of a contact.
    subroutine add_spring(linear, term, kind, stiffness, row_v, row_e)

@@ -47,6 +47,14 @@ module dda_contact
       real(wp), allocatable :: bond_length(:)  !< length that the bond acts on, m
       real(wp), allocatable :: multiplier(:)   !< augmented Lagrangian multiplier, N/m, else 0
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
+      ! History and linearised normal force of joint laws, where a model has other than plain ones
+      logical :: with_laws = .false.
+      real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet taken
+      real(wp), allocatable :: slip_path(:)    !< slip beyond the elastic one, added up, m
+      real(wp), allocatable :: weakened(:)     !< 0: peak strength, 1: residual strength
+      real(wp), allocatable :: was_weakened(:) !< at the start of the step
+      real(wp), allocatable :: tangent(:)      !< slope of the normal force, N/m
+      real(wp), allocatable :: normal_free(:)  !< assumed normal force at no gap, N/m
       ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
@@ -138,6 +146,13 @@ contains
       call operation%apply(reals=contacts%strength_ratio)
       call operation%apply(reals=contacts%normal_force)
       call operation%apply(reals=contacts%shear_force)
+      if (.not. contacts%with_laws) return
+      call operation%apply(reals=contacts%length)
+      call operation%apply(reals=contacts%slip_path)
+      call operation%apply(reals=contacts%weakened)
+      call operation%apply(reals=contacts%was_weakened)
+      call operation%apply(reals=contacts%tangent)
+      call operation%apply(reals=contacts%normal_free)
    end subroutine for_each_variable
 
    !> Copy the history of contacts from place `from` of the old list to `first` … `last` of the new.
@@ -161,6 +176,10 @@ contains
       new%multiplier(first:last) = old%multiplier(from:to)
       new%slide_force(first:last) = old%slide_force(from:to)
       new%slip_sign(first:last) = old%slip_sign(from:to)
+      if (.not. new%with_laws) return
+      new%length(first:last) = old%length(from:to)
+      new%slip_path(first:last) = old%slip_path(from:to)
+      new%weakened(first:last) = old%weakened(from:to)
    end subroutine copy_history
 
    !> Reserve memory for at least `wanted` contacts; the present ones stay.

@@ -7,11 +7,14 @@
 module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end
+   use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
    implicit none
    private
    public :: laws_type, law_type, response_type, set_laws, weaker_joint, law_of, respond
    public :: contact_response, acting_gap, acting_stretch, end_stretch, accept_contacts
+   public :: acts_at_theta, shear_stiffness_of, inelastic_slip
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -23,6 +26,10 @@ module dda_friction
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
+      logical :: plain = .true.                 !< no joint has a law but Coulomb's, as above
+      logical :: dilating = .false.             !< slip lifts contacts of some joint
+      logical :: curved = .false.               !< so does closure the normal stiffness
+      type(law_slot_type), allocatable :: slot(:)  !< [joints] if not plain
    end type laws_type
 
    !> The law of one contact.
@@ -36,16 +43,6 @@ module dda_friction
       logical :: bonded               !< holds tension as long as the bond lasts
    end type law_type
 
-   !> State and forces at a gap and a slip.
-   type :: response_type
-      integer :: state         !< open, slide or stick
-      real(wp) :: normal_force !< compression positive, N/m
-      real(wp) :: shear_force  !< k_s × elastic stretch, within the bound, N/m
-      real(wp) :: bound        !< largest shear force, N/m
-      !> excess of force over the strength of a bond, of that strength; ≤ 0: it holds
-      real(wp) :: strength_ratio
-   end type response_type
-
 contains
 
    pure subroutine set_laws(laws, joints, normal_stiffness, shear_ratio)
@@ -53,6 +50,7 @@ contains
       type(joint_type), intent(in) :: joints(:) !< [joints] joint materials
       real(wp), intent(in) :: normal_stiffness  !< k_n, N/m per metre of thickness
       real(wp), intent(in) :: shear_ratio       !< k_n / k_s
+      integer :: j
 
       laws%normal_stiffness = normal_stiffness
       laws%shear_stiffness = normal_stiffness/shear_ratio
@@ -60,6 +58,16 @@ contains
       laws%friction = tan(joints%friction_angle*pi/180.0_wp)
       laws%cohesion = joints%cohesion
       laws%tension = joints%tensile_strength
+      do j = 1, size(joints)
+         laws%plain = laws%plain .and. joints(j)%is_plain()
+      end do
+      if (laws%plain) return
+      allocate (laws%slot(size(joints)))
+      do j = 1, size(joints)
+         call new_joint_law(laws%slot(j), joints(j), normal_stiffness, shear_ratio)
+         laws%dilating = laws%dilating .or. laws%slot(j)%law%dilates
+         laws%curved = laws%curved .or. laws%slot(j)%law%curved
+      end do
    end subroutine set_laws
 
    !> The weaker of two joint materials, which governs where they meet: that of less friction; of
@@ -138,10 +146,37 @@ contains
       real(wp), intent(in) :: gap     !< at the end of the step, m
       real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
 
+      if (.not. laws%plain) then
+         response = joint_response(contacts, laws%slot(contacts%joint(c))%law, c, &
+            acting_gap(contacts, laws, c, gap), acting_stretch(contacts, laws, c, stretch))
+         return
+      end if
       response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
          contacts%bond_length(c), contacts%multiplier(c)), acting_gap(contacts, laws, c, gap), &
          acting_stretch(contacts, laws, c, stretch))
    end function contact_response
+
+   !> Contact c acts at t₀ + θΔt, θ < 1: it is bonded, and a law of its own lets it.
+   elemental logical function acts_at_theta(contacts, laws, c) result(acts)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c         !< number of the contact
+
+      acts = contacts%bonded(c) .and. laws%theta < 1.0_wp
+      if (acts .and. .not. laws%plain) &
+         acts = acts_before_end(laws%slot(contacts%joint(c))%law, contacts%weakened(c))
+   end function acts_at_theta
+
+   !> Shear stiffness of contact c, N/m.
+   elemental real(wp) function shear_stiffness_of(contacts, laws, c) result(stiffness)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c         !< number of the contact
+
+      stiffness = laws%shear_stiffness
+      if (.not. laws%plain) stiffness = &
+         laws%slot(contacts%joint(c))%law%shear_spring(state_of(contacts, c))
+   end function shear_stiffness_of
 
    !> The trial stretch at which contact c acts, m.
    elemental real(wp) function acting_stretch(contacts, laws, c, stretch)
@@ -151,7 +186,7 @@ contains
       real(wp), intent(in) :: stretch  !< at the end of the step, m
 
       acting_stretch = stretch
-      if (contacts%bonded(c) .and. laws%theta < 1.0_wp) &
+      if (acts_at_theta(contacts, laws, c)) &
          acting_stretch = contacts%stretch(c) + laws%theta*(stretch - contacts%stretch(c))
    end function acting_stretch
 
@@ -163,7 +198,7 @@ contains
       real(wp), intent(in) :: gap  !< at the end of the step, m
 
       acting_gap = gap
-      if (contacts%bonded(c) .and. laws%theta < 1.0_wp) &
+      if (acts_at_theta(contacts, laws, c)) &
          acting_gap = contacts%gap(c) + laws%theta*(gap - contacts%gap(c))
    end function acting_gap
 
@@ -173,8 +208,8 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
-      end_stretch = contacts%shear_force(c)/laws%shear_stiffness
-      if (contacts%bonded(c) .and. laws%theta < 1.0_wp) &
+      end_stretch = contacts%shear_force(c)/shear_stiffness_of(contacts, laws, c)
+      if (acts_at_theta(contacts, laws, c)) &
          end_stretch = contacts%stretch(c) + contacts%slip(c)
    end function end_stretch
 
@@ -184,10 +219,35 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
 
+      if (.not. laws%plain) call accept_slip(contacts, laws)
       do c = 1, contacts%n
          contacts%stretch(c) = end_stretch(contacts, laws, c)
          contacts%state(c) = contacts%trial_state(c)
       end do
    end subroutine accept_contacts
+
+   !> Slip beyond the elastic one, and how far it has weakened the contacts.
+   pure subroutine accept_slip(contacts, laws)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer :: c
+
+      do c = 1, contacts%n
+         if (contacts%trial_state(c) /= contact_slide) cycle
+         contacts%slip_path(c) = contacts%slip_path(c) + inelastic_slip(contacts, laws, c)
+         contacts%weakened(c) = max(contacts%weakened(c), &
+            laws%slot(contacts%joint(c))%law%weakened_by(contacts%slip_path(c)))
+      end do
+   end subroutine accept_slip
+
+   !> Slip of contact c in the converged step beyond that of its shear spring, either way, m.
+   pure real(wp) function inelastic_slip(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c         !< number of the contact
+
+      inelastic_slip = abs(contacts%slip(c) - (end_stretch(contacts, laws, c) &
+         - contacts%stretch(c)))
+   end function inelastic_slip
 
 end module dda_friction

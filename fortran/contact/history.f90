@@ -195,6 +195,10 @@ contains
       new%multiplier(c) = 0.0_wp
       new%slide_force(c) = 0.0_wp
       new%slip_sign(c) = 1.0_wp
+      if (.not. new%with_laws) return
+      new%length(c) = 0.0_wp
+      new%slip_path(c) = 0.0_wp
+      new%weakened(c) = 1.0_wp
    end subroutine start_contact
 
    !> Chain unmatched old contacts to their vertices (the one that touches and the corner it met).

@@ -18,7 +18,7 @@ module dda_contact_assembly
    use dda_stopwatch, only: lap, phase_assemble, phase_iterate
    implicit none
    private
-   public :: assemble_contacts, add_shear_force
+   public :: assemble_contacts, add_normal_force, add_shear_force
 
    integer, parameter :: rows_from = 500   !< block rows from which threads repay their start
 
@@ -121,6 +121,7 @@ contains
             system%first_contact(system%pair_of_entry(entry) + 1) - 1
             if (held%shear(c) < 0.0_wp) cycle
             k_n = merge(normal(2), normal(1), contacts%bonded(c))
+            if (contacts%with_laws) k_n = held%normal(c)
             if (contacts%block_v(c) == i) then
                call add_sides(dirty_i, dirty_j, k_n, held%shear(c), held%normal_offset(c), &
                   held%shear_offset(c), contacts%normal_v(:, c), contacts%shear_v(:, c), &
@@ -201,6 +202,21 @@ contains
          end do
       end do
    end subroutine add_products
+
+   !> More normal force in contact c, N/m, of the same assumed states, likewise.
+   pure subroutine add_normal_force(system, contacts, c, more)
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c  !< number of the contact
+      real(wp), intent(in) :: more  !< force, N/m
+
+      associate (i => contacts%block_v(c), j => contacts%block_e(c))
+         system%rhs(:, i) = system%rhs(:, i) + more*contacts%normal_v(:, c)
+         system%rhs(:, j) = system%rhs(:, j) - more*contacts%normal_e(:, c)
+         system%held%dirty(i) = max(system%held%dirty(i), is_dirty_force)
+         system%held%dirty(j) = max(system%held%dirty(j), is_dirty_force)
+      end associate
+   end subroutine add_normal_force
 
    !> More shear force in contact c, N/m, of the same assumed states; its blocks are dirty when
    !> these change.

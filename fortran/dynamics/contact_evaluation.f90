@@ -4,7 +4,9 @@
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_friction, only: contact_response, acting_gap, acting_stretch, laws_type, response_type
+   use dda_friction, only: contact_response, acting_gap, acting_stretch, laws_type, &
+      shear_stiffness_of
+   use dda_joint_contact, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
@@ -121,8 +123,9 @@ contains
       gap = contacts%new_gap(c)
       if (contacts%bonded(c)) gap = acting_gap(contacts, laws, c, gap)
       assumed_normal = 0.0_wp
-      if (contacts%state(c) /= contact_open) &
-         assumed_normal = contacts%multiplier(c) - laws%normal_stiffness*gap
+      if (contacts%state(c) == contact_open) return
+      assumed_normal = contacts%multiplier(c) - laws%normal_stiffness*gap
+      if (.not. laws%plain) assumed_normal = contacts%normal_free(c) - contacts%tangent(c)*gap
    end function assumed_normal
 
    !> Shear force that the solve assumed in contact c, N/m.
@@ -131,14 +134,15 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer, intent(in) :: c          !< number of the contact
-      real(wp) :: stretch
+      real(wp) :: stretch, stiffness
 
       stretch = contacts%stretch(c) + contacts%slip(c)
       if (contacts%bonded(c)) stretch = acting_stretch(contacts, laws, c, stretch)
       assumed_shear = 0.0_wp
-      if (contacts%state(c) == contact_stick) assumed_shear = laws%shear_stiffness*stretch
+      stiffness = shear_stiffness_of(contacts, laws, c)
+      if (contacts%state(c) == contact_stick) assumed_shear = stiffness*stretch
       if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c) &
-         + retained*laws%shear_stiffness*(contacts%slip(c) - contacts%slide_slip(c))
+         + retained*stiffness*(contacts%slip(c) - contacts%slide_slip(c))
    end function assumed_shear
 
 end module dda_contact_evaluation

@@ -5,11 +5,16 @@ module dda_contact_search
    use dda_errors, only: error_type, error_input, fail
    use dda_system, only: set_matrix_pattern
    use dda_energy_budget, only: update_geometric
-   use dda_contact, only: reserve, swap_gradients, contact_open
+   use dda_contact, only: contacts_type, reserve, swap_gradients, contact_open
    use dda_contact_joints, only: set_joints
+   use dda_energy, only: add_energy, energy_length, energy_geometric
+   use dda_joint_contact, only: closure_of
+   use dda_joint_lines, only: begin_lines, stiffest_contact
+   use dda_tributary, only: set_lengths
    use dda_detection, only: detection_type, measure_depths, detect_contacts
    use dda_history, only: history_type, inherit
    use dda_neighbours, only: find_neighbours
+   use dda_model, only: force_noise
    use dda_simulation, only: simulation_type, next_step, exchange_lists
    use dda_linear_solver, only: analyse
    use dda_stopwatch, only: lap, phase_assemble, phase_detect, phase_search
@@ -31,7 +36,8 @@ contains
          detection%travel = 2.5_wp*simulation%speed*simulation%time_step
          call measure_depths(detection, simulation%contacts(simulation%now))
          ! What presses must not be lost from the list.
-         detection%distance = max(detection%least, detection%travel, 2*detection%deepest)
+         detection%distance = max(detection%least, detection%travel, 2*detection%deepest) &
+            + highest_lift(simulation)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
             call search_anew(simulation, (1.0_wp + search_margin)*detection%distance, error)
       end associate
@@ -80,11 +86,47 @@ contains
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
          if (simulation%model%contact%original_rules) &
             contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
+         if (contacts%with_laws) call prepare_laws(simulation, contacts)
          if (simulation%step > 0) call update_geometric(simulation%energy, &
             simulation%blocks, contacts, simulation%laws, simulation%elements, &
             next_step(simulation))
       end associate
    end subroutine renew_contacts
+
+   !> What joint laws need of a new list: lengths, and lines in place of curves.
+   pure subroutine prepare_laws(simulation, contacts)
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(contacts_type), intent(inout) :: contacts      !< its new list
+      real(wp) :: gained
+      integer :: c
+
+      do c = 1, contacts%n
+         contacts%was_closed(c) = closure_of(contacts, &
+            simulation%laws%slot(contacts%joint(c))%law, c, contacts%gap(c)) > 0.0_wp
+      end do
+      call set_lengths(contacts, simulation%blocks, simulation%laws, gained)
+      if (simulation%step > 0) then
+         call add_energy(simulation%energy, energy_length, gained)
+         call add_energy(simulation%energy, energy_geometric, -gained)
+      end if
+      call begin_lines(contacts, simulation%laws)
+      simulation%iteration%noise = force_noise(simulation%model, stiffest_contact(contacts))
+   end subroutine prepare_laws
+
+   !> How far slip has lifted the contacts at most, m.
+   pure real(wp) function highest_lift(simulation) result(highest)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      integer :: c
+
+      highest = 0.0_wp
+      if (.not. simulation%laws%dilating) return
+      associate (contacts => simulation%contacts(simulation%now))
+         do c = 1, contacts%n
+            highest = max(highest, simulation%laws%slot(contacts%joint(c))%law%lift( &
+               contacts%slip_path(c)))
+         end do
+      end associate
+   end function highest_lift
 
    !> How far contacts may change in a step and still be the same: by the travel of the step, from a
    !> depth of now.

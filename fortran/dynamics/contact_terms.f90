@@ -6,13 +6,13 @@
 module dda_contact_terms
    use dda_kinds, only: wp, long
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_friction, only: laws_type
+   use dda_friction, only: laws_type, acts_at_theta, shear_stiffness_of
    use dda_growth, only: grow
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: contact_terms_type, prepare_contact_terms, hold_contacts, normal_spring, &
-      shear_spring, is_clean, is_dirty_force, is_dirty_stiffness
+      line_spring, shear_spring, is_clean, is_dirty_force, is_dirty_stiffness
 
    integer, parameter :: is_clean = 0
    integer, parameter :: is_dirty_force = 1      !< the right-hand side
@@ -26,6 +26,7 @@ module dda_contact_terms
       integer, allocatable :: dirty(:)           !< [blocks] what has to be assembled again
       integer, allocatable :: changed(:)         !< [contacts] what that is for
       real(wp), allocatable :: shear(:)          !< [contacts] spring, N/m; negative: it is open
+      real(wp), allocatable :: normal(:)         !< [contacts] spring of a joint law, N/m
       real(wp), allocatable :: normal_offset(:)  !< [contacts] normal force at d = 0, N/m
       real(wp), allocatable :: shear_offset(:)   !< [contacts] shear force at d = 0, N/m
    end type contact_terms_type
@@ -38,7 +39,8 @@ contains
       integer, intent(in) :: n  !< blocks
 
       allocate (held%dirty(n), source=is_dirty_stiffness)
-      allocate (held%changed(0), held%shear(0), held%normal_offset(0), held%shear_offset(0))
+      allocate (held%changed(0), held%shear(0), held%normal(0), held%normal_offset(0), &
+         held%shear_offset(0))
    end subroutine prepare_contact_terms
 
    !> Hold the contacts in their assumed states; blocks of those that have changed become dirty.
@@ -49,7 +51,8 @@ contains
       real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer :: p, c
 
-      if (size(held%changed) < contacts%n) call make_room(held, size(contacts%state))
+      if (size(held%changed) < contacts%n) call make_room(held, size(contacts%state), &
+         contacts%with_laws)
       if (contacts%n < parallel_from) then
          call hold_range(held, contacts, laws, retained, 1, contacts%n)
       else
@@ -70,13 +73,15 @@ contains
       end do
    end subroutine hold_contacts
 
-   subroutine make_room(held, room)
+   subroutine make_room(held, room, with_laws)
       type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
       integer, intent(in) :: room  !< contacts
+      logical, intent(in) :: with_laws  !< normal springs differ
 
       call grow(held%changed, room)
       call grow(held%shear, room)
       call grow(held%normal_offset, room)
+      if (with_laws) call grow(held%normal, room)
       call grow(held%shear_offset, room)
       held%rebuild = .true.
    end subroutine make_room
@@ -93,18 +98,42 @@ contains
 
       do c = first, last
          shear = no_spring
-         if (contacts%state(c) /= contact_open) shear = shear_spring(laws, contacts%state(c), &
-            contacts%bonded(c), retained)
+         if (contacts%state(c) /= contact_open) shear = shear_spring(contacts, laws, c, &
+            contacts%state(c), contacts%bonded(c), retained)
          call forces_at_rest(contacts, laws, retained, c, normal_offset, shear_offset)
          held%changed(c) = is_clean
          if (.not. (same_bits(normal_offset, held%normal_offset(c)) .and. &
             same_bits(shear_offset, held%shear_offset(c)))) held%changed(c) = is_dirty_force
          if (.not. same_bits(shear, held%shear(c))) held%changed(c) = is_dirty_stiffness
+         if (contacts%with_laws) call hold_line(held, contacts, laws, c)
          held%shear(c) = shear
          held%normal_offset(c) = normal_offset
          held%shear_offset(c) = shear_offset
       end do
    end subroutine hold_range
+
+   !> The normal spring of a contact under a joint law.
+   pure subroutine hold_line(held, contacts, laws, c)
+      type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: normal
+
+      normal = line_spring(contacts, laws, c)
+      if (.not. same_bits(normal, held%normal(c))) held%changed(c) = is_dirty_stiffness
+      held%normal(c) = normal
+   end subroutine hold_line
+
+   !> Normal stiffness of contact c under a joint law in K̂, N/m: the slope of its line.
+   pure real(wp) function line_spring(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+
+      line_spring = contacts%tangent(c)
+      if (acts_at_theta(contacts, laws, c)) line_spring = laws%theta*line_spring
+   end function line_spring
 
    !> Also the sign of zero and what is no number.
    elemental logical function same_bits(a, b)
@@ -123,12 +152,20 @@ contains
    end function normal_spring
 
    !> Shear stiffness of a closed contact in K̂, N/m.
-   pure real(wp) function shear_spring(laws, state, bonded, retained)
+   pure real(wp) function shear_spring(contacts, laws, c, state, bonded, retained)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c          !< number of the contact
       integer, intent(in) :: state      !< contact_slide or contact_stick
       logical, intent(in) :: bonded  !< the contact is
       real(wp), intent(in) :: retained  !< share of the spring under a sliding contact
 
+      if (.not. laws%plain) then
+         shear_spring = shear_stiffness_of(contacts, laws, c)
+         if (state /= contact_stick) shear_spring = retained*shear_spring
+         if (acts_at_theta(contacts, laws, c)) shear_spring = laws%theta*shear_spring
+         return
+      end if
       shear_spring = laws%shear_stiffness
       if (state /= contact_stick) shear_spring = retained*laws%shear_stiffness
       if (bonded) shear_spring = laws%theta*laws%shear_stiffness
@@ -141,14 +178,20 @@ contains
       real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(out) :: normal_offset, shear_offset
+      real(wp) :: stiffness
 
       normal_offset = 0.0_wp
       shear_offset = 0.0_wp
       if (contacts%state(c) == contact_open) return
       normal_offset = contacts%multiplier(c) - laws%normal_stiffness*contacts%gap(c)
-      shear_offset = laws%shear_stiffness*contacts%stretch(c)
+      stiffness = laws%shear_stiffness
+      if (.not. laws%plain) then
+         normal_offset = contacts%normal_free(c) - contacts%tangent(c)*contacts%gap(c)
+         stiffness = shear_stiffness_of(contacts, laws, c)
+      end if
+      shear_offset = stiffness*contacts%stretch(c)
       if (contacts%state(c) == contact_slide) shear_offset = contacts%slide_force(c) &
-         - retained*laws%shear_stiffness*contacts%slide_slip(c)
+         - retained*stiffness*contacts%slide_slip(c)
    end subroutine forces_at_rest
 
 end module dda_contact_terms

@@ -3,12 +3,14 @@
 module dda_energy_budget
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type
-   use dda_friction, only: end_stretch, laws_type
+   use dda_contact, only: contacts_type, contact_slide
+   use dda_friction, only: end_stretch, inelastic_slip, laws_type
+   use dda_joint_contact, only: closure_of, joint_energy, state_of
+   use dda_joint_law, only: joint_state_type
    use dda_elements, only: elements_type, update_stored, account_elements
    use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
       energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
-      energy_algorithmic, energy_geometric, energy_material
+      energy_algorithmic, energy_dilation, energy_geometric, energy_material
    use dda_kinematics, only: kinetic_energy
    use dda_material_damping, only: add_damping_loss, damping_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
@@ -133,7 +135,7 @@ contains
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp) :: part(4, most_pieces), total(4)
+      real(wp) :: part(5, most_pieces), total(5)
       integer :: p
 
       if (contacts%n < parallel_from) then
@@ -150,25 +152,31 @@ contains
       call add_energy(energy, energy_friction, total(2))
       call add_energy(energy, energy_fracture, total(3))
       call add_energy(energy, energy_algorithmic, total(4))
+      call add_energy(energy, energy_dilation, total(5))
    end subroutine update_contacts
 
-   !> Stored energy, and losses by slip, by fracture and by the scheme, of contacts first … last.
+   !> Stored energy, losses by slip, fracture and scheme, and gain by dilation, of contacts first …
+   !> last.
    pure function contact_range(contacts, laws, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: total(4)
+      real(wp) :: total(5)
       integer :: c
 
       total = 0.0_wp
       do c = first, last
-         call add_contact(total, contacts, laws, c)
+         if (laws%plain) then
+            call add_contact(total, contacts, laws, c)
+         else
+            call add_joint_contact(total, contacts, laws, c)
+         end if
       end do
    end function contact_range
 
    !> The same of one contact.
    pure subroutine add_contact(total, contacts, laws, c)
-      real(wp), intent(inout) :: total(4)
+      real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
@@ -191,6 +199,44 @@ contains
          total(4) = total(4) + loss
       end if
    end subroutine add_contact
+
+   !> The same of one contact under a joint law.  What slip lifts it against the normal force is
+   !> given back by slip, so friction has all the work of the shear force.
+   pure subroutine add_joint_contact(total, contacts, laws, c)
+      real(wp), intent(inout) :: total(5)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+      type(joint_state_type) :: state
+      real(wp) :: before, after, slipped, stretched, closure, lift, slip, loss
+      logical :: breaks
+
+      associate (law => laws%slot(contacts%joint(c))%law)
+         state = state_of(contacts, c)
+         closure = closure_of(contacts, law, c, contacts%gap(c))
+         before = joint_energy(law, state, closure, contacts%stretch(c), contacts%was_closed(c) &
+            .or. contacts%was_bonded(c))
+         stretched = end_stretch(contacts, laws, c)
+         slip = 0.0_wp
+         if (contacts%trial_state(c) == contact_slide) slip = inelastic_slip(contacts, laws, c)
+         lift = law%lift(state%slip_path + slip) - law%lift(state%slip_path)
+         after = joint_energy(law, state, closure + contacts%gap(c) - contacts%new_gap(c) + lift, &
+            stretched, contacts%normal_force(c) /= 0.0_wp .or. contacts%bonded(c))
+      end associate
+      slipped = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
+      loss = before - after - contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c) &
+         - lift) + contacts%shear_force(c)*contacts%slip(c) - slipped
+      total(1) = total(1) + after
+      total(2) = total(2) + slipped
+      breaks = contacts%was_bonded(c) .and. .not. contacts%bonded(c)
+      breaks = breaks .or. contacts%was_weakened(c) < contacts%weakened(c)
+      if (breaks) then
+         total(3) = total(3) + loss
+      else
+         total(4) = total(4) + loss
+      end if
+      total(5) = total(5) + contacts%normal_force(c)*lift
+   end subroutine add_joint_contact
 
    !> Spring energy of a contact at a gap and a shear stretch.  With augmented Lagrangian the normal
    !> force is that of a rigid contact, which stores nothing.
@@ -230,6 +276,16 @@ contains
       integer :: c
 
       stored_range = 0.0_wp
+      if (.not. laws%plain) then
+         do c = first, last
+            associate (law => laws%slot(contacts%joint(c))%law)
+               stored_range = stored_range + joint_energy(law, state_of(contacts, c), &
+                  closure_of(contacts, law, c, contacts%gap(c)), contacts%stretch(c), &
+                  contacts%was_closed(c) .or. contacts%bonded(c))
+            end associate
+         end do
+         return
+      end if
       do c = first, last
          stored_range = stored_range + stored(laws, contacts%gap(c), contacts%was_closed(c), &
             contacts%bonded(c), contacts%stretch(c))

@@ -10,7 +10,8 @@ module dda_line_search
    use dda_system, only: system_type
    use dda_block_matrix, only: multiply_block
    use dda_contact, only: contacts_type
-   use dda_friction, only: contact_response, laws_type, response_type
+   use dda_friction, only: contact_response, laws_type
+   use dda_joint_contact, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private

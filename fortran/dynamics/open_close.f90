@@ -17,6 +17,7 @@ module dda_open_close
    use dda_rank_one, only: rank_one_type, forget_changes, note_many
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, follow
+   use dda_joint_lines, only: break_joint, renew_lines
    use dda_spring_changes, only: note_change
    use dda_stopwatch, only: lap, phase_factorise, phase_solve
    use dda_system, only: system_type
@@ -27,6 +28,8 @@ module dda_open_close
    real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
    real(wp), parameter :: very_short_step = 0.1_wp
    integer, parameter :: most_short_steps = 6        !< in a row; then a whole one is taken
+   integer, parameter :: few_lines = 15              !< Newton's iterations without a line search
+   real(wp), parameter :: least_share = 0.1_wp       !< of the tolerance, below which a line stays
    integer, parameter :: most_friction_solves = 60   !< while the states are held
    real(wp), parameter :: loose = 1.0e-2_wp          !< of the first residual, before the last solve
    real(wp), parameter :: friction_share = 0.05_wp   !< of the first difference, likewise
@@ -186,7 +189,7 @@ contains
       integer :: i
 
       runaway = 0
-      call list_slides(iteration%slides, contacts)
+      call list_slides(iteration%slides, contacts, laws%dilating)
       if (iteration%slides%n == 0) return
       wanted = iteration%tolerance
       do i = 1, most_friction_solves
@@ -216,7 +219,8 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: runaway  !< number of the contact
 
-      call note_change(iteration%stiffness_changes, contacts, laws, runaway, contact_stick, .false.)
+      call note_change(iteration%stiffness_changes, contacts, laws, runaway, contact_stick, &
+         contacts%bonded(runaway))
       contacts%state(runaway) = contact_stick
       contacts%slide_force(:contacts%n) = 0.0_wp
       system%d = system%previous_d
@@ -242,7 +246,8 @@ contains
       overshot = any(contacts%state(:n) == contact_slide .and. &
          contacts%trial_state(:n) == contact_stick)
       if (iteration%short_steps < most_short_steps .and. &
-         any(contacts%trial_state(:n) /= contacts%state(:n))) then
+         (any(contacts%trial_state(:n) /= contacts%state(:n)) .or. &
+         (laws%curved .and. iteration%iterations > few_lines))) then
          call descend(system, contacts, laws, alpha)
          if (alpha < 1.0_wp) call evaluate(iteration, system%d, contacts, laws)
       end if
@@ -279,7 +284,12 @@ contains
 
       broken = 0
       do c = 1, contacts%n
-         if (.not. contacts%bonded(c) .or. contacts%strength_ratio(c) <= 0.0_wp) cycle
+         if (contacts%strength_ratio(c) <= 0.0_wp) cycle
+         if (.not. laws%plain) then
+            call break_joint(iteration%stiffness_changes, contacts, laws, c)
+            broken = broken + 1
+            cycle
+         end if
          call note_change(iteration%stiffness_changes, contacts, laws, c, contacts%state(c), &
             .false.)
          contacts%bonded(c) = .false.
@@ -321,6 +331,8 @@ contains
       n = contacts%n
       changed = 0
       call note_states(iteration%history, contacts%state(:n))
+      if (.not. laws%plain) call renew_lines(iteration%stiffness_changes, contacts, laws, &
+         least_share*iteration%tolerance)
       do c = 1, n
          if (.not. may_change(iteration%history, c)) contacts%trial_state(c) = contacts%state(c)
          if (contacts%trial_state(c) == contacts%state(c)) cycle

@@ -9,8 +9,9 @@ module dda_slide_forces
    use dda_anderson, only: anderson_type, forget, accelerate
    use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_slide
-   use dda_contact_assembly, only: add_shear_force
+   use dda_contact_assembly, only: add_normal_force, add_shear_force
    use dda_friction, only: laws_type
+   use dda_joint_contact, only: slide_response
    implicit none
    private
    public :: slides_type, list_slides, evaluate_slides, difference_of, farthest_off, follow
@@ -19,20 +20,24 @@ module dda_slide_forces
    type :: slides_type
       integer :: n = 0
       integer, allocatable :: contact(:)   !< [n] which contacts slide
-      real(wp), allocatable :: force(:)    !< [n] assumed, N/m
-      real(wp), allocatable :: response(:) !< shear forces that the law gives, N/m
+      !> assumed shear forces, N/m; where contacts dilate, then `normal_free` of each
+      real(wp), allocatable :: force(:)
+      real(wp), allocatable :: response(:) !< those that the law gives, N/m
+      logical :: dilating = .false.        !< joints of the model may dilate
       type(anderson_type) :: memory
    end type slides_type
 
 contains
 
    !> Begin with the contacts that are assumed to slide.
-   subroutine list_slides(slides, contacts)
+   subroutine list_slides(slides, contacts, dilating)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(in) :: contacts  !< this step's list
+      logical, intent(in) :: dilating  !< joints of the model may dilate
       integer :: c
 
-      call make_room(slides, contacts%n)
+      slides%dilating = dilating
+      call make_room(slides, merge(2, 1, dilating)*contacts%n)
       call forget(slides%memory)
       slides%n = 0
       do c = 1, contacts%n
@@ -41,6 +46,8 @@ contains
          slides%contact(slides%n) = c
          slides%force(slides%n) = contacts%slide_force(c)
       end do
+      if (dilating) slides%force(slides%n + 1:2*slides%n) = &
+         contacts%normal_free(slides%contact(:slides%n))
    end subroutine list_slides
 
    subroutine make_room(slides, wanted)
@@ -60,23 +67,40 @@ contains
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: gap
+      real(wp) :: gap, lifted
       integer :: i, c
 
       do i = 1, slides%n
          c = slides%contact(i)
          gap = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d(:, contacts%block_v(c))) &
             - dot_product(contacts%normal_e(:, c), d(:, contacts%block_e(c)))
+         if (.not. laws%plain) then
+            call slide_response(contacts, laws%slot(contacts%joint(c))%law, c, gap, &
+               contacts%stretch(c) + dot_product(contacts%shear_v(:, c), &
+               d(:, contacts%block_v(c))) - dot_product(contacts%shear_e(:, c), &
+               d(:, contacts%block_e(c))), slides%response(i), lifted)
+            if (slides%dilating) slides%response(slides%n + i) = lifted
+            cycle
+         end if
          slides%response(i) = contacts%slip_sign(c)*laws%friction(contacts%joint(c)) &
             *max(0.0_wp, contacts%multiplier(c) - laws%normal_stiffness*gap)
       end do
    end subroutine evaluate_slides
 
+   !> Numbers that the iteration has to find.
+   pure integer function unknowns(slides)
+      type(slides_type), intent(in) :: slides  !< sliding contacts
+
+      unknowns = merge(2, 1, slides%dilating)*slides%n
+   end function unknowns
+
    !> Largest difference between assumed and answered, N/m.
    pure real(wp) function difference_of(slides)
       type(slides_type), intent(in) :: slides  !< sliding contacts
 
-      difference_of = maxval(abs(slides%response(:slides%n) - slides%force(:slides%n)))
+      associate (n => unknowns(slides))
+         difference_of = maxval(abs(slides%response(:n) - slides%force(:n)))
+      end associate
    end function difference_of
 
    !> The contact with that difference.
@@ -94,11 +118,17 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       integer :: i, c
 
-      call accelerate(slides%memory, slides%force(:slides%n), slides%response(:slides%n))
+      associate (n => unknowns(slides))
+         call accelerate(slides%memory, slides%force(:n), slides%response(:n))
+      end associate
       do i = 1, slides%n
          c = slides%contact(i)
          call add_shear_force(system, contacts, c, slides%force(i) - contacts%slide_force(c))
          contacts%slide_force(c) = slides%force(i)
+         if (.not. slides%dilating) cycle
+         call add_normal_force(system, contacts, c, slides%force(slides%n + i) &
+            - contacts%normal_free(c))
+         contacts%normal_free(c) = slides%force(slides%n + i)
       end do
    end subroutine follow
 

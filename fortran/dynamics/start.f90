@@ -13,7 +13,7 @@ module dda_start
    use dda_detection, only: prepare_detection
    use dda_friction, only: set_laws
    use dda_history, only: prepare_history
-   use dda_model, only: model_type, half_size, contact_distance
+   use dda_model, only: model_type, half_size, contact_distance, force_noise
    use dda_kinematics, only: kinetic_energy, farthest_move
    use dda_original_rules, only: lock_touching
    use dda_scheme, only: scheme_named
@@ -58,9 +58,9 @@ contains
       simulation%laws%augmented = model%contact%penetration_tolerance > 0.0_wp
       simulation%iteration%relative_tolerance = model%contact%force_tolerance
       simulation%iteration%weight = gravity*maxval(simulation%blocks%mass)
-      simulation%iteration%noise = 16*epsilon(1.0_wp)*half_size(simulation%blocks) &
-         *model%contact%normal_stiffness
+      simulation%iteration%noise = force_noise(model, 0.0_wp)
       simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
+      simulation%contacts%with_laws = .not. simulation%laws%plain
       call reserve(simulation%contacts(1), simulation%blocks%n)
       call reserve(simulation%contacts(2), simulation%blocks%n)
       call find_contacts(simulation, error)

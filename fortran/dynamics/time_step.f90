@@ -64,6 +64,7 @@ contains
 
       associate (contacts => simulation%contacts(simulation%now), counters => simulation%counters)
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
+         if (contacts%with_laws) contacts%was_weakened(:contacts%n) = contacts%weakened(:contacts%n)
          call assemble_linear(simulation%system, simulation%elements, simulation%blocks, &
             next_step(simulation))
          call weigh_loads(simulation%solver, simulation%system%load)

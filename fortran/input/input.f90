@@ -8,15 +8,18 @@ module dda_input
    use dda_input_catalogue, only: input_groups, unknown_group
    use dda_input_bodies, only: read_bodies
    use dda_input_boundaries, only: read_boundaries, check_rest
+   use dda_input_joint, only: read_joint
    use dda_input_material, only: read_material, fit_materials
-   use dda_input_materials, only: read_joint, read_motion
+   use dda_input_materials, only: read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
    use dda_input_settings, only: read_run, read_control, read_contact, read_output, &
       check_output_times
    use dda_input_stages, only: read_stages
    use dda_input_stop, only: read_stop
+   use dda_material, only: joint_type
    use dda_model, only: model_type, default_stiffness
    use dda_namelist_groups, only: group_type, split_groups
+   use dda_settings, only: contact_settings_type
    use dda_stage, only: stage_type
    use dda_text, only: quoted
    use dda_text_file, only: read_text_file
@@ -194,6 +197,7 @@ contains
             case ('joint')
                j = j + 1
                call read_joint(text, place, model%joints(j), error)
+               call check_rules(place, model%joints(j), model%contact, error)
                call check_new_name(place, model%joints(:j)%name, error)
             case ('motion')
                k = k + 1
@@ -206,6 +210,22 @@ contains
       if (model%contact%normal_stiffness == 0.0_wp) model%contact%normal_stiffness = &
          default_stiffness(model%materials)
    end subroutine read_substances
+
+   !> Contact rules that a joint law does not go with.
+   subroutine check_rules(place, joint, contact, error)
+      type(place_type), intent(in) :: place  !< of the joint's group
+      type(joint_type), intent(in) :: joint  !< as read
+      type(contact_settings_type), intent(in) :: contact  !< of the model
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (allocated(error)) return
+      if (joint%is_plain()) return
+      if (contact%original_rules) call input_error(error, place, "contact_rules = 'original' "// &
+         'know one stiffness and no law but Coulomb friction: leave out law and stiffness per area')
+      if (contact%penetration_tolerance > 0.0_wp) call input_error(error, place, 'a joint with '// &
+         'a law or stiffness of its own closes by what its load asks for: it does not go with '// &
+         'penetration_tolerance')
+   end subroutine check_rules
 
    !> A model that begins at rest has no first velocities.
    subroutine refuse_velocities(file, model, error)

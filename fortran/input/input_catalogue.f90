@@ -29,7 +29,7 @@ module dda_input_catalogue
 
    !> A variable of a group.
    type :: variable_type
-      character(len=22) :: name
+      character(len=26) :: name
       character(len=9) :: kind                !< 'real', 'integer', 'text', 'logical', or a list
       character(len=12) :: unit               !< blank: a pure number or a text
       character(len=44) :: default            !< in words; 'required' if there is none
@@ -173,15 +173,45 @@ module dda_input_catalogue
       variable_type('initial_velocity', 'real list', 'm/s, rad/s', '0, 0, 0', &
          'velocity of its blocks at the start: x, y, rotation')]
 
-   type(variable_type), parameter :: joint_variables(4) = [ &
+   type(variable_type), parameter :: joint_variables(17) = [ &
       variable_type('name', 'text', '', 'blank', &
          'name that block groups refer to', allowed='any, used once'), &
       variable_type('friction_angle', 'real', 'degrees', 'required', &
-         'friction angle', 0.0_wp, 89.0_wp), &
+         'friction angle; of barton_bandis the residual one, φ_r', 0.0_wp, 89.0_wp), &
       variable_type('cohesion', 'real', 'Pa', '0', &
          'cohesion of joints that are whole at the start, until they break', 0.0_wp, 1.0e15_wp), &
       variable_type('tensile_strength', 'real', 'Pa', '0', &
-         'tensile strength of the same', 0.0_wp, 1.0e15_wp)]
+         'tensile strength of the same', 0.0_wp, 1.0e15_wp), &
+      variable_type('law', 'text', '', "'coulomb'", 'mohr_coulomb: peak and residual '// &
+         'strength, dilation; barton_bandis: hyperbolic closure, strength of rough walls', &
+         allowed="'coulomb', 'mohr_coulomb', 'barton_bandis'"), &
+      variable_type('normal_stiffness_per_area', 'real', 'Pa/m', 'normal_stiffness, N/m', &
+         'normal stiffness of the joint, times the length that a contact stands for; k_ni of '// &
+         'barton_bandis', 1.0_wp, 1.0e18_wp), &
+      variable_type('shear_stiffness_per_area', 'real', 'Pa/m', 'the normal one / shear_ratio', &
+         'shear stiffness of the joint, likewise', 1.0_wp, 1.0e18_wp), &
+      variable_type('residual_friction_angle', 'real', 'degrees', 'friction_angle', &
+         'mohr_coulomb: friction angle after failure', 0.0_wp, 89.0_wp), &
+      variable_type('residual_cohesion', 'real', 'Pa', '0', &
+         'mohr_coulomb: cohesion after failure', 0.0_wp, 1.0e15_wp), &
+      variable_type('residual_tensile_strength', 'real', 'Pa', '0', &
+         'mohr_coulomb: tensile strength after failure', 0.0_wp, 1.0e15_wp), &
+      variable_type('weakening_slip', 'real', 'm', '0: at once', &
+         'mohr_coulomb: slip over which peak strength falls to the residual one', 0.0_wp, &
+         1.0e6_wp), &
+      variable_type('dilation_angle', 'real', 'degrees', '0', &
+         'mohr_coulomb: slip lifts the joint by its tangent', 0.0_wp, 60.0_wp), &
+      variable_type('dilation_slip', 'real', 'm', 'without limit', &
+         'mohr_coulomb: slip after which the joint dilates no more', above_zero), &
+      variable_type('jrc', 'real', '', 'required by its law', &
+         'barton_bandis: joint roughness coefficient', 0.0_wp, 30.0_wp), &
+      variable_type('jcs', 'real', 'Pa', 'required by its law', &
+         'barton_bandis: joint wall compressive strength', 1.0_wp, 1.0e12_wp), &
+      variable_type('compressive_strength', 'real', 'Pa', 'none', &
+         'barton_bandis: σ_c of the rock, which with jrc and jcs gives k_ni and V_m where they '// &
+         'are not given', 1.0_wp, 1.0e12_wp), &
+      variable_type('max_closure', 'real', 'm', 'from compressive_strength', &
+         'barton_bandis: largest closure V_m', 1.0e-12_wp, 1.0e3_wp)]
 
    type(variable_type), parameter :: motion_variables(11) = [ &
       variable_type('name', 'text', '', 'required', &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups of joints and motions: &joint, &motion.
+!> The group of motions, and substances by name: &motion.
 module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
@@ -7,41 +7,16 @@ module dda_input_materials
    use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
       require_choice, require_name, unset, is_set, name_length
    use dda_model, only: model_type
-   use dda_material, only: joint_type
    use dda_motion, only: motion_type
    use dda_record, only: record_type, read_record
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_joint, read_motion, find_substances
+   public :: read_motion, find_substances
 
    integer, parameter :: most_values = 4096  !< of a motion given in the input itself
 
 contains
-
-   !> &joint
-   subroutine read_joint(group, place, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
-      type(joint_type), intent(out) :: new  !< as the group says
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name
-      real(wp) :: friction_angle, cohesion, tensile_strength
-      character(len=256) :: message
-      integer :: status
-      namelist /joint/ name, friction_angle, cohesion, tensile_strength
-
-      name = ''
-      friction_angle = unset
-      cohesion = 0.0_wp
-      tensile_strength = 0.0_wp
-      read (group, nml=joint, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-
-      call require(error, place, 'friction_angle cohesion tensile_strength', &
-         [friction_angle, cohesion, tensile_strength])
-      new = joint_type(name, friction_angle, cohesion, tensile_strength)
-   end subroutine read_joint
 
    !> &motion: a record file, or values in the input itself.
    subroutine read_motion(group, place, folder, new, error)

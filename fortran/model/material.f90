@@ -18,12 +18,26 @@ module dda_material
       type(damping_type) :: damping
    end type material_type
 
-   !> Joint material: Coulomb friction, with cohesion and tension until it breaks.
+   !> Joint material: its law by name, and what laws are made of (see `docs/joints.md`).
    type :: joint_type
       character(len=64) :: name = ''
-      real(wp) :: friction_angle = 0.0_wp   !< degrees
-      real(wp) :: cohesion = 0.0_wp         !< Pa
-      real(wp) :: tensile_strength = 0.0_wp !< Pa
+      real(wp) :: friction_angle = 0.0_wp   !< degrees; peak, or residual of Barton and Bandis
+      real(wp) :: cohesion = 0.0_wp         !< Pa, peak
+      real(wp) :: tensile_strength = 0.0_wp !< Pa, peak
+      character(len=16) :: law = 'coulomb'  !< one of `dda_joint_laws`
+      real(wp) :: normal_stiffness = 0.0_wp !< Pa/m; 0: that of the contacts, N/m
+      real(wp) :: shear_stiffness = 0.0_wp  !< Pa/m; 0: from the normal stiffness
+      real(wp) :: residual_friction_angle = 0.0_wp   !< degrees
+      real(wp) :: residual_cohesion = 0.0_wp         !< Pa
+      real(wp) :: residual_tensile_strength = 0.0_wp !< Pa
+      real(wp) :: weakening_slip = 0.0_wp   !< from peak to residual strength, m; 0: at once
+      real(wp) :: dilation_angle = 0.0_wp   !< degrees
+      real(wp) :: dilation_slip = huge(1.0_wp) !< over which the joint dilates, m
+      real(wp) :: roughness = 0.0_wp        !< JRC, –
+      real(wp) :: wall_strength = 0.0_wp    !< JCS, Pa
+      real(wp) :: max_closure = 0.0_wp      !< V_m, m
+   contains
+      procedure :: is_plain
    end type joint_type
 
 contains
@@ -38,6 +52,14 @@ contains
          material%young_modulus = 2.0_wp*material%density*s*(1.0_wp + material%poisson_ratio)
       end associate
    end subroutine set_velocities
+
+   !> Coulomb friction with springs of the contacts: the only law in most models.
+   pure logical function is_plain(joint)
+      class(joint_type), intent(in) :: joint  !< as read
+
+      is_plain = joint%law == 'coulomb' .and. joint%normal_stiffness == 0.0_wp &
+         .and. joint%shear_stiffness == 0.0_wp
+   end function is_plain
 
    !> Elastic matrix D in σ = D ε, Pa, for (εx, εy, γxy).
    pure function elasticity(material, plane_strain) result(d)

@@ -15,7 +15,7 @@ module dda_model
    implicit none
    private
    public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
-      run_steps, run_duration, block_sources, is_held
+      force_noise, run_steps, run_duration, block_sources, is_held
 
    !> A file that blocks come from.
    type :: block_source_type
@@ -105,6 +105,15 @@ contains
          end associate
       end do
    end function block_sources
+
+   !> Contact force that rounding of places is worth, N/m.
+   pure real(wp) function force_noise(model, stiffness)
+      type(model_type), intent(in) :: model  !< as read from the input
+      real(wp), intent(in) :: stiffness      !< of joints that are stiffer than contacts, N/m
+
+      force_noise = 16*epsilon(1.0_wp)*half_size(model%blocks) &
+         *max(model%contact%normal_stiffness, stiffness)
+   end function force_noise
 
    !> Penalty when the input gives none: 40 × the largest Young's modulus × 1 m (paper §2.2).
    pure real(wp) function default_stiffness(materials)

@@ -17,7 +17,8 @@ module dda_output_file
    use dda_netcdf_calls, only: dataset_type, variable_type, checked, define_variables, &
       define_dimension, describe, describe_number, put, put_names, text_of
    use dda_run_verdict, only: run_verdict_type, add_frame, conclude
-   use dda_sample, only: sample_head, contact_columns, sample_size, frame_size
+   use dda_sample, only: sample_head, most_columns, contact_columns, &
+      sample_size, frame_size
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
    use dda_stage, only: stage_type
@@ -68,7 +69,7 @@ module dda_output_file
 
    !> Contact states of all frames, one after the other: the frame, then the columns of
    !> `take_contacts`.
-   type(variable_type), parameter :: contact_variables(0:contact_columns) = [ &
+   type(variable_type), parameter :: contact_variables(0:most_columns) = [ &
       variable_type('contact_frame', nf90_int, 'contact', '1', 'frame, from 0'), &
       variable_type('contact_vertex', nf90_int, 'contact', '1', 'vertex that touches, from 0'), &
       variable_type('contact_edge', nf90_int, 'contact', '1', &
@@ -81,7 +82,13 @@ module dda_output_file
       variable_type('contact_normal_force', nf90_double, 'contact', 'N/m', &
          'compression positive'), &
       variable_type('contact_shear_force', nf90_double, 'contact', 'N/m', 'resists slip'), &
-      variable_type('contact_stretch', nf90_double, 'contact', 'm', 'elastic shear stretch')]
+      variable_type('contact_stretch', nf90_double, 'contact', 'm', 'elastic shear stretch'), &
+      variable_type('contact_length', nf90_double, 'contact', 'm', &
+         'length of joint that the contact stands for'), &
+      variable_type('contact_slip_path', nf90_double, 'contact', 'm', &
+         'slip beyond the elastic one, both ways added up'), &
+      variable_type('contact_weakened', nf90_double, 'contact', '1', &
+         '0 at peak strength, 1 at residual strength')]
 
    !> Names that let xarray select by them, and the shape of the model.
    type(variable_type), parameter :: model_variables(15) = [ &
@@ -245,7 +252,7 @@ contains
       call define_variables(dataset, [sample_variables, &
          (variable_type('energy_'//energy_terms(i)%name, nf90_double, 'time', 'J/m', &
          trim(energy_terms(i)%meaning)//', per metre of thickness'), i=1, size(energy_terms)), &
-         frame_variables, contact_variables, model_variables])
+         frame_variables, contact_variables(:contact_columns(simulation)), model_variables])
       if (.not. allocated(dataset%error)) call checked(dataset, nf90_enddef(dataset%id), &
          'end the definitions')
    end subroutine define_file
@@ -477,10 +484,11 @@ contains
       call put_part('block_rates', 6, simulation%blocks%n)
       call put_part('block_stress', 3, simulation%blocks%n)
       call put_part('vertices', 2, size(simulation%blocks%owner))
-      if (contacts > 0) call put_contacts(output, frame(at + 1:), contacts)
+      if (contacts > 0) call put_contacts(output, frame(at + 1:), contacts, &
+         contact_columns(simulation))
       call add_frame(output%verdict, simulation, frame(1), reshape(frame(3:6*simulation%blocks%n &
          + 2), [6, simulation%blocks%n]), frame_corners(frame, simulation), &
-         reshape(frame(at + 1:), [contacts, contact_columns]))
+         reshape(frame(at + 1:), [contacts, contact_columns(simulation)]))
 
    contains
 
@@ -497,15 +505,16 @@ contains
    end subroutine put_frame
 
    !> The contacts of a frame.
-   subroutine put_contacts(output, columns, n)
+   subroutine put_contacts(output, columns, n, width)
       type(output_type), intent(inout) :: output  !< file being written
       integer, intent(in) :: n  !< number of contacts
-      real(wp), intent(in) :: columns(n, contact_columns)  !< as of `take_contacts`
+      integer, intent(in) :: width  !< numbers of a contact
+      real(wp), intent(in) :: columns(n, width)  !< as of `take_contacts`
       integer :: i
 
       associate (dataset => output%dataset, at => [output%contacts + 1])
          call put(dataset, 'contact_frame', spread(real(output%frames - 1, wp), 1, n), at, [n])
-         do i = 1, contact_columns
+         do i = 1, width
             call put(dataset, trim(contact_variables(i)%name), columns(:, i), at, [n])
          end do
       end associate

@@ -10,13 +10,22 @@ module dda_sample
    use dda_simulation, only: simulation_type
    implicit none
    private
-   public :: sample_head, contact_columns, sample_size, frame_size, take_sample, take_frame
+   public :: sample_head, most_columns, contact_columns, sample_size, frame_size, take_sample, &
+      take_frame
 
    !> time, Δt, iterations, stage, energies
    integer, parameter :: sample_head = 4 + size(energy_terms)
-   integer, parameter :: contact_columns = 9
+   integer, parameter :: plain_columns = 9   !< of a contact
+   integer, parameter :: most_columns = 12   !< of one under a joint law
 
 contains
+
+   !> Numbers of a contact.
+   pure integer function contact_columns(simulation)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+
+      contact_columns = merge(plain_columns, most_columns, simulation%laws%plain)
+   end function contact_columns
 
    !> Numbers of a sample.
    pure integer function sample_size(simulation)
@@ -31,7 +40,7 @@ contains
       integer, intent(in) :: contacts  !< number of contacts of the frame
 
       frame_size = 2 + 15*simulation%blocks%n + 2*size(simulation%blocks%owner) &
-         + contact_columns*contacts
+         + contact_columns(simulation)*contacts
    end function frame_size
 
    !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity,
@@ -101,17 +110,21 @@ contains
    pure subroutine take_contacts(contacts, n, columns)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       integer, intent(in) :: n  !< number of contacts
-      real(wp), intent(out) :: columns(n, contact_columns)  !< of the frame
+      real(wp), intent(out) :: columns(n, *)  !< [n, `contact_columns`] of the frame
 
-      columns(:, 1) = contacts%vertex(:n) - 1
-      columns(:, 2) = contacts%edge(:n) - 1
-      columns(:, 3) = contacts%state(:n)
-      columns(:, 4) = merge(1, 0, contacts%bonded(:n))
-      columns(:, 5) = contacts%joint(:n) - 1
-      columns(:, 6) = contacts%new_gap(:n) + contacts%offset(:n)
-      columns(:, 7) = contacts%normal_force(:n)
-      columns(:, 8) = contacts%shear_force(:n)
-      columns(:, 9) = contacts%stretch(:n)
+      columns(:n, 1) = contacts%vertex(:n) - 1
+      columns(:n, 2) = contacts%edge(:n) - 1
+      columns(:n, 3) = contacts%state(:n)
+      columns(:n, 4) = merge(1, 0, contacts%bonded(:n))
+      columns(:n, 5) = contacts%joint(:n) - 1
+      columns(:n, 6) = contacts%new_gap(:n) + contacts%offset(:n)
+      columns(:n, 7) = contacts%normal_force(:n)
+      columns(:n, 8) = contacts%shear_force(:n)
+      columns(:n, 9) = contacts%stretch(:n)
+      if (.not. contacts%with_laws) return
+      columns(:n, 10) = contacts%length(:n)
+      columns(:n, 11) = contacts%slip_path(:n)
+      columns(:n, 12) = contacts%weakened(:n)
    end subroutine take_contacts
 
 end module dda_sample

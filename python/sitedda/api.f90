@@ -386,7 +386,7 @@ contains
    subroutine contact_states(handle, n, who, values, status, message)
       integer(c_int), intent(in) :: handle, n
       integer(c_int), intent(out) :: who(5, n)
-      real(c_double), intent(out) :: values(4, n)
+      real(c_double), intent(out) :: values(7, n)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -408,6 +408,11 @@ contains
             values(2, :) = contacts%normal_force(:n)
             values(3, :) = contacts%shear_force(:n)
             values(4, :) = contacts%stretch(:n)
+            if (contacts%with_laws) then
+               values(5, :) = contacts%length(:n)
+               values(6, :) = contacts%slip_path(:n)
+               values(7, :) = contacts%weakened(:n)
+            end if
          end associate
       end if
       call report(error, status, message)
@@ -416,7 +421,7 @@ contains
    !> Energies in the order of the output file.
    subroutine energies(handle, values, status, message)
       integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: values(19)  !< of `energy_terms`
+      real(c_double), intent(out) :: values(21)  !< of `energy_terms`
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -777,7 +782,7 @@ contains
    subroutine scheme_vibration(theta, chi, time_step, n, frequency, values, roots)
       integer(c_int), intent(in) :: n
       real(c_double), intent(in) :: theta, chi, time_step, frequency(n)
-      real(c_double), intent(out) :: values(4, n)
+      real(c_double), intent(out) :: values(7, n)
       complex(c_double_complex), intent(out) :: roots(2, n)
       type(scheme_type) :: scheme
       integer :: i

@@ -295,11 +295,12 @@ class Simulation:
 
         ``vertex`` and ``edge`` (from 0), ``state`` (0 open, 1 slide, 2 stick), ``bonded``,
         ``joint`` (from 0, in the order of the input);
-        ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m).
+        ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m). Under joint laws:
+        ``length`` (m) that a contact stands for, ``slip_path`` (m), ``weakened`` (0 … 1); else 0.
         """
         who, values = self._ask_all("contact_states", 3)
         names = ("vertex", "edge", "state", "bonded", "joint")
-        more = ("gap", "normal_force", "shear_force", "stretch")
+        more = ("gap", "normal_force", "shear_force", "stretch", "length", "slip_path", "weakened")
         return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
 
     @property

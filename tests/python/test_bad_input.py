@@ -29,6 +29,18 @@ def blocks(*outlines, **more) -> list:
     return [*groups, *(("block", {"vertices": outline}) for outline in outlines)]
 
 
+def jointed(**values) -> list:
+    """The tower with its joint changed."""
+    return changed(tower(), "joint", **values)
+
+
+def rough(**values) -> list:
+    """The tower with a rough joint, changed."""
+    law = {"law": "barton_bandis", "cohesion": None, "tensile_strength": None, "jrc": 8.0}
+    law |= {"jcs": 1e8, "normal_stiffness_per_area": 1e9, "max_closure": 1e-4}
+    return jointed(**law | values)
+
+
 def moved(**values) -> list:
     """The tower with its motion changed."""
     return changed(tower(), "motion", **values)
@@ -98,6 +110,61 @@ CASES = [
         changed(tower(), "joint", friction_angle=90.0),
         "&joint",
         ["friction_angle", "90"],
+    ),
+    ("joint law", jointed(law="mohr"), "&joint", ["law", "'mohr'", "'mohr_coulomb'"]),
+    (
+        "residual above peak",
+        jointed(law="mohr_coulomb", residual_friction_angle=80.0),
+        "&joint",
+        ["residual_friction_angle = 80", "above the peak"],
+    ),
+    (
+        "residual cohesion above peak",
+        jointed(law="mohr_coulomb", residual_cohesion=1e14, cohesion=1e3),
+        "&joint",
+        ["residual_cohesion", "above the peak"],
+    ),
+    (
+        "residual strength without its law",
+        jointed(residual_cohesion=1e3),
+        "&joint",
+        ["residual_cohesion", "'mohr_coulomb'", "'coulomb'"],
+    ),
+    (
+        "more dilation than friction",
+        jointed(law="mohr_coulomb", dilation_angle=59.0),
+        "&joint",
+        ["dilation_angle = 59", "energy"],
+    ),
+    (
+        "a limit of no dilation",
+        jointed(law="mohr_coulomb", dilation_slip=0.1),
+        "&joint",
+        ["dilation_slip"],
+    ),
+    ("negative closure", rough(max_closure=-1e-3), "&joint", ["max_closure", "positive"]),
+    ("no closure", rough(normal_stiffness_per_area=None), "&joint", ["max_closure", "missing"]),
+    ("two closures", rough(compressive_strength=1e8), "&joint", ["compressive_strength"]),
+    (
+        "closure beyond the formulas",
+        rough(
+            normal_stiffness_per_area=None, max_closure=None, jrc=0.5, compressive_strength=1.1e8
+        ),
+        "&joint",
+        ["jrc = 0.5", "range"],
+    ),
+    ("no roughness", rough(jrc=None), "&joint", ["jrc is missing"]),
+    (
+        "a law under the original rules",
+        changed(jointed(law="mohr_coulomb"), "contact", contact_rules="original"),
+        "&joint",
+        ["original"],
+    ),
+    (
+        "a law with augmented contacts",
+        changed(jointed(law="mohr_coulomb"), "contact", penetration_tolerance=1e-9),
+        "&joint",
+        ["penetration_tolerance"],
     ),
     ("cohesion", changed(tower(), "joint", cohesion=-1.0), "&joint", ["cohesion", "-1"]),
     ("no steps", changed(tower(), "control", steps=None), "&control", ["duration", "steps"]),

@@ -91,6 +91,32 @@ def test_the_same_for_other_ways_of_stepping(write_input, tmp_path, same_bits, c
     same_bits(whole.history, sitedda.resume(file, tmp_path / "out.nc", **control).history)
 
 
+ROUGH = {"law": "barton_bandis", "jrc": 8.0, "jcs": 1e7, "normal_stiffness_per_area": 1e9}
+LAWS = {
+    "mohr_coulomb": {
+        "law": "mohr_coulomb",
+        "residual_friction_angle": 4.0,
+        "cohesion": 1e3,
+        "weakening_slip": 0.001,
+        "dilation_angle": 2.0,
+    },
+    "barton_bandis": ROUGH | {"friction_angle": 1.0, "max_closure": 1e-3},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_same_for_joint_laws(native, write_input, tmp_path, same_bits, law):
+    """What joints remember is in the checkpoint; the number of threads does not matter."""
+    file = write_input(changed(shaken_tower(), "joint", **LAWS[law]))
+    whole = sitedda.run(file)
+    assert float(whole.history.energy_friction[-1]) > 0
+    stopped(file, tmp_path / "out.nc", 150)
+    arguments = [native.path, "resume", file, "-q", "-o", tmp_path / "out.nc"]
+    environment = os.environ | {"OMP_NUM_THREADS": "2"}
+    subprocess.run(arguments, env=environment, check=True, capture_output=True)
+    same_bits(whole.history, tmp_path / "out.nc")
+
+
 def test_stopping_at_every_turn_changes_nothing(write_input, tmp_path, same_bits):
     file = write_input(shaken_tower(60))
     whole = sitedda.run(file)

@@ -29,7 +29,7 @@ REMADE = {
         "convex": "the input",
         "convex_block": "the input",
     },
-    ("contact", "contacts_type"): {},
+    ("contact", "contacts_type"): {"with_laws": "the input"},
     ("dynamics", "system_type"): {
         "matrix": "its pattern follows from the neighbours, its numbers are made in each step",
         "pair_of_entry": "the pattern",
@@ -64,7 +64,7 @@ REMADE = {
         "max_iterations": "the input",
         "relative_tolerance": "the input",
         "weight": "the input",
-        "noise": "the input",
+        "noise": "the input; under joint laws set in each step",
         "penetration_tolerance": "the input",
         "stiffness_changes": "noted in each iteration",
         "slides": "listed in each iteration",

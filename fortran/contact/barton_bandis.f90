@@ -1,0 +1,137 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Barton–Bandis joint: hyperbolic closure, and shear strength from roughness and wall strength.
+!>
+!> Normal stress σ = k_ni x/(1 − x/V_m), with the potential k_ni V_m [−V_m ln(1 − x/V_m) − x] and
+!> the slope k_ni (1 − x/V_m)⁻².  Shear strength σ tan[φ_r + JRC log₁₀(JCS/σ)], its angle between
+!> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].
+module dda_barton_bandis
+   use dda_kinds, only: wp, pi
+   use dda_joint_law, only: joint_law_type, joint_state_type
+   use dda_material, only: joint_type
+   implicit none
+   private
+   public :: barton_bandis_type, new_barton_bandis, closure_of_joint
+
+   real(wp), parameter :: steepest = 70.0_wp      !< angle of the shear strength, degrees
+   real(wp), parameter :: nearly = 1.0e-9_wp      !< of V_m, left at the end of the hyperbola
+   real(wp), parameter :: small = 1.0e-2_wp       !< x/V_m below which a series is more accurate
+   real(wp), parameter :: mega = 1.0e6_wp, milli = 1.0e-3_wp
+
+   !> Hyperbolic closure and rough shear strength.
+   type, extends(joint_law_type) :: barton_bandis_type
+      real(wp) :: max_closure = 1.0_wp     !< V_m, m
+      real(wp) :: roughness = 0.0_wp       !< JRC
+      real(wp) :: wall_strength = 1.0_wp   !< JCS, Pa
+      real(wp) :: residual_angle = 0.0_wp  !< φ_r, degrees
+   contains
+      procedure :: normal_force
+      procedure :: tangent
+      procedure :: closure
+      procedure :: stored
+      procedure :: strength
+   end type barton_bandis_type
+
+contains
+
+   !> The law of a joint material but for its stiffness.
+   pure type(barton_bandis_type) function new_barton_bandis(joint) result(law)
+      type(joint_type), intent(in) :: joint  !< as checked
+
+      law%curved = .true.
+      law%max_closure = joint%max_closure
+      law%roughness = joint%roughness
+      law%wall_strength = joint%wall_strength
+      law%residual_angle = joint%friction_angle
+   end function new_barton_bandis
+
+   !> Initial stiffness k_ni, Pa/m, and largest closure V_m, m, from the index values of the joint
+   !> [Bandis, Lumsden and Barton, 1983]: in MPa/mm and mm, with the aperture a_j = JRC/5 (0.2
+   !> σ_c/JCS − 0.1) mm.
+   pure subroutine closure_of_joint(roughness, wall_strength, rock_strength, stiffness, max_closure)
+      real(wp), intent(in) :: roughness      !< JRC
+      real(wp), intent(in) :: wall_strength  !< JCS, Pa
+      real(wp), intent(in) :: rock_strength  !< σ_c, Pa
+      real(wp), intent(out) :: stiffness     !< k_ni, Pa/m; may come out negative
+      real(wp), intent(out) :: max_closure   !< V_m, m; likewise
+      real(wp) :: aperture, ratio
+
+      aperture = roughness/5.0_wp*(0.2_wp*rock_strength/wall_strength - 0.1_wp)
+      stiffness = -1.0_wp
+      max_closure = -1.0_wp
+      if (aperture <= 0.0_wp) return
+      ratio = wall_strength/mega/aperture
+      stiffness = (-7.15_wp + 1.75_wp*roughness + 0.02_wp*ratio)*mega/milli
+      max_closure = (-0.296_wp - 0.0056_wp*roughness + 2.241_wp*ratio**(-0.245_wp))*milli
+   end subroutine closure_of_joint
+
+   !> Normal force, N/m; beyond the hyperbola's end along its tangent.
+   pure real(wp) function normal_force(law, state, closure) result(force)
+      class(barton_bandis_type), intent(in) :: law !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+      real(wp) :: x
+
+      x = min(closure, (1.0_wp - nearly)*law%max_closure)
+      force = law%initial_spring(state)*x/(1.0_wp - max(x, 0.0_wp)/law%max_closure) &
+         + law%tangent(state, x)*(closure - x)
+   end function normal_force
+
+   !> Slope of the normal force, N/m.
+   pure real(wp) function tangent(law, state, closure)
+      class(barton_bandis_type), intent(in) :: law !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+      real(wp) :: x
+
+      x = max(0.0_wp, min(closure, (1.0_wp - nearly)*law%max_closure))
+      tangent = law%initial_spring(state)/(1.0_wp - x/law%max_closure)**2
+   end function tangent
+
+   !> The closure at a normal force, m.
+   pure real(wp) function closure(law, state, force)
+      class(barton_bandis_type), intent(in) :: law !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: force                !< compression positive, N/m
+
+      closure = force/(law%initial_spring(state) + max(force, 0.0_wp)/law%max_closure)
+   end function closure
+
+   !> Potential of the normal force, J per metre of thickness.
+   pure real(wp) function stored(law, state, closure) result(energy)
+      class(barton_bandis_type), intent(in) :: law !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+      real(wp) :: x, u, beyond
+
+      x = min(closure, (1.0_wp - nearly)*law%max_closure)
+      beyond = closure - x
+      u = x/law%max_closure
+      if (u <= 0.0_wp) then
+         energy = 0.5_wp*u**2
+      else if (u < small) then
+         energy = u**2*(1.0_wp/2 + u*(1.0_wp/3 + u*(1.0_wp/4 + u*(1.0_wp/5 + u*(1.0_wp/6 &
+            + u*(1.0_wp/7 + u*(1.0_wp/8 + u/9)))))))
+      else
+         energy = -log(1.0_wp - u) - u
+      end if
+      energy = law%initial_spring(state)*law%max_closure**2*energy
+      if (beyond > 0.0_wp) energy = energy + beyond*(law%normal_force(state, x) &
+         + 0.5_wp*law%tangent(state, x)*beyond)
+   end function stored
+
+   !> Largest shear force, N/m.
+   pure real(wp) function strength(law, state, normal_force)
+      class(barton_bandis_type), intent(in) :: law !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: normal_force         !< compression positive, N/m
+      real(wp) :: angle
+
+      strength = 0.0_wp
+      if (normal_force <= 0.0_wp) return
+      angle = law%residual_angle + law%roughness &
+         *max(0.0_wp, log10(law%wall_strength*state%length/normal_force))
+      angle = max(law%residual_angle, min(steepest, angle))
+      strength = normal_force*tan(angle*pi/180.0_wp)
+   end function strength
+
+end module dda_barton_bandis

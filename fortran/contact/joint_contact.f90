@@ -1,0 +1,181 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A contact under a joint law: its response, and the straight line that stands for its normal force
+!> in the equations of an open–close iteration.
+!>
+!> The line N = N₀ − k g touches the law at a closure.  Where a joint closes more than the line
+!> expected, the next line touches at the closure that belongs to the line's force, else at the
+!> closure itself: Newton's method for the compliance and for the stiffness, each where it is safe.
+module dda_joint_contact
+   use dda_kinds, only: wp
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_joint_law, only: joint_law_type, joint_state_type
+   implicit none
+   private
+   public :: response_type, state_of, joint_response, acts_before_end, closure_of, touch_law, &
+      line_of, slide_response, joint_energy
+
+   real(wp), parameter :: first_share = 0.5_wp  !< of the force at closing, where a line begins
+
+   !> State and forces at a gap and a slip.
+   type :: response_type
+      integer :: state         !< open, slide or stick
+      real(wp) :: normal_force !< compression positive, N/m
+      real(wp) :: shear_force  !< k_s × elastic stretch, within the bound, N/m
+      real(wp) :: bound        !< largest shear force, N/m
+      !> excess of force over the strength of a bond, of that strength; ≤ 0: it holds
+      real(wp) :: strength_ratio
+   end type response_type
+
+contains
+
+   !> What contact c remembers.
+   pure type(joint_state_type) function state_of(contacts, c) result(state)
+      type(contacts_type), intent(in) :: contacts  !< list with joint laws
+      integer, intent(in) :: c                     !< number of the contact
+
+      state = joint_state_type(contacts%length(c), contacts%slip_path(c), contacts%weakened(c))
+   end function state_of
+
+   !> A bonded contact that cannot slip acts at t₀ + θΔt, others at the end of the step.
+   pure logical function acts_before_end(law, weakened)
+      class(joint_law_type), intent(in) :: law  !< of the contact
+      real(wp), intent(in) :: weakened          !< 0 … 1
+
+      acts_before_end = law%brittle .and. weakened < 1.0_wp
+   end function acts_before_end
+
+   !> Closure of contact c at a gap, m: lifted as at the start of the step.
+   pure real(wp) function closure_of(contacts, law, c, gap) result(closure)
+      type(contacts_type), intent(in) :: contacts  !< list with joint laws
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+      real(wp), intent(in) :: gap                  !< m
+
+      closure = -gap
+      if (law%dilates) closure = law%lift(contacts%slip_path(c)) - gap
+   end function closure_of
+
+   !> Forces at a gap and a trial stretch, both at the instant at which the contact acts.
+   pure type(response_type) function joint_response(contacts, law, c, gap, stretch) &
+      result(response)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+      real(wp), intent(in) :: gap, stretch         !< m
+      type(joint_state_type) :: state
+      real(wp) :: closure, trial
+      logical :: intact
+
+      response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
+      closure = closure_of(contacts, law, c, gap)
+      state = state_of(contacts, c)
+      if (closure <= 0.0_wp .and. .not. contacts%bonded(c)) then
+         ! A joint that slip lifts stays closed at a gap that grows less than the lift.
+         if (.not. (law%dilates .and. contacts%was_closed(c))) return
+         if (law%sliding_force(state, closure, abs(stretch)) <= 0.0_wp) return
+      end if
+      intact = law%brittle .and. state%weakened < 1.0_wp
+      response%state = contact_stick
+      response%normal_force = law%normal_force(state, closure)
+      response%bound = law%strength(state, response%normal_force)
+      trial = law%shear_spring(state)*stretch
+      response%shear_force = trial
+      if (abs(trial) > response%bound .and. .not. intact) then
+         response%state = contact_slide
+         response%normal_force = law%sliding_force(state, closure, abs(stretch))
+         response%bound = law%strength(state, response%normal_force)
+         response%shear_force = sign(response%bound, trial)
+      end if
+      response%strength_ratio = excess(contacts, law, c, state, response, intact)
+   end function joint_response
+
+   !> Force beyond the strength that a contact loses by breaking, over that strength.
+   pure real(wp) function excess(contacts, law, c, state, response, intact)
+      type(contacts_type), intent(in) :: contacts     !< this step's list
+      class(joint_law_type), intent(in) :: law        !< of the contact
+      integer, intent(in) :: c                        !< number of the contact
+      type(joint_state_type), intent(in) :: state     !< of the contact
+      type(response_type), intent(in) :: response     !< its forces
+      logical, intent(in) :: intact                   !< it breaks rather than slips
+      real(wp) :: tension
+
+      excess = -1.0_wp
+      tension = law%tension(state)
+      if (contacts%bonded(c)) excess = -response%normal_force - tension
+      if (intact) excess = max(excess, abs(response%shear_force) - response%bound)
+      excess = excess/max(tension, response%bound, tiny(1.0_wp))
+   end function excess
+
+   !> The forces of a contact that slides as assumed: the shear force in a given direction at the
+   !> normal force of its line, and that line with the lift of the slip.
+   pure subroutine slide_response(contacts, law, c, gap, stretch, shear_force, lifted)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+      real(wp), intent(in) :: gap, stretch         !< at the end of the step, m
+      real(wp), intent(out) :: shear_force         !< N/m
+      real(wp), intent(out) :: lifted              !< `normal_free` that belongs to it, N/m
+      type(joint_state_type) :: state
+      real(wp) :: normal_force
+
+      state = state_of(contacts, c)
+      lifted = contacts%normal_free(c)
+      normal_force = lifted - contacts%tangent(c)*gap
+      if (law%dilates) then
+         normal_force = law%sliding_force(state, closure_of(contacts, law, c, gap), &
+            max(0.0_wp, contacts%slip_sign(c)*stretch))
+         lifted = normal_force + contacts%tangent(c)*gap
+      end if
+      shear_force = contacts%slip_sign(c)*law%strength(state, normal_force)
+   end subroutine slide_response
+
+   !> The line that touches the law at a closure, with the lift at the start of the step.
+   pure subroutine touch_law(contacts, law, c, closure, tangent, normal_free)
+      type(contacts_type), intent(in) :: contacts        !< this step's list
+      class(joint_law_type), intent(in) :: law           !< of the contact
+      integer, intent(in) :: c                           !< number of the contact
+      real(wp), intent(in) :: closure                    !< m
+      real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
+      type(joint_state_type) :: state
+
+      state = state_of(contacts, c)
+      tangent = law%tangent(state, closure)
+      normal_free = law%normal_force(state, closure) + tangent &
+         *(closure_of(contacts, law, c, 0.0_wp) - closure)
+   end subroutine touch_law
+
+   !> The line for the next iteration, after a solution at which the law gives a response.
+   pure subroutine line_of(contacts, law, c, gap, response, tangent, normal_free)
+      type(contacts_type), intent(in) :: contacts        !< this step's list
+      class(joint_law_type), intent(in) :: law           !< of the contact
+      integer, intent(in) :: c                           !< number of the contact
+      real(wp), intent(in) :: gap                        !< at which the contact acts, m
+      type(response_type), intent(in) :: response        !< of the law
+      real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
+      real(wp) :: closure, expected
+
+      closure = closure_of(contacts, law, c, gap)
+      if (law%curved) then
+         expected = contacts%normal_free(c) - contacts%tangent(c)*gap
+         if (contacts%state(c) == contact_open) &
+            expected = first_share*law%initial_spring(state_of(contacts, c))*closure
+         if (expected > 0.0_wp .and. closure > 0.0_wp) &
+            closure = min(closure, law%closure(state_of(contacts, c), expected))
+      end if
+      call touch_law(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
+      if (response%state == contact_slide .and. law%dilates) &
+         normal_free = response%normal_force + tangent*gap
+   end subroutine line_of
+
+   !> Energy of the springs of contact c, J per metre of thickness.
+   pure real(wp) function joint_energy(law, state, closure, stretch, closed)
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure, stretch     !< m
+      logical, intent(in) :: closed                !< the normal spring holds
+
+      joint_energy = 0.5_wp*law%shear_spring(state)*stretch**2
+      if (closed) joint_energy = joint_energy + law%stored(state, closure)
+   end function joint_energy
+
+end module dda_joint_contact

@@ -1,0 +1,146 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A joint law: the forces of one contact at a closure of its joint and a stretch of its shear
+!> spring.
+!>
+!> What all laws share: the closure x counts from where the joint is free of force, so that it is
+!> the penetration plus the lift of the dilation; the normal force has a convex potential `stored`;
+!> the shear force is elastic up to `strength`, which follows the normal force.  A law overrides
+!> what it has of its own.  Stiffness is that of a contact, or per area: times the tributary length
+!> of the contact.
+module dda_joint_law
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: joint_law_type, joint_state_type
+
+   !> What a contact of a joint remembers.
+   type :: joint_state_type
+      real(wp) :: length     !< tributary length, m
+      real(wp) :: slip_path  !< slip beyond the elastic one, both ways added up, m
+      real(wp) :: weakened   !< 0: peak strength, 1: residual strength
+   end type joint_state_type
+
+   !> The parameters of one joint material.
+   type, abstract :: joint_law_type
+      real(wp) :: normal_stiffness = 0.0_wp  !< at small closure, N/m, or Pa/m per area
+      real(wp) :: shear_stiffness = 0.0_wp   !< N/m, or Pa/m per area
+      logical :: normal_per_area = .false.
+      logical :: shear_per_area = .false.
+      logical :: brittle = .false.           !< an intact contact sticks until it breaks
+      logical :: curved = .false.            !< the normal force is not linear in the closure
+      logical :: dilates = .false.           !< slip lifts the contact
+   contains
+      procedure :: initial_spring
+      procedure :: shear_spring
+      procedure :: normal_force => linear_force
+      procedure :: tangent => linear_tangent
+      procedure :: closure => linear_closure
+      procedure :: stored => linear_energy
+      procedure(strength_at), deferred :: strength
+      procedure :: tension => no_tension
+      procedure :: weakened_by => never_weakened
+      procedure :: lift => no_lift
+      procedure :: sliding_force => force_without_lift
+   end type joint_law_type
+
+   abstract interface
+      !> Largest shear force, N/m.
+      pure real(wp) function strength_at(law, state, normal_force)
+         import :: joint_law_type, joint_state_type, wp
+         class(joint_law_type), intent(in) :: law     !< of the joint
+         type(joint_state_type), intent(in) :: state  !< of the contact
+         real(wp), intent(in) :: normal_force         !< compression positive, N/m
+      end function strength_at
+   end interface
+
+contains
+
+   !> Normal stiffness at no closure, N/m.
+   pure real(wp) function initial_spring(law, state) result(spring)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      spring = law%normal_stiffness
+      if (law%normal_per_area) spring = spring*state%length
+   end function initial_spring
+
+   !> Shear stiffness, N/m.
+   pure real(wp) function shear_spring(law, state) result(spring)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      spring = law%shear_stiffness
+      if (law%shear_per_area) spring = spring*state%length
+   end function shear_spring
+
+   !> Normal force at a closure, N/m.
+   pure real(wp) function linear_force(law, state, closure) result(force)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+
+      force = law%initial_spring(state)*closure
+   end function linear_force
+
+   !> Slope of the normal force, N/m.
+   pure real(wp) function linear_tangent(law, state, closure) result(tangent)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+
+      tangent = law%initial_spring(state)
+   end function linear_tangent
+
+   !> The closure at a normal force, m.
+   pure real(wp) function linear_closure(law, state, force) result(closure)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: force                !< compression positive, N/m
+
+      closure = force/law%initial_spring(state)
+   end function linear_closure
+
+   !> Potential of the normal force, J per metre of thickness.
+   pure real(wp) function linear_energy(law, state, closure) result(energy)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: closure              !< m
+
+      energy = 0.5_wp*law%initial_spring(state)*closure**2
+   end function linear_energy
+
+   !> Largest tension of a bonded contact, N/m; here: none.
+   pure real(wp) function no_tension(law, state) result(tension)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      tension = 0.0_wp
+   end function no_tension
+
+   !> How far slip has weakened a contact that does not break; here: not at all.
+   pure real(wp) function never_weakened(law, slip_path) result(weakened)
+      class(joint_law_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: slip_path         !< m
+
+      weakened = 0.0_wp
+   end function never_weakened
+
+   !> How far slip has lifted the contact, m; here: not at all.
+   pure real(wp) function no_lift(law, slip_path) result(lift)
+      class(joint_law_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: slip_path         !< m
+
+      lift = 0.0_wp
+   end function no_lift
+
+   !> Normal force of a contact that slides, N/m: with the lift of the slip of this step.
+   pure real(wp) function force_without_lift(law, state, closure, stretch) result(force)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      real(wp), intent(in) :: closure              !< at the end, without the lift of this step, m
+      real(wp), intent(in) :: stretch              !< of the shear spring if nothing slipped, ≥ 0, m
+
+      force = law%normal_force(state, closure)
+   end function force_without_lift
+
+end module dda_joint_law

@@ -1,0 +1,45 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The joint laws by name: registration, and their stiffness.
+module dda_joint_laws
+   use dda_kinds, only: wp
+   use dda_barton_bandis, only: new_barton_bandis
+   use dda_joint_law, only: joint_law_type
+   use dda_material, only: joint_type
+   use dda_mohr_coulomb, only: new_mohr_coulomb
+   implicit none
+   private
+   public :: law_slot_type, new_joint_law
+
+   !> A law of any kind.
+   type :: law_slot_type
+      class(joint_law_type), allocatable :: law
+   end type law_slot_type
+
+contains
+
+   !> The law of a joint material.  Here a new law is registered.
+   pure subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
+      type(law_slot_type), intent(out) :: slot  !< gets the law
+      type(joint_type), intent(in) :: joint     !< as checked
+      real(wp), intent(in) :: normal_stiffness  !< k_n of contacts without one of their own, N/m
+      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, likewise
+
+      select case (joint%law)
+      case ('barton_bandis')
+         allocate (slot%law, source=new_barton_bandis(joint))
+      case default
+         allocate (slot%law, source=new_mohr_coulomb(joint))
+      end select
+      associate (law => slot%law)
+         law%normal_per_area = joint%normal_stiffness > 0.0_wp
+         law%normal_stiffness = merge(joint%normal_stiffness, normal_stiffness, law%normal_per_area)
+         law%shear_stiffness = law%normal_stiffness/shear_ratio
+         law%shear_per_area = law%normal_per_area
+         if (joint%shear_stiffness > 0.0_wp) then
+            law%shear_per_area = .true.
+            law%shear_stiffness = joint%shear_stiffness
+         end if
+      end associate
+   end subroutine new_joint_law
+
+end module dda_joint_laws

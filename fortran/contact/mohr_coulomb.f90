@@ -1,0 +1,110 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Mohr–Coulomb joint with peak and residual strength, and dilation.
+!>
+!> Shear strength c(w) L + N tan φ(w), tension T(w) L, each linear between peak (w = 0) and residual
+!> (w = 1).  Without a slip distance the joint is brittle: an intact contact sticks until it breaks,
+!> and w jumps to 1.  With one, w grows with the slip path.  Slip s lifts the contact by
+!> min(s, s_max) tan ψ.  With the lift of the step, the normal force of a sliding contact follows
+!> from N = k_n [x + tan ψ (t − τ/k_s)], τ = c L + N tan φ, at a trial stretch t.
+module dda_mohr_coulomb
+   use dda_kinds, only: wp, pi
+   use dda_joint_law, only: joint_law_type, joint_state_type
+   use dda_material, only: joint_type
+   implicit none
+   private
+   public :: mohr_coulomb_type, new_mohr_coulomb
+
+   !> Peak and residual strength.
+   type, extends(joint_law_type) :: mohr_coulomb_type
+      real(wp) :: friction(2) = 0.0_wp   !< tan φ: peak, residual
+      real(wp) :: cohesion(2) = 0.0_wp   !< Pa
+      real(wp) :: tensile(2) = 0.0_wp    !< Pa
+      real(wp) :: weakening_slip = 0.0_wp         !< m; 0: brittle
+      real(wp) :: dilation = 0.0_wp               !< tan ψ
+      real(wp) :: dilation_slip = huge(1.0_wp)    !< s_max, m
+   contains
+      procedure :: strength
+      procedure :: tension
+      procedure :: weakened_by
+      procedure :: lift
+      procedure :: sliding_force
+   end type mohr_coulomb_type
+
+contains
+
+   !> The law of a joint material but for its stiffness.
+   pure type(mohr_coulomb_type) function new_mohr_coulomb(joint) result(law)
+      type(joint_type), intent(in) :: joint  !< as checked
+
+      law%friction = tan([joint%friction_angle, joint%residual_friction_angle]*pi/180.0_wp)
+      law%cohesion = [joint%cohesion, joint%residual_cohesion]
+      law%tensile = [joint%tensile_strength, joint%residual_tensile_strength]
+      law%weakening_slip = joint%weakening_slip
+      law%brittle = joint%weakening_slip <= 0.0_wp
+      law%dilation = tan(joint%dilation_angle*pi/180.0_wp)
+      law%dilation_slip = joint%dilation_slip
+      law%dilates = joint%dilation_angle > 0.0_wp
+   end function new_mohr_coulomb
+
+   !> Between peak and residual value.
+   pure real(wp) function between(values, weakened)
+      real(wp), intent(in) :: values(2), weakened
+
+      between = values(1) + weakened*(values(2) - values(1))
+   end function between
+
+   !> Largest shear force, N/m.
+   pure real(wp) function strength(law, state, normal_force)
+      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: normal_force         !< compression positive, N/m
+
+      strength = between(law%friction, state%weakened)*max(normal_force, 0.0_wp) &
+         + between(law%cohesion, state%weakened)*state%length
+   end function strength
+
+   !> Largest tension of a bonded contact, N/m.
+   pure real(wp) function tension(law, state)
+      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      tension = between(law%tensile, state%weakened)*state%length
+   end function tension
+
+   !> How far slip has weakened a contact that does not break.
+   pure real(wp) function weakened_by(law, slip_path) result(weakened)
+      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: slip_path            !< m
+
+      weakened = 0.0_wp
+      if (.not. law%brittle) weakened = min(1.0_wp, slip_path/law%weakening_slip)
+   end function weakened_by
+
+   !> How far slip has lifted the contact, m.
+   pure real(wp) function lift(law, slip_path)
+      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: slip_path            !< m
+
+      lift = law%dilation*min(slip_path, law%dilation_slip)
+   end function lift
+
+   !> Normal force of a contact that slides, N/m: with the lift of the slip of this step.
+   pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
+      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      real(wp), intent(in) :: closure              !< at the end, without the lift of this step, m
+      real(wp), intent(in) :: stretch              !< of the shear spring if nothing slipped, ≥ 0, m
+      real(wp) :: k_n, k_s, left
+
+      k_n = law%initial_spring(state)
+      force = k_n*closure
+      left = law%dilation_slip - state%slip_path
+      if (.not. law%dilates .or. left <= 0.0_wp) return
+      k_s = law%shear_spring(state)
+      force = k_n*(closure + law%dilation*max(0.0_wp, stretch - law%strength(state, 0.0_wp)/k_s)) &
+         /(1.0_wp + k_n*law%dilation*between(law%friction, state%weakened)/k_s)
+      if (stretch - law%strength(state, force)/k_s > left) &
+         force = k_n*(closure + law%dilation*left)
+   end function sliding_force
+
+end module dda_mohr_coulomb

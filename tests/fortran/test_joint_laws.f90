@@ -1,0 +1,170 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Joint laws against their formulas: potential and slope of the normal force, strength, dilation.
+module test_joint_laws
+   use dda_kinds, only: wp, pi
+   use dda_barton_bandis, only: closure_of_joint
+   use dda_joint_law, only: joint_state_type
+   use dda_joint_laws, only: law_slot_type, new_joint_law
+   use dda_material, only: joint_type
+   use testing, only: case, check, check_close
+   implicit none
+   private
+   public :: joint_laws_suite
+
+   real(wp), parameter :: length = 0.7_wp  !< m
+
+contains
+
+   subroutine joint_laws_suite()
+      call index_values()
+      call hyperbola()
+      call rough_strength()
+      call peak_and_residual()
+      call dilation()
+      call stiffness()
+   end subroutine joint_laws_suite
+
+   !> JRC 10, JCS = σ_c = 100 MPa: k_ni 20.35 MPa/mm, V_m 0.136871 mm.
+   pure type(joint_type) function rough() result(joint)
+      joint%law = 'barton_bandis'
+      joint%friction_angle = 30.0_wp
+      joint%roughness = 10.0_wp
+      joint%wall_strength = 1.0e8_wp
+      call closure_of_joint(10.0_wp, 1.0e8_wp, 1.0e8_wp, joint%normal_stiffness, &
+         joint%max_closure)
+   end function rough
+
+   subroutine index_values()
+      type(joint_type) :: joint
+
+      call case('index values')
+      joint = rough()
+      call check_close(joint%normal_stiffness, 2.035e10_wp, 'k_ni', 1.0e-12_wp)
+      call check_close(joint%max_closure, 1.3687092e-4_wp, 'V_m', 1.0e-6_wp)
+   end subroutine index_values
+
+   subroutine hyperbola()
+      type(law_slot_type) :: slot
+      type(joint_state_type) :: state
+      real(wp), parameter :: stress(3) = [1.0e6_wp, 5.0e6_wp, 1.0e7_wp]
+      real(wp), parameter :: closure(3) = [3.6158e-5_wp, 8.7903e-5_wp, 1.07053e-4_wp]
+      real(wp) :: x, h
+      integer :: i
+
+      call case('hyperbolic closure')
+      call new_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
+      state = joint_state_type(length, 0.0_wp, 1.0_wp)
+      do i = 1, 3
+         call check_close(slot%law%closure(state, stress(i)*length), closure(i), 'published', &
+            1.0e-5_wp)
+      end do
+      do i = -2, 24
+         x = 0.04_wp*i*1.3687e-4_wp
+         h = 1.0e-10_wp
+         associate (law => slot%law)
+            call check_close(law%closure(state, law%normal_force(state, x)), x, 'inverse', &
+               1.0e-12_wp, 1.0e-18_wp)
+            call check_close((law%stored(state, x + h) - law%stored(state, x - h))/(2*h), &
+               law%normal_force(state, x), 'slope of the potential', 1.0e-4_wp, 1.0e-3_wp)
+            call check_close((law%normal_force(state, x + h) - law%normal_force(state, x - h)) &
+               /(2*h)/law%tangent(state, x), 1.0_wp, 'slope of the force', 1.0e-3_wp)
+            call check(law%tangent(state, x + h) >= law%tangent(state, x), 'convex')
+         end associate
+      end do
+      call check(slot%law%normal_force(state, 2.0e-4_wp) < huge(1.0_wp), 'finite beyond V_m')
+   end subroutine hyperbola
+
+   subroutine rough_strength()
+      type(law_slot_type) :: slot
+      type(joint_state_type) :: state
+      real(wp), parameter :: stress(3) = [1.0e6_wp, 5.0e6_wp, 1.0e7_wp]
+      real(wp), parameter :: strength(3) = [1.19175e6_wp, 4.66426e6_wp, 8.39100e6_wp]
+      integer :: i
+
+      call case('strength of rough walls')
+      call new_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
+      state = joint_state_type(length, 0.0_wp, 1.0_wp)
+      do i = 1, 3
+         call check_close(slot%law%strength(state, stress(i)*length)/length, strength(i), &
+            'published', 5.0e-6_wp)
+      end do
+      call check_close(slot%law%strength(state, 1.0_wp), tan(70*pi/180), 'at most 70°', 1.0e-12_wp)
+      call check_close(slot%law%strength(state, 2.0e8_wp*length), 2.0e8_wp*length &
+         *tan(30*pi/180), 'at least φ_r', 1.0e-12_wp)
+      call check_close(slot%law%strength(state, -1.0_wp), 0.0_wp, 'in tension')
+   end subroutine rough_strength
+
+   pure type(joint_type) function weakening() result(joint)
+      joint%law = 'mohr_coulomb'
+      joint%friction_angle = 40.0_wp
+      joint%residual_friction_angle = 25.0_wp
+      joint%cohesion = 3.0e5_wp
+      joint%residual_cohesion = 1.0e5_wp
+      joint%tensile_strength = 2.0e5_wp
+      joint%weakening_slip = 0.02_wp
+      joint%dilation_angle = 8.0_wp
+      joint%dilation_slip = 0.05_wp
+   end function weakening
+
+   subroutine peak_and_residual()
+      type(law_slot_type) :: slot
+      real(wp), parameter :: force = 1.0e6_wp
+      real(wp) :: w, friction
+
+      call case('peak and residual strength')
+      call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
+      call check(.not. slot%law%brittle, 'weakens by slip')
+      w = slot%law%weakened_by(0.005_wp)
+      call check_close(w, 0.25_wp, 'a quarter of the slip')
+      call check_close(slot%law%weakened_by(1.0_wp), 1.0_wp, 'all of it')
+      friction = 0.75_wp*tan(40*pi/180) + 0.25_wp*tan(25*pi/180)
+      call check_close(slot%law%strength(joint_state_type(length, 0.005_wp, w), force), &
+         friction*force + 2.5e5_wp*length, 'strength', 1.0e-12_wp)
+      call check_close(slot%law%tension(joint_state_type(length, 0.005_wp, w)), 1.5e5_wp*length, &
+         'tension', 1.0e-12_wp)
+   end subroutine peak_and_residual
+
+   !> N = k_n [x + tan ψ Δs], Δs = t − τ(N)/k_s, up to the limiting slip.
+   subroutine dilation()
+      type(law_slot_type) :: slot
+      type(joint_state_type) :: state
+      real(wp) :: force, slip, t, path
+      integer :: i, k
+
+      call case('dilation')
+      call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
+      do i = 0, 6
+         do k = 1, 4
+            path = 0.01_wp*i
+            state = joint_state_type(length, path, 0.5_wp)
+            t = 0.006_wp*k
+            associate (law => slot%law)
+               force = law%sliding_force(state, 1.0e-3_wp, t)
+               slip = t - law%strength(state, force)/law%shear_spring(state)
+               call check_close(force, law%normal_force(state, 1.0e-3_wp + law%lift(path + slip) &
+                  - law%lift(path)), 'normal force', 1.0e-12_wp)
+            end associate
+         end do
+      end do
+   end subroutine dilation
+
+   subroutine stiffness()
+      type(law_slot_type) :: slot
+      type(joint_type) :: joint
+      type(joint_state_type) :: state
+
+      call case('stiffness')
+      state = joint_state_type(length, 0.0_wp, 0.0_wp)
+      call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
+      call check_close(slot%law%initial_spring(state), 1.0e9_wp, 'per contact')
+      call check_close(slot%law%shear_spring(state), 4.0e8_wp, 'its shear spring', 1.0e-12_wp)
+      joint%normal_stiffness = 3.0e9_wp
+      call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
+      call check_close(slot%law%initial_spring(state), 2.1e9_wp, 'per area', 1.0e-12_wp)
+      call check_close(slot%law%shear_spring(state), 8.4e8_wp, 'its shear spring', 1.0e-12_wp)
+      joint%shear_stiffness = 1.0e9_wp
+      call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
+      call check_close(slot%law%shear_spring(state), 7.0e8_wp, 'one of its own', 1.0e-12_wp)
+   end subroutine stiffness
+
+end module test_joint_laws

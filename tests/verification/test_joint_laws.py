@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Joint laws in whole models: closure, strength, weakening, dilation, stiffness per area."""
+
+import numpy as np
+import pytest
+
+from sitedda.validation.model import (
+    block,
+    contact,
+    control,
+    group,
+    held,
+    history,
+    joint,
+    material,
+    measured,
+    motion,
+    rectangle,
+    residual,
+    simulation,
+)
+
+GRAVITY, DENSITY, WIDTH = 10.0, 2500.0, 2.0  # m/s², kg/m³, m
+WEIGHT = DENSITY * WIDTH * GRAVITY  # N/m, of a block of 2 m x 1 m
+ROUGH = {"law": "barton_bandis", "jrc": 10.0, "jcs": 1e8}
+
+
+def pressed(stress: float, *more: str, cuts: int = 1, width: float = WIDTH, **law) -> str:
+    """A block that presses with a stress (Pa) on a joint; the base is cut into `cuts` blocks."""
+    text = [
+        control(1e-3, 1, gravity=(0.0, -GRAVITY), settle=True),
+        contact(1e12),
+        material("rock", DENSITY, 1e14),
+        material("load", stress / GRAVITY, 1e14),
+        joint("j", 30.0, **law),
+        block("top", rectangle(0.0, 0.0, width, 1.0), "load", "j"),
+        measured("top", (width / 2, 0.5), "top"),
+    ]
+    edges = np.linspace(0.0, width, cuts + 1)
+    text += [
+        held(f"base{i}", rectangle(a, -1.0, b - a, 1.0), "rock", "j")
+        for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True))
+    ]
+    return "".join((*text, *more))
+
+
+def sheared(slip: float, density: float = DENSITY, back: bool = False, **law) -> str:
+    """A block that is driven along its joint by `slip` (m) in 1 s, and back in another."""
+    share = np.linspace(0.0, 1.0, 201)
+    way = slip * share**3 * (10 - 15 * share + 6 * share**2)
+    if back:
+        way = np.concatenate([way, way[-2::-1]])
+    return "".join(
+        (
+            control(2e-3, 1100 if back else 600, (0.0, -GRAVITY), settle=True, integration="theta"),
+            contact(1e10),
+            material("rock", 2500.0, 1e14),
+            material("top", density, 1e14),
+            joint("j", law.pop("friction_angle", 30.0), **law),
+            held("base", rectangle(-2.0, -1.0, 8.0, 1.0), "rock", "j"),
+            block("top", rectangle(0.0, 0.0, WIDTH, 1.0), "top", "j"),
+            motion("drive", way, 5e-3, "displacement"),
+            group("fixed_point", x=WIDTH / 2, y=0.0, block="top", direction="x", motion_x="drive"),
+            measured("top", (WIDTH / 2, 0.5), "top"),
+            group("output", block_interval=100),
+        )
+    )
+
+
+def last(data, name: str) -> np.ndarray:
+    """A variable of the contacts that press in the last frame."""
+    of_last = (data.contact_frame == data.contact_frame.max()) & (data.contact_normal_force > 1.0)
+    return data[f"contact_{name}"].values[of_last.values]
+
+
+@pytest.mark.parametrize("stress", [1e6, 5e6, 10e6])
+def test_hyperbolic_closure(stress):
+    """δ = σ/(k_ni + σ/V_m), with k_ni and V_m from the index values."""
+    with simulation(pressed(stress, **ROUGH, compressive_strength=1e8)) as run:
+        run.advance(1)
+        contacts = run.contacts
+    stiffness = (-7.15 + 1.75 * 10 + 0.02 * 100 / 0.2) * 1e9
+    closure = (-0.296 - 0.0056 * 10 + 2.241 * (100 / 0.2) ** -0.245) * 1e-3
+    closed = contacts["state"] > 0
+    expected = stress / (stiffness + stress / closure)
+    assert -contacts["gap"][closed] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("cuts", [1, 2, 5])
+def test_stiffness_of_the_joint(cuts):
+    """Closure σ/k whatever the number of corners; the contacts' lengths add up to the joint's."""
+    with simulation(pressed(1e6, cuts=cuts, normal_stiffness_per_area=1e9)) as run:
+        run.advance(1)
+        contacts = run.contacts
+    closed = contacts["normal_force"] > 1.0
+    assert closed.sum() == 2 * cuts
+    assert contacts["length"][closed].sum() == pytest.approx(WIDTH, rel=1e-9)
+    assert -contacts["gap"][closed] == pytest.approx(1e-3, rel=1e-6)
+
+
+@pytest.mark.parametrize("stress", [1e6, 5e6, 10e6])
+def test_rough_strength(stress):
+    """τ = σ tan(φ_r + JRC log₁₀(JCS/σ)) while it slides, contact by contact."""
+    data = history(sheared(5e-3, stress / GRAVITY, **ROUGH, compressive_strength=1e8))
+    middle = (data.contact_frame == 3) & (data.contact_state == 1)
+    force, shear, length = (
+        data[f"contact_{name}"].values[middle.values]
+        for name in ("normal_force", "shear_force", "length")
+    )
+    angle = np.radians(30.0 + 10.0 * np.log10(1e8 * length / force))
+    assert len(force) == 2
+    assert np.abs(shear) == pytest.approx(force * np.tan(angle), rel=1e-6)
+    assert force.sum() == pytest.approx(stress * WIDTH, rel=1e-3)
+    assert residual(data) < 1e-6
+
+
+@pytest.mark.parametrize("limit", [None, 0.01])
+def test_dilation(limit):
+    """The block is lifted by slip · tan ψ, up to the limiting slip, and friction pays for it."""
+    law = {"law": "mohr_coulomb", "dilation_angle": 8.0, "dilation_slip": limit}
+    data = history(sheared(0.02, **{k: v for k, v in law.items() if v}))
+    slip = last(data, "slip_path")
+    lift = float(data.displacement.sel(point="top")[-1, 1])
+    expected = np.tan(np.radians(8.0)) * np.minimum(slip, limit or np.inf)
+    assert lift == pytest.approx(expected, rel=1e-6)
+    assert residual(data) < 1e-6
+    assert float(data.energy_dilation[-1]) == pytest.approx(WEIGHT * lift, rel=1e-3)
+    assert float(data.energy_gravity[-1]) == pytest.approx(WEIGHT * lift, rel=1e-6)
+
+
+def test_weakening():
+    """Work of linear weakening: ½ (peak + residual) d + residual (s − d)."""
+    law = {
+        "law": "mohr_coulomb",
+        "friction_angle": 40.0,
+        "residual_friction_angle": 20.0,
+        "cohesion": 2e4,
+        "residual_cohesion": 5e3,
+        "weakening_slip": 0.01,
+    }
+    data = history(sheared(0.02, **law))
+    peak, rest = (
+        WEIGHT * np.tan(np.radians(angle)) + WIDTH * cohesion
+        for angle, cohesion in ((40.0, 2e4), (20.0, 5e3))
+    )
+    slip = last(data, "slip_path").mean()
+    work = 0.5 * (peak + rest) * 0.01 + rest * (slip - 0.01)
+    assert float(data.energy_friction[-1]) == pytest.approx(work, rel=2e-3)
+    assert last(data, "weakened") == pytest.approx(1.0)
+    assert residual(data) < 1e-6
+
+
+def test_sudden_loss():
+    """A brittle joint breaks once, at its peak, and slides at its residual strength."""
+    law = {
+        "law": "mohr_coulomb",
+        "friction_angle": 40.0,
+        "residual_friction_angle": 20.0,
+        "cohesion": 2e4,
+        "tensile_strength": 1e4,
+        "residual_cohesion": 5e3,
+        "residual_tensile_strength": 2e3,
+    }
+    data = history(sheared(0.02, **law))
+    rest = WEIGHT * np.tan(np.radians(20.0)) + WIDTH * 5e3
+    slip = last(data, "slip_path").mean()
+    assert float(data.energy_friction[-1]) == pytest.approx(rest * slip, rel=1e-4)
+    assert float(data.energy_fracture[-1]) > 0
+    assert last(data, "weakened") == pytest.approx(1.0)
+    assert last(data, "bonded").all()
+    assert residual(data) < 1e-6
+
+
+@pytest.mark.parametrize("law", ["coulomb", "mohr_coulomb"])
+def test_laws_that_say_the_same(law):
+    """Coulomb by the plain way, by a law with nothing of its own, and by stiffness per area."""
+    plain = history(sheared(0.02))
+    same = {"law": law, "normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 4e9}
+    other = history(sheared(0.02, **same))
+    for name in ("displacement", "energy_friction", "energy_contact"):
+        scale = float(np.abs(plain[name]).max())
+        assert np.abs(plain[name] - other[name]).max() < 1e-9 * scale
+
+
+def test_lengths_follow_a_block_that_slides_off():
+    """A block slides across the joint between two bases; what lengths change is in the budget."""
+    text = "".join(
+        (
+            control(2e-3, 500, gravity=(0.0, -GRAVITY), settle=True),
+            contact(1e10),
+            material("rock", DENSITY, 1e12),
+            material("moving", DENSITY, 1e12),
+            joint("j", 5.0, normal_stiffness_per_area=5e8),
+            held("left", rectangle(-2.0, -1.0, 4.5, 1.0), "rock", "j"),
+            held("right", rectangle(2.5, -1.0, 4.5, 1.0), "rock", "j"),
+            block("top", rectangle(0.0, 0.0, WIDTH, 1.0), "moving", "j"),
+            group(
+                "load",
+                x=1.0,
+                y=0.5,
+                block="top",
+                time=(0, 0.01, 0.3, 0.31),
+                force_x=(0, 6e4, 6e4, 0),
+            ),
+            measured("top", (1.0, 0.5), "top"),
+            group("output", block_interval=50),
+        )
+    )
+    data = history(text)
+    assert float(data.displacement.sel(point="top", axis="x")[-1]) > 1.0
+    for frame in np.unique(data.contact_frame):
+        of_frame = (data.contact_frame == frame) & (data.contact_normal_force > 1.0)
+        total = data.contact_length.values[of_frame.values].sum()
+        assert total == pytest.approx(WIDTH, rel=0.03)
+    assert np.abs(data.energy_length).max() > 0
+    assert residual(data) < 1e-6
