@@ -21,7 +21,7 @@ module dda_linear_model
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, stretch_of, &
       add_to_matrix, coupled_blocks, scale_penalty, at_theta, at_end, instants, term_normal, &
-      term_shear, term_boundary, term_tie, term_kinds, term_names
+      term_shear, term_boundary, term_tie, term_bolt, term_kinds, term_names
    use dda_scheme, only: scheme_type
    use dda_simulation, only: simulation_type, next_step
    use dda_support, only: point_type
@@ -371,6 +371,8 @@ contains
             label = 'a dashpot of the boundary of '
          case (term_tie)
             label = 'a tie of the sides of '
+         case (term_bolt)
+            label = 'a bolt between '
          case default
             label = 'fixed point '//to_text(term%source)//' of '
          end select

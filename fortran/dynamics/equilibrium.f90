@@ -90,6 +90,7 @@ contains
       call step_to_rest(simulation, equilibrium, failure)
       call put_in_words(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
+      simulation%resting = .false.
       simulation%model%control = control
       simulation%scheme = scheme
       simulation%laws%theta = scheme%theta
@@ -132,6 +133,7 @@ contains
          simulation%time_step = sqrt(maxval(blocks%mass) &
             /(first_ratio*simulation%laws%normal_stiffness))
       end associate
+      simulation%resting = .true.
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
       call freeze_elements(simulation%elements, simulation%blocks, simulation%time)

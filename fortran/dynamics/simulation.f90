@@ -68,6 +68,7 @@ module dda_simulation
       !> bound on the farthest move of a vertex in the last step / Δt, m/s
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
+      logical :: resting = .false.             !< it is being brought to rest
       character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
    end type simulation_type
 

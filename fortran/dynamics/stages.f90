@@ -83,6 +83,7 @@ contains
       type(stage_type), intent(in) :: stage
 
       changes_model = any(stage%removed) .or. any(stage%released) .or. .not. all(stage%begins) &
+         .or. any(stage%added) .or. any(stage%dropped) &
          .or. replaces(stage%joint) .or. replaces(stage%material)
    end function changes_model
 
@@ -124,6 +125,7 @@ contains
       associate (stage => simulation%model%stages(s))
          call begin_motions(simulation, s)
          call replace_properties(simulation, s)
+         call add_attachments(simulation%model, stage)
          associate (contacts => simulation%contacts(simulation%now))
             contacts%joint(:contacts%n) = stage%joint(contacts%joint(:contacts%n))
          end associate
@@ -133,6 +135,7 @@ contains
          call take_away(simulation, s)
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
             simulation%time)
+         if (any(stage%added) .or. any(stage%dropped)) simulation%neighbours%reach = 0.0_wp
          if (any(stage%removed)) then
             associate (contacts => simulation%contacts(simulation%now))
                call filter_contacts(contacts, [(.not. (stage%removed(contacts%block_v(i)) .or. &
@@ -198,6 +201,33 @@ contains
       end associate
    end subroutine replace_properties
 
+   !> Bolts and edge loads that the stage adds.
+   pure subroutine add_attachments(model, stage)
+      type(model_type), intent(inout) :: model  !< its bolts and edge loads
+      type(stage_type), intent(in) :: stage
+
+      associate (n => size(model%bolts))
+         model%bolts%present = model%bolts%present .or. stage%added(:n)
+         model%edge_loads%present = model%edge_loads%present .or. stage%added(n + 1:)
+      end associate
+   end subroutine add_attachments
+
+   !> Bolts and edge loads that the stage takes away, and bolts of removed blocks.
+   pure subroutine drop_attachments(model, removed, stage)
+      type(model_type), intent(inout) :: model  !< its bolts and edge loads
+      logical, intent(in) :: removed(:)         !< [blocks]
+      type(stage_type), intent(in) :: stage
+      integer :: i
+
+      associate (n => size(model%bolts))
+         do i = 1, n
+            if (stage%dropped(i) .or. any(removed(model%bolts(i)%block))) &
+               model%bolts(i)%present = .false.
+         end do
+         model%edge_loads%present = model%edge_loads%present .and. .not. stage%dropped(n + 1:)
+      end associate
+   end subroutine drop_attachments
+
    !> Blocks and supports that go, with the supports and loads of such blocks.
    subroutine take_away(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
@@ -212,6 +242,7 @@ contains
             if (stage%released(b) .or. simulation%blocks%removed(model%fixed_points(b)%block)) &
                model%fixed_points(b)%held = .false.
          end do
+         call drop_attachments(model, simulation%blocks%removed, stage)
          model%loads = pack(model%loads, .not. simulation%blocks%removed(model%loads%block))
       end associate
    end subroutine take_away
@@ -299,6 +330,7 @@ contains
       do s = 1, simulation%stage
          call set_stepping(simulation, s)
          call replace_properties(simulation, s)
+         call add_attachments(simulation%model, simulation%model%stages(s))
          call take_away(simulation, s)
       end do
       simulation%time_step = time_step

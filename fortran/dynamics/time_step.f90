@@ -6,10 +6,10 @@ module dda_time_step
    use dda_friction, only: accept_contacts
    use dda_contact_search, only: find_contacts
    use dda_diagnostics, only: explain, check_state
-   use dda_elements, only: accept_elements
+   use dda_elements, only: accept_elements, revise_elements
    use dda_energy, only: add_energy, energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
-   use dda_errors, only: error_type
+   use dda_errors, only: error_type, error_convergence, fail
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_linear_solver, only: weigh_loads
    use dda_model, only: half_size
@@ -25,6 +25,7 @@ module dda_time_step
 
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< of Δt when adaptive
    integer, parameter :: most_attempts = 40                  !< at one step
+   integer, parameter :: most_rounds = 60                    !< of states of bolts in a step
    integer, parameter :: most_searches = 3                   !< at one step of the same Δt
 
 contains
@@ -34,8 +35,10 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: loss, move
-      integer :: attempt
+      integer :: attempt, searches
 
+      move = 0.0_wp
+      searches = 0
       call begin_laps(simulation%system%watch)
       call damp_velocity(simulation%blocks, simulation%model%control%dynamic_factor, loss)
       call add_energy(simulation%energy, energy_kinetic_damping, loss)
@@ -48,7 +51,7 @@ contains
             call note_move(simulation, move)
             if (.not. is_too_far(simulation, move)) exit
          end if
-         call retry(simulation, attempt, error)
+         call retry(simulation, attempt, searches, move, error)
          if (allocated(error)) return
       end do
       call lap(simulation%system%watch, phase_iterate)
@@ -61,15 +64,42 @@ contains
    subroutine solve_step(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer :: round, changed, iterations, broken
 
       associate (contacts => simulation%contacts(simulation%now), counters => simulation%counters)
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
          if (contacts%with_laws) contacts%was_weakened(:contacts%n) = contacts%weakened(:contacts%n)
-         call assemble_linear(simulation%system, simulation%elements, simulation%blocks, &
-            next_step(simulation))
-         call weigh_loads(simulation%solver, simulation%system%load)
          call predict(simulation%blocks, simulation%system%d, next_step(simulation))
-         call lap(simulation%system%watch, phase_assemble)
+         iterations = 0
+         broken = 0
+         do round = 1, most_rounds
+            call assemble_linear(simulation%system, simulation%elements, simulation%blocks, &
+               next_step(simulation))
+            call weigh_loads(simulation%solver, simulation%system%load)
+            call lap(simulation%system%watch, phase_assemble)
+            call close_step(simulation, error)
+            iterations = iterations + simulation%iteration%iterations
+            broken = broken + simulation%iteration%broken
+            if (allocated(error)) exit
+            call revise_elements(simulation%elements, simulation%blocks, simulation%system%d, &
+               changed)
+            if (changed == 0) exit
+         end do
+         if (round > most_rounds) call fail(error, error_convergence, &
+            'bolts that yield or go slack find no state')
+         simulation%iteration%iterations = iterations
+         simulation%iteration%broken = broken
+         counters%iterations = counters%iterations + simulation%iteration%iterations
+         counters%most_iterations = max(counters%most_iterations, simulation%iteration%iterations)
+      end associate
+   end subroutine solve_step
+
+   !> Iterate the contacts by the rules that the input asks for.
+   subroutine close_step(simulation, error)
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+
+      associate (contacts => simulation%contacts(simulation%now))
          if (simulation%model%contact%original_rules) then
             call close_by_original_rules(simulation%iteration, simulation%system, &
                simulation%solver, contacts, simulation%laws, half_size(simulation%model%blocks), &
@@ -78,10 +108,8 @@ contains
             call close_contacts(simulation%iteration, simulation%system, simulation%solver, &
                contacts, simulation%laws, error)
          end if
-         counters%iterations = counters%iterations + simulation%iteration%iterations
-         counters%most_iterations = max(counters%most_iterations, simulation%iteration%iterations)
       end associate
-   end subroutine solve_step
+   end subroutine close_step
 
    !> The largest displacement that a vertex may have in a step, m.
    pure real(wp) function allowed_move(simulation)
@@ -106,27 +134,36 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
 
-      is_too_far = (simulation%model%control%adaptive .and. move > allowed_move(simulation)) &
+      is_too_far = ((simulation%model%control%adaptive .or. simulation%resting) .and. &
+         move > allowed_move(simulation)) &
          .or. 2*move > simulation%detection%distance
    end function is_too_far
 
    !> Prepare another attempt at the step: a smaller Δt if it is allowed to shrink, else a wider
    !> search.
-   subroutine retry(simulation, attempt, error)
+   !>
+   !> On the way to rest a step beyond the maximum displacement is shortened: far from where its
+   !> contacts were listed, what it solves is not the model.
+   subroutine retry(simulation, attempt, searches, move, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer, intent(in) :: attempt  !< number, from 1
+      integer, intent(inout) :: searches  !< of the same Δt
+      real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: reason
+      logical :: shorter
 
+      shorter = simulation%model%control%adaptive .and. &
+         shrink*simulation%time_step >= simulation%model%control%least_time_step
+      if (simulation%resting .and. .not. allocated(error)) shorter = move > allowed_move(simulation)
+      searches = merge(searches + merge(0, 1, shorter), attempt, simulation%resting)
       reason = 'a vertex moves too far in one step'
       if (allocated(error)) reason = error%message
-      if (simulation%model%control%adaptive .and. &
-         shrink*simulation%time_step >= simulation%model%control%least_time_step &
-         .and. attempt < most_attempts) then
+      if (shorter .and. attempt < most_attempts) then
          simulation%time_step = shrink*simulation%time_step
          simulation%counters%repeated = simulation%counters%repeated + 1
          if (allocated(error)) deallocate (error)
-      else if (allocated(error) .or. attempt > most_searches) then
+      else if (allocated(error) .or. searches > most_searches) then
          call explain(simulation, reason, error)
          return
       end if

@@ -28,6 +28,7 @@ module dda_element
       procedure :: accept => accept_nothing
       procedure :: match_velocity => match_nothing
       procedure :: freeze => freeze_nothing
+      procedure :: revise => revise_nothing
       procedure :: inherit => inherit_nothing
       procedure :: balance => balance_nothing
       procedure :: serialise => serialise_nothing
@@ -92,6 +93,15 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
+
+   !> After a converged solution: states of its own that differ from those that were assumed are
+   !> changed, and the step is solved again; here: none.
+   subroutine revise_nothing(self, blocks, d, changed)
+      class(element_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks       !< at the start of the step
+      real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
+      integer, intent(inout) :: changed             !< states that have changed
+   end subroutine revise_nothing
 
    !> Project initial velocities onto what a stiff element admits; here: all are admitted.
    subroutine match_nothing(self, blocks, motions, step, velocity)

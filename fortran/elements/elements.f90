@@ -6,6 +6,8 @@ module dda_elements
    use dda_archive, only: archive_type
    use dda_blocks, only: blocks_type
    use dda_body_force, only: body_force_type
+   use dda_bolts, only: bolts_type, bolt_columns, new_bolts
+   use dda_edge_loads, only: new_edge_loads
    use dda_element, only: element_type
    use dda_energy, only: energy_type, energy_support
    use dda_fixed_points, only: new_fixed_points
@@ -18,8 +20,8 @@ module dda_elements
    implicit none
    private
    public :: elements_type, set_elements, register, prepare_elements, linear_terms_of, &
-      add_forces, update_stored, account_elements, accept_elements, match_velocities, &
-      freeze_elements, balance_elements, serialise_elements
+      add_forces, update_stored, account_elements, revise_elements, bolt_states, accept_elements, &
+      match_velocities, freeze_elements, balance_elements, serialise_elements
 
    !> One kind of elements.
    type :: kind_type
@@ -58,6 +60,8 @@ contains
       end associate
       if (size(model%ties) > 0) call register(elements, new_ties(model%ties, &
          model%contact%normal_stiffness*[1.0_wp, 1.0_wp/model%contact%shear_ratio]))
+      if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
+      if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
       if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
 
@@ -158,6 +162,36 @@ contains
          call elements%kind(i)%element%account(blocks, elements%motions, step, d, energy)
       end do
    end subroutine account_elements
+
+   !> Number of states of elements that differ from those assumed for the converged increment d.
+   subroutine revise_elements(elements, blocks, d, changed)
+      type(elements_type), intent(inout) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks]
+      integer, intent(out) :: changed          !< states that have changed
+      integer :: i
+
+      changed = 0
+      do i = 1, size(elements%kind)
+         call elements%kind(i)%element%revise(blocks, d, changed)
+      end do
+   end subroutine revise_elements
+
+   !> What the output holds of the bolts.
+   pure function bolt_states(elements, n) result(states)
+      type(elements_type), intent(in) :: elements  !< of the model
+      integer, intent(in) :: n                     !< bolts of the model
+      real(wp) :: states(bolt_columns, n)
+      integer :: i
+
+      states = 0.0_wp
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (bolts_type)
+            states = element%columns()
+         end select
+      end do
+   end function bolt_states
 
    !> States of their own move to the end of the step.
    subroutine accept_elements(elements, blocks, step, d)

@@ -17,14 +17,15 @@ module dda_energy
       energy_support, energy_gravity, energy_input, energy_friction, energy_fracture, &
       energy_algorithmic, energy_kinetic_damping, energy_damping, energy_geometric, &
       energy_balance, energy_static, energy_removed, energy_changed, energy_zeroed, &
-      energy_material, energy_dilation, energy_length
+      energy_material, energy_dilation, energy_length, energy_yield
 
    integer, parameter :: energy_kinetic = 1, energy_strain = 2, energy_contact = 3, &
       energy_support = 4, energy_gravity = 5, energy_initial = 6, energy_input = 7, &
       energy_geometric = 8, energy_friction = 9, energy_fracture = 10, energy_algorithmic = 11, &
       energy_kinetic_damping = 12, energy_damping = 13, energy_static = 14, &
       energy_removed = 15, energy_changed = 16, energy_zeroed = 17, &
-      energy_material = 18, energy_dilation = 19, energy_length = 20, energy_balance = 21
+      energy_material = 18, energy_dilation = 19, energy_length = 20, energy_yield = 21, &
+      energy_balance = 22
 
    integer, parameter :: is_stored = 1, is_gain = 2, is_loss = 3, is_remainder = 4
 
@@ -37,11 +38,11 @@ module dda_energy
 
    !> All terms, J per metre of thickness; stored ones are present, the others summed over the
    !> steps.
-   type(energy_term_type), parameter :: energy_terms(21) = [ &
+   type(energy_term_type), parameter :: energy_terms(22) = [ &
       energy_term_type('kinetic', 'v·Mv/2', is_stored), &
       energy_term_type('strain', 'elastic energy of the blocks', is_stored), &
       energy_term_type('contact', 'springs of contacts', is_stored), &
-      energy_term_type('support', 'springs and dashpots of supports', is_stored), &
+      energy_term_type('support', 'springs and dashpots of supports and bolts', is_stored), &
       energy_term_type('gravity', '-m g·(x - x0)', is_stored), &
       energy_term_type('initial', 'total at the start', is_gain), &
       energy_term_type('input', 'work of loads, moved supports and base acceleration', is_gain), &
@@ -58,6 +59,7 @@ module dda_energy
       energy_term_type('material_damping', 'loss by damping of the materials', is_loss), &
       energy_term_type('dilation', 'work of normal forces given back by slip', is_gain), &
       energy_term_type('length', 'gain by changed tributary lengths', is_gain), &
+      energy_term_type('yield', 'loss by yielding and rupture of bolts', is_loss), &
       energy_term_type('balance', 'what is left over', is_remainder)]
 
    !> Value of each term but the balance, J per metre of thickness.

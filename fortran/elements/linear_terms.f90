@@ -14,7 +14,7 @@ module dda_linear_terms
    public :: linear_term_type, linear_terms_type, clear_terms, add_term, stretch_of, &
       add_to_matrix, step_weights, scale_penalty, coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, instants
-   public :: term_normal, term_shear, term_support, term_boundary, term_tie, &
+   public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
       term_kinds, term_names
 
    integer, parameter :: at_theta = 1      !< stiffness at t₀ + θΔt
@@ -28,10 +28,11 @@ module dda_linear_terms
    integer, parameter :: term_support = 3  !< support of a fixed point
    integer, parameter :: term_boundary = 4 !< dashpot of an absorbing boundary
    integer, parameter :: term_tie = 5      !< spring between the two sides of a model
-   integer, parameter :: term_kinds = 5
+   integer, parameter :: term_bolt = 6     !< spring of a bolt
+   integer, parameter :: term_kinds = 6
    character(len=*), parameter :: term_names(term_kinds) = [character(len=22) :: &
       'normal contact springs', 'shear contact springs', 'fixed points', 'absorbing boundaries', &
-      'ties of the sides']
+      'ties of the sides', 'bolts']
 
    !> One term.
    type :: linear_term_type

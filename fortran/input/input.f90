@@ -7,8 +7,10 @@ module dda_input
       name_length
    use dda_input_catalogue, only: input_groups, unknown_group
    use dda_input_bodies, only: read_bodies
+   use dda_input_bolts, only: read_bolts
    use dda_input_boundaries, only: read_boundaries, check_rest
    use dda_input_joint, only: read_joint
+   use dda_input_edge_loads, only: read_edge_loads
    use dda_input_material, only: read_material, fit_materials
    use dda_input_materials, only: read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
@@ -63,6 +65,8 @@ contains
       if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
       if (.not. allocated(error)) call read_points(model, file, groups, error)
+      if (.not. allocated(error)) call read_bolts(model, file, groups, error)
+      if (.not. allocated(error)) call read_edge_loads(model, file, groups, error)
       if (.not. allocated(error)) call read_boundaries(model, file, groups, error)
       if (.not. allocated(error)) call read_stages(model, file, groups, error)
       if (.not. allocated(error)) call read_ends(model, file, groups, error)

@@ -48,7 +48,8 @@ module dda_input_catalogue
       group_entry_type('blocks', .true.), &
       group_entry_type('layers', .true.), group_entry_type('drums', .true.), &
       group_entry_type('wall', .true.), group_entry_type('fixed_point', .true.), &
-      group_entry_type('boundary', .true.), &
+      group_entry_type('boundary', .true.), group_entry_type('bolt', .true.), &
+      group_entry_type('traction', .true.), group_entry_type('water', .true.), &
       group_entry_type('load', .true.), group_entry_type('measured_point', .true.), &
       group_entry_type('stage', .true.), group_entry_type('amplification', .true.), &
       group_entry_type('stop', .false.)]
@@ -306,6 +307,70 @@ module dda_input_catalogue
          'outcrop: of the free surface of the half-space; incoming: half of it; within: of the '// &
          'boundary itself, which follows it', allowed="'outcrop', 'incoming', 'within'")]
 
+   type(variable_type), parameter :: bolt_variables(14) = [ &
+      variable_type('name', 'text', '', 'required', &
+         'name in the output, and that stages add or drop it by', allowed='any, used once'), &
+      variable_type('from', 'real list', 'm', 'required', 'x and y of the first end'), &
+      variable_type('to', 'real list', 'm', 'required', 'x and y of the other end'), &
+      variable_type('from_block', 'text', '', 'the first that holds the point', &
+         'block that the first end is in', allowed='the name or number of a block'), &
+      variable_type('to_block', 'text', '', 'the first that holds the point', &
+         'block that the other end is in', allowed='the name or number of a block'), &
+      variable_type('grouted', 'logical', '', '.false.', &
+         'springs at each joint that it crosses, in place of one between its ends'), &
+      variable_type('compression', 'logical', '', '.false.', 'it takes compression as well'), &
+      variable_type('axial_stiffness', 'real', 'N/m', 'required', &
+         'force over elongation; grouted: of each joint', 1.0e-3_wp, 1.0e18_wp), &
+      variable_type('shear_stiffness', 'real', 'N/m', '0', &
+         'grouted: force over slip of each joint', 0.0_wp, 1.0e18_wp), &
+      variable_type('pretension', 'real', 'N/m', '0', &
+         'axial force when it is put in', 0.0_wp, 1.0e15_wp), &
+      variable_type('yield_force', 'real', 'N/m', 'none', &
+         'axial force at which it yields', above_zero), &
+      variable_type('shear_yield_force', 'real', 'N/m', 'none', &
+         'grouted: shear force at which it yields', above_zero), &
+      variable_type('rupture_elongation', 'real', 'm', 'none', &
+         'elongation since it was put in at which it breaks', above_zero), &
+      variable_type('rupture_slip', 'real', 'm', 'none', &
+         'grouted: slip since then at which it breaks', above_zero)]
+
+   type(variable_type), parameter :: traction_variables(7) = [ &
+      variable_type('name', 'text', '', 'blank', 'name that stages add or drop it by', &
+         allowed='any, used once'), &
+      variable_type('time', 'real list', 's', 'at all times', &
+         '2 to 4096 times that do not decrease; linear between, zero outside'), &
+      variable_type('normal', 'real list', 'Pa', '0', &
+         'pressure on the edges at each of them, or one value'), &
+      variable_type('shear', 'real list', 'Pa', '0', &
+         'traction along the edges, counter-clockwise round the block'), &
+      variable_type('level', 'real list', 'm', 'none', &
+         'hydrostatic pressure below this level, in place of normal and shear'), &
+      variable_type('unit_weight', 'real', 'N/m³', '9810', 'of the fluid', above_zero), &
+      variable_type('follows', 'logical', '', '.true.', &
+         'it acts on the edges as they move and turn, else as they were at first')]
+
+   type(variable_type), parameter :: water_variables(11) = [ &
+      variable_type('name', 'text', '', 'blank', 'name that stages add or drop it by', &
+         allowed='any, used once'), &
+      variable_type('surface', 'real list', 'm', 'this or along', &
+         'x, y, x, y …: phreatic line, hydrostatic below it; no water beyond its ends'), &
+      variable_type('along', 'real list', 'm', 'this or surface', &
+         'x, y, x, y …: line along joints or faces with head or pressure at its points'), &
+      variable_type('head', 'real list', 'm', 'this or pressure', &
+         'level to which water would rise at each point of along'), &
+      variable_type('pressure', 'real list', 'Pa', 'this or head', &
+         'pressure at each point of along'), &
+      variable_type('acts_on', 'text', '', "'all'", 'edges that it acts on', &
+         allowed="'all', 'joints', 'faces'"), &
+      variable_type('joints', 'text', '', 'all', 'joints of these edges', &
+         allowed="names: 'one, two, all_*'"), &
+      variable_type('unit_weight', 'real', 'N/m³', '9810', 'of water', above_zero), &
+      variable_type('time', 'real list', 's', 'at all times', &
+         '2 to 4096 times that do not decrease; linear between, constant outside'), &
+      variable_type('rise', 'real list', 'm', '0', &
+         'of the surface or the heads at each of them'), &
+      variable_type('scale', 'real list', '', '1', 'factor on the pressure at each of them')]
+
    type(variable_type), parameter :: load_variables(3) = [ &
       variable_type('time', 'real list', 's', 'required', '2 to 4096 times that do not decrease'), &
       variable_type('force_x', 'real list', 'N/m', '0 at all times', &
@@ -317,7 +382,7 @@ module dda_input_catalogue
       variable_type('name', 'text', '', 'required', &
          'name of the point in the output', allowed='any, used once')]
 
-   type(variable_type), parameter :: stage_variables(13) = [ &
+   type(variable_type), parameter :: stage_variables(15) = [ &
       variable_type('name', 'text', '', 'required', &
          'name of the stage in the output', allowed='any, used once'), &
       variable_type('kind', 'text', '', "'dynamic'", &
@@ -341,6 +406,11 @@ module dda_input_catalogue
       variable_type('motions', 'text', '', 'none', &
          'motions that begin with the stage; others begin with the first dynamic one', &
          allowed="names: 'one, two, all_*'"), &
+      variable_type('add', 'text', '', 'none', &
+         'bolts, tractions and water that begin with the stage; others are there from the start', &
+         allowed="names: 'one, two, all_*'"), &
+      variable_type('drop', 'text', '', 'none', &
+         'bolts, tractions and water that end with it', allowed="names: 'one, two, all_*'"), &
       variable_type('change_joints', 'text', '', 'none', &
          'joints in place of others from now on', allowed="'old -> new, old -> new'"), &
       variable_type('change_materials', 'text', '', 'none', &
@@ -424,14 +494,6 @@ contains
          list = [drums_variables, generated_variables, naming_variables]
       case ('wall')
          list = [wall_variables, generated_variables, naming_variables]
-      case ('fixed_point')
-         list = [point_variables, fixed_point_variables]
-      case ('boundary')
-         list = [boundary_variables(:2), edge_variables, boundary_variables(3:)]
-      case ('load')
-         list = [point_variables, load_variables]
-      case ('measured_point')
-         list = [measured_variables, point_variables]
       case ('stage')
          list = stage_variables
       case ('amplification')
@@ -439,9 +501,34 @@ contains
       case ('stop')
          list = stop_variables
       case default
-         allocate (list(0))
+         list = acting_variables_of(group)
       end select
    end function variables_of
+
+   !> The variables of a group that acts on blocks or measures them; none of another.
+   pure function acting_variables_of(group) result(list)
+      character(len=*), intent(in) :: group           !< name, in lower case
+      type(variable_type), allocatable :: list(:)
+
+      select case (group)
+      case ('fixed_point')
+         list = [point_variables, fixed_point_variables]
+      case ('boundary')
+         list = [boundary_variables(:2), edge_variables, boundary_variables(3:)]
+      case ('bolt')
+         list = bolt_variables
+      case ('traction')
+         list = [traction_variables, edge_variables]
+      case ('water')
+         list = water_variables
+      case ('load')
+         list = [point_variables, load_variables]
+      case ('measured_point')
+         list = [measured_variables, point_variables]
+      case default
+         allocate (list(0))
+      end select
+   end function acting_variables_of
 
    !> The variables of all groups, in the order of `input_groups`.
    pure function all_variables() result(list)

@@ -14,7 +14,7 @@ module dda_input_points
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_fixed_point, read_load, read_point, read_amplification
+   public :: read_fixed_point, read_load, read_point, read_amplification, find_block, holds
 
    integer, parameter :: most_times = 4096
    real(wp), parameter :: on_boundary = 1.0e-9_wp  !< of the block's size: still inside

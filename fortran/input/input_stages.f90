@@ -43,6 +43,7 @@ contains
          if (allocated(error)) return
       end do
       call begin_other_motions(model%stages)
+      call wait_for_stages(model)
       call begin_control(model)
    end subroutine read_stages
 
@@ -80,6 +81,8 @@ contains
       allocate (stage%removed(model%blocks%n), source=.false.)
       allocate (stage%released(size(model%fixed_points)), source=.false.)
       allocate (stage%begins(size(model%motions)), source=.false.)
+      allocate (stage%added(size(model%bolts) + size(model%edge_loads)), source=.false.)
+      stage%dropped = stage%added
       stage%joint = [(i, i=1, size(model%joints))]
       stage%material = [(i, i=1, size(model%materials))]
    end subroutine change_nothing
@@ -120,13 +123,14 @@ contains
       integer, intent(in) :: s  !< number of the stage
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, kind, integration
-      character(len=list_length) :: remove, release, motions, change_joints, change_materials
+      character(len=list_length) :: remove, release, motions, change_joints, change_materials, &
+         add, drop
       character(len=256) :: message
       real(wp) :: duration, steps, time_step, theta
       logical :: zero_displacements
       integer :: status
       namelist /stage/ name, kind, duration, steps, time_step, integration, theta, &
-         zero_displacements, remove, release, motions, change_joints, change_materials
+         zero_displacements, remove, release, motions, change_joints, change_materials, add, drop
 
       name = ''
       kind = 'dynamic'
@@ -139,6 +143,8 @@ contains
       remove = ''
       release = ''
       motions = ''
+      add = ''
+      drop = ''
       change_joints = ''
       change_materials = ''
       read (group, nml=stage, iostat=status, iomsg=message)
@@ -153,16 +159,46 @@ contains
          call change_nothing(model, stage)
          call set_stepping(stage, model%control, place, duration, steps, time_step, integration, &
             theta, error)
-         call mark_names(remove, 'remove', model%block_names, place, stage%removed, error)
-         call mark_names(release, 'release', model%fixed_points%name, place, stage%released, error)
-         call mark_names(motions, 'motions', model%motions%name, place, stage%begins, error)
-         call replace_names(change_joints, 'change_joints', 'joint', model%joints%name, place, &
-            stage%joint, error)
-         call replace_names(change_materials, 'change_materials', 'material', &
-            model%materials%name, place, stage%material, error)
+         call take_lists(model, [remove, release, motions, add, drop, change_joints, &
+            change_materials], place, stage, error)
       end associate
       call check_history(model, s, place, error)
    end subroutine read_stage
+
+   !> What the lists of a stage name.
+   subroutine take_lists(model, list, place, stage, error)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=*), intent(in) :: list(7)  !< remove … change_materials, as read
+      type(place_type), intent(in) :: place  !< of the group
+      type(stage_type), intent(inout) :: stage
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=64) :: names(size(stage%added))
+
+      names(:size(model%bolts)) = model%bolts%name
+      names(size(model%bolts) + 1:) = model%edge_loads%name
+      call mark_names(list(1), 'remove', model%block_names, place, stage%removed, error)
+      call mark_names(list(2), 'release', model%fixed_points%name, place, stage%released, error)
+      call mark_names(list(3), 'motions', model%motions%name, place, stage%begins, error)
+      call mark_names(list(4), 'add', names, place, stage%added, error)
+      call mark_names(list(5), 'drop', names, place, stage%dropped, error)
+      call replace_names(list(6), 'change_joints', 'joint', model%joints%name, place, &
+         stage%joint, error)
+      call replace_names(list(7), 'change_materials', 'material', model%materials%name, place, &
+         stage%material, error)
+   end subroutine take_lists
+
+   !> What a stage adds is not there before.
+   pure subroutine wait_for_stages(model)
+      type(model_type), intent(inout) :: model  !< with its stages
+      integer :: s
+
+      do s = 1, size(model%stages)
+         associate (n => size(model%bolts), added => model%stages(s)%added)
+            model%bolts%present = model%bolts%present .and. .not. added(:n)
+            model%edge_loads%present = model%edge_loads%present .and. .not. added(n + 1:)
+         end associate
+      end do
+   end subroutine wait_for_stages
 
    !> A stage has a name of its own.
    subroutine check_name(name, names, place, error)

@@ -11,7 +11,9 @@ module dda_model
    use dda_tie, only: tie_type
    use dda_stop_settings, only: stop_settings_type
    use dda_blocks, only: blocks_type
+   use dda_bolt, only: bolt_type
    use dda_boundary, only: boundary_type
+   use dda_edge_load, only: edge_load_type
    implicit none
    private
    public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
@@ -41,6 +43,8 @@ module dda_model
       type(boundary_type), allocatable :: boundaries(:)  !< that absorb waves
       type(tie_type), allocatable :: ties(:)         !< of its left with its right side
       type(load_type), allocatable :: loads(:)
+      type(edge_load_type), allocatable :: edge_loads(:) !< tractions and water
+      type(bolt_type), allocatable :: bolts(:)
       type(point_type), allocatable :: points(:)
       type(stage_type), allocatable :: stages(:)     !< in order, one at least
       type(amplification_type), allocatable :: amplifications(:)

@@ -17,6 +17,8 @@ module dda_stage
       logical :: zero_displacements = .false. !< measured displacements count from its beginning
       logical, allocatable :: removed(:)     !< [blocks] taken out
       logical, allocatable :: released(:)    !< [fixed points] let go
+      logical, allocatable :: added(:)       !< [bolts, then edge loads] that it adds
+      logical, allocatable :: dropped(:)     !< [bolts, then edge loads] that it takes away
       logical, allocatable :: begins(:)      !< [motions] that begin with it
       integer, allocatable :: joint(:)       !< [joints] that stands in place of each
       integer, allocatable :: material(:)    !< [materials] that stands in place of each

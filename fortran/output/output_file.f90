@@ -8,6 +8,7 @@ module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
    use dda_byte_file, only: reserve_space, flush_file, close_file
+   use dda_bolts, only: bolt_columns
    use dda_energy, only: energy_terms
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
@@ -89,6 +90,22 @@ module dda_output_file
          'slip beyond the elastic one, both ways added up'), &
       variable_type('contact_weakened', nf90_double, 'contact', '1', &
          '0 at peak strength, 1 at residual strength')]
+
+   !> Bolts, of models that have some.
+   type(variable_type), parameter :: bolt_variables(bolt_columns + 3) = [ &
+      variable_type('bolt_force', nf90_double, 'bolt time', 'N m-1', &
+         'axial force of a bolt, tension positive'), &
+      variable_type('bolt_shear_force', nf90_double, 'bolt time', 'N m-1', &
+         'shear force of a grouted bolt at a joint'), &
+      variable_type('bolt_elongation', nf90_double, 'bolt time', 'm', &
+         'elongation since it was put in'), &
+      variable_type('bolt_state', nf90_int, 'bolt time', '1', &
+         '0 not there, 1 elastic, 2 yields, 3 slack, 4 broken'), &
+      variable_type('bolt', nf90_char, 'letter bolt', '1', &
+         'name of a bolt, once for each joint that a grouted one crosses'), &
+      variable_type('bolt_block', nf90_int, 'axis bolt', '1', 'blocks of its ends, from 0'), &
+      variable_type('bolt_place', nf90_double, 'coordinate4 bolt', 'm', &
+         'first places of its ends: x, y, x, y')]
 
    !> Names that let xarray select by them, and the shape of the model.
    type(variable_type), parameter :: model_variables(15) = [ &
@@ -253,6 +270,11 @@ contains
          (variable_type('energy_'//energy_terms(i)%name, nf90_double, 'time', 'J/m', &
          trim(energy_terms(i)%meaning)//', per metre of thickness'), i=1, size(energy_terms)), &
          frame_variables, contact_variables(:contact_columns(simulation)), model_variables])
+      if (size(simulation%model%bolts) > 0) then
+         call define_dimension(dataset, 'bolt', size(simulation%model%bolts))
+         call define_dimension(dataset, 'coordinate4', 4)
+         call define_variables(dataset, bolt_variables)
+      end if
       if (.not. allocated(dataset%error)) call checked(dataset, nf90_enddef(dataset%id), &
          'end the definitions')
    end subroutine define_file
@@ -353,12 +375,30 @@ contains
             [blocks%n])
          call put(dataset, 'edge_joint', real(simulation%model%blocks%joint - 1, wp), [1], &
             [size(blocks%owner)])
+         call put_bolts(dataset, simulation)
          call put(dataset, 'vertex_block', real(blocks%owner - 1, wp), [1], [size(blocks%owner)])
          call put(dataset, 'block_density', blocks%mass/blocks%area, [1], [blocks%n])
          call put(dataset, 'block_shear_modulus', blocks%stiffness(3, 3, :)/blocks%area, [1], &
             [blocks%n])
       end associate
    end subroutine write_constants
+
+   !> What does not change of the bolts.
+   subroutine put_bolts(dataset, simulation)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      integer :: i
+
+      associate (bolts => simulation%model%bolts)
+         if (size(bolts) == 0) return
+         call put_names(dataset, 'bolt', bolts%name)
+         do i = 1, size(bolts)
+            call put(dataset, 'bolt_block', real(bolts(i)%block - 1, wp), [1, i], [2, 1])
+            call put(dataset, 'bolt_place', pack(bolts(i)%place &
+               + spread(simulation%model%origin, 2, 2), .true.), [1, i], [4, 1])
+         end do
+      end associate
+   end subroutine put_bolts
 
    !> Names with the length that they have in the file.
    pure function fixed_names(names) result(fixed)
@@ -431,11 +471,12 @@ contains
    !> Write the buffered samples.
    subroutine put_samples(output)
       type(output_type), intent(inout) :: output  !< file being written
-      integer :: first, n, i, kind, at
+      integer :: first, n, i, kind, at, bolts
 
       n = output%waiting
       first = output%samples - n + 1
       output%waiting = 0
+      bolts = (size(output%sample, 2) - sample_head - 6*output%points)/bolt_columns
       associate (dataset => output%dataset, sample => output%sample, width => 2*output%points)
          call put(dataset, 'time', sample(:n, 1), [first], [n])
          call put(dataset, 'time_step', sample(:n, 2), [first], [n])
@@ -444,6 +485,11 @@ contains
          do i = 1, size(energy_terms)
             call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 4 + i), [first], &
                [n])
+         end do
+         do i = 1, merge(bolt_columns, 0, bolts > 0)
+            at = sample_head + 3*width + i
+            call put(dataset, trim(bolt_variables(i)%name), &
+               reshape(transpose(sample(:n, at::bolt_columns)), [bolts*n]), [1, first], [bolts, n])
          end do
          if (width == 0) return
          do kind = 1, 3

@@ -5,6 +5,8 @@ module dda_sample
    use dda_kinds, only: wp
    use dda_blocks, only: stress_of
    use dda_contact, only: contacts_type
+   use dda_bolts, only: bolt_columns
+   use dda_elements, only: bolt_states
    use dda_energy, only: energy_terms, energy_values
    use dda_measure, only: measure_point
    use dda_simulation, only: simulation_type
@@ -31,7 +33,8 @@ contains
    pure integer function sample_size(simulation)
       type(simulation_type), intent(in) :: simulation  !< at its present time
 
-      sample_size = sample_head + 6*size(simulation%model%points)
+      sample_size = sample_head + 6*size(simulation%model%points) &
+         + bolt_columns*size(simulation%model%bolts)
    end function sample_size
 
    !> Numbers of a frame with so many contacts.
@@ -44,7 +47,7 @@ contains
    end function frame_size
 
    !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity,
-   !> acceleration.
+   !> acceleration; then [columns, bolts] of the bolts.
    pure subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample
@@ -64,6 +67,9 @@ contains
                sample(at + 1:at + 2) = motion(:, kind)
             end do
          end do
+         if (size(simulation%model%bolts) > 0) &
+            sample(sample_head + 6*size(points) + 1:) = pack(bolt_states(simulation%elements, &
+            size(simulation%model%bolts)), .true.)
       end associate
    end subroutine take_sample
 

@@ -38,11 +38,6 @@ from .spectra import Peak, amplification, find_peak, fourier_spectrum
 __version__ = version()
 del version
 
-_LATER = {
-    "draw": "pictures",
-    "open_output": "scene",
-}  # names whose modules are slow to import: read at first use
-
 __all__ = [
     "AuditWarning",
     "CheckError",
@@ -68,6 +63,7 @@ __all__ = [
     "draw",
     "find_peak",
     "fourier_spectrum",
+    "mechanism",
     "modes",
     "open_output",
     "penalty_for_frequency",
@@ -75,6 +71,7 @@ __all__ = [
     "read_record",
     "resume",
     "run",
+    "safety",
     "scheme_damping",
     "scheme_frequency",
     "theta_for_damping",
@@ -85,7 +82,13 @@ __all__ = [
 _MODULES = (
     "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "study",
 )  # fmt: skip
-_FUNCTIONS = {"draw": "pictures", "open_output": "scene"}  # of modules that are
+# Of modules that are.
+_FUNCTIONS = {
+    "draw": "pictures",
+    "mechanism": "stability",
+    "open_output": "scene",
+    "safety": "stability",
+}
 
 
 def __dir__() -> list[str]:

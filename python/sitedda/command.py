@@ -15,7 +15,7 @@ from typing import NoReturn
 
 from . import __version__
 from .check import check, transfer
-from .errors import CheckError, SiteddaError
+from .errors import CheckError, OutputError, SiteddaError
 from .records import read_record
 from .simulation import Run, Simulation, _run
 from .viewing import add_viewing_commands
@@ -98,7 +98,16 @@ def _parser() -> argparse.ArgumentParser:
         help="put the blocks into a netCDF file beside it (from 10,000 on)",
     )
     building.set_defaults(act=_build)
-    for command in (running, resuming, checking):
+    saving = commands.add_parser("safety", help="find the factor of safety by strength reduction")
+    saving.add_argument("file", type=Path, metavar="FILE.nml")
+    saving.add_argument("--factor", type=float, help="look at one factor, not for the critical one")
+    saving.add_argument("--tolerance", type=float, default=1e-3, help="of the factor (1e-3)")
+    saving.add_argument("--displacement", type=float, default=0.05, metavar="SHARE",
+        help="largest at rest, of the median radius of the blocks (0.05)")  # fmt: skip
+    saving.add_argument("--json", action="store_true", help="print plain values as JSON")
+    saving.add_argument("-o", "--output", type=_file_name, help="(FILE_mechanism.png)")
+    saving.set_defaults(act=_safety)
+    for command in (running, resuming, checking, saving):
         command.add_argument(
             "--set",
             action="append",
@@ -167,6 +176,32 @@ def _check(options: argparse.Namespace) -> int:
         print(f"{found}\n\n{found.conclusion}")
     if found.verdict == "fail":
         raise CheckError(f"{options.file}: the check fails")
+    return 0
+
+
+def _safety(options: argparse.Namespace) -> int:
+    from .stability import mechanism, safety
+
+    changes, share = dict(options.set), options.displacement
+    if options.factor is None:
+        found = safety(
+            options.file, tolerance=options.tolerance, displacement=share, changes=changes
+        )
+        moving = found.mechanism
+    else:
+        found = moving = mechanism(
+            options.file, options.factor, displacement=share, changes=changes
+        )
+    print(json.dumps(found.to_dict(), indent=1) if options.json else found)
+    if moving is None:
+        return 0
+    picture = options.output or Path(f"{options.file.stem}_mechanism.png")
+    try:
+        moving.draw().figure.savefig(picture, dpi=130)
+    except OSError as trouble:
+        raise OutputError(f"{picture} cannot be written: {trouble.strerror}") from trouble
+    if not options.json:
+        print(f"\npicture: {picture}")
     return 0
 
 

@@ -39,6 +39,7 @@ _UNITS = {
     "N/m": ((1e9, "GN/m"), (1e6, "MN/m"), (1e3, "kN/m"), (1.0, "N/m")),
     "°": ((1.0, "°"),),
 }
+BOLT, _BROKEN = "#7a1fa2", 4
 _MOST_DRAWN_OUTLINES = 30000
 _LEAST_MOVEMENT = 0.01  # of the largest: below, a slip or opening is not drawn
 _LEAST_FORCE = 0.005  # of the largest: below, a force is not drawn
@@ -152,7 +153,7 @@ class BlockPicture:
                 self.blocks.set_array(quantity(scene, self.color, frame)[0] / self.size)
             for line in self.lines:
                 line.remove()
-        self.lines = self._contacts(frame, vertices)
+        self.lines = self._contacts(frame, vertices) + _bolts(self.axes, scene, frame)
         self.note.set_text(_plain(_words(scene, frame, self.deformation)))
 
     def _begin(self, frame: int, vertices) -> None:
@@ -169,6 +170,7 @@ class BlockPicture:
             handles += self._contact_key()
         if scene.before or self.color == "material":
             handles += _boundary(axes, scene)
+        handles += _bolt_key(scene, frame)
         shown = [deformed(scene, f, self.deformation) for f in _some_of(self.frames)]
         if scene.before or self.color == "material":
             shown += [tail for tail, _, _ in load_arrows(scene)]
@@ -375,6 +377,33 @@ def _forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> list
         look = {"colors": color, "linewidths": width * more, "capstyle": "round", "zorder": 4}
         drawn.append(axes.add_collection(LineCollection(lines, **look)))
     return drawn
+
+
+def _bolts(axes: Axes, scene: Scene, frame: int) -> list:
+    """Bolts as lines, thicker with their force; broken ones are dashed.  The artists."""
+    bolts = scene.bolts(frame)
+    most = max((abs(one["force"]) for one in bolts if np.isfinite(one["force"])), default=0.0)
+    drawn = []
+    for one in bolts:
+        share = abs(one["force"]) / most if most and np.isfinite(one["force"]) else 0.4
+        style = ":" if one["state"] == _BROKEN else "-"
+        for color, more in (("white", 1.6), (BOLT, 0.0)):
+            look = {"color": color, "lw": 0.9 + 2.6 * share + more, "ls": style, "zorder": 6}
+            drawn += axes.plot(*one["places"].T, marker="o", ms=3.0, **look)
+    return drawn
+
+
+def _bolt_key(scene: Scene, frame: int) -> list:
+    """The handle of the legend."""
+    bolts = scene.bolts(frame)
+    if not bolts:
+        return []
+    forces = [abs(one["force"]) for one in bolts if np.isfinite(one["force"])]
+    label = "bolt"
+    if forces:
+        scale, unit = in_unit(max(forces), "N/m")
+        label = f"bolt, largest force\n{max(forces) / scale:.3g} {unit}"
+    return [Line2D([], [], color=BOLT, lw=2.2, marker="o", ms=3.0, label=label)]
 
 
 def _force_length(scene: Scene) -> float:

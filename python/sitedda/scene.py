@@ -352,6 +352,56 @@ class Scene:
             found.append({"x": group["x"], "y": group["y"], "fx": fx[most], "fy": fy[most]})
         return found
 
+    def bolts(self, frame: int) -> list[dict]:
+        """Bolts that are there: name, places (k, 2) (m), force (N/m, nan: unknown), state.
+
+        A grouted bolt runs from its first end by the joints that it crosses to the other one.  The
+        force is that of axis and shear together, of a grouted one the largest of its joints.
+        """
+        groups = listed(self.groups, "bolt")
+        ends = [np.array([group["from"], group["to"]], dtype=float) for group in groups]
+        names = [str(group.get("name", "")) for group in groups]
+        if "bolt_force" not in self.data:
+            return [
+                {"name": name, "places": end, "force": np.nan, "state": 1}
+                for name, end in zip(names, ends, strict=True)
+            ]
+        with FILES:
+            of = np.char.strip(self.data["bolt"].values.astype(str))
+            blocks = self.data["bolt_block"].values.astype(int)
+            places = self.data["bolt_place"].values.reshape(-1, 2, 2)
+            sample = self._sample_of(frame)
+            axial, shear = (self.data[f"bolt_{n}"][sample].values for n in ("force", "shear_force"))
+            force = np.hypot(axial, shear)
+            state = self.data["bolt_state"][sample].values
+        found = []
+        for name, end in zip(names, ends, strict=True):
+            mine = np.flatnonzero(of == name)
+            if len(mine) == 0 or not state[mine].any():
+                continue
+            via = np.column_stack([end[:1].repeat(len(mine), 0), end[1:].repeat(len(mine), 0)])
+            owners, points = blocks[mine].ravel(), places[mine].reshape(-1, 2)
+            if len(mine) > 1 or np.allclose(places[mine[0], 0], places[mine[0], 1]):
+                owners = np.concatenate([owners[:1], owners, owners[-1:]])
+                points = np.vstack([via[:1, :2], points, via[:1, 2:]])
+            most = mine[np.argmax(abs(force[mine]))]
+            found.append(
+                {
+                    "name": name,
+                    "places": self.carried(owners, points, frame),
+                    "force": float(force[most]),
+                    "state": int(state[mine].max()),
+                }
+            )
+        return found
+
+    def _sample_of(self, frame: int) -> int:
+        """The sample of a frame; static stages have several of each at one time."""
+        time = self.data["time"].values
+        before = int(np.sum(self.time[:frame] == self.time[frame]))
+        at = int(np.searchsorted(time, self.time[frame])) + before
+        return min(at, int(np.searchsorted(time, self.time[frame], "right")) - 1)
+
     def points(self) -> list[dict]:
         """Measured points: name, x, y (m)."""
         return [

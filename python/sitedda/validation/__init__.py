@@ -8,13 +8,25 @@ down with their pictures.  From the command line:
 
 from __future__ import annotations
 
-from . import flight, integration, packing, rocking, settlement, sliding, stability, waves
+from . import (
+    flight,
+    integration,
+    masonry_limits,
+    packing,
+    rocking,
+    settlement,
+    sliding,
+    slopes,
+    stability,
+    waves,
+)
 from .case import CASES, Case, Outcome, Result, Row, Table
 from .report import write_report
 
 __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "write_report"]
 
 _FAMILIES = (sliding, flight, settlement, rocking, waves, integration, stability, packing)
+_FAMILIES += (slopes, masonry_limits)
 
 
 def run_case(name: str, short: bool = False) -> Result:

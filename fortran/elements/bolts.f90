@@ -1,0 +1,398 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Bolts: springs between material points of blocks, elastic–perfectly plastic, until they break.
+!>
+!> Along the axis the force is F = k (s − s_p), with the stretch s at the end of the step and the
+!> stretch s_p at which the bolt is free of force; a bolt that takes no compression is slack below
+!> it.  Beyond the yield force s_p follows, which loses F Δs_p.  In a step a component is assumed
+!> elastic, yielding or slack; where the converged step says otherwise, it is solved again
+!> (`revise`).  The energy of an elastic bolt is ½ k (s − s_p)², with the loss of `dda_energy`.
+module dda_bolts
+   use dda_kinds, only: wp
+   use dda_archive, only: archive_type, archive_values => serialise
+   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_bolt, only: bolt_type, axial, across
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, energy_yield
+   use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, term_bolt, at_end
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: bolts_type, new_bolts, bolt_columns
+
+   integer, parameter :: absent = 0, elastic = 1, yielding = 2, slack = 3, broken = 4
+   integer, parameter :: bolt_columns = 4  !< axial and shear force, stretch, state
+
+   !> All bolts of a model and their state.
+   type, extends(element_type) :: bolts_type
+      type(bolt_type), allocatable :: bolt(:)
+      integer, allocatable :: mode(:,:)       !< [2,bolts] elastic, yielding, slack; of a component
+      logical, allocatable :: in_place(:)     !< [bolts] it has been put in
+      real(wp), allocatable :: free(:,:)      !< [2,bolts] s_p, m
+      real(wp), allocatable :: first(:,:)     !< [2,bolts] stretch when it was put in, m
+      real(wp), allocatable :: stretch(:,:)   !< [2,bolts] s at the end of the last solution, m
+      real(wp), allocatable :: force(:,:)     !< [2,bolts] tension positive, N/m
+   contains
+      procedure :: add_linear
+      procedure :: add_force
+      procedure :: add_stored
+      procedure :: account
+      procedure :: accept
+      procedure :: revise
+      procedure :: inherit
+      procedure :: serialise
+      procedure :: columns
+   end type bolts_type
+
+contains
+
+   !> Bolts, those that are to be there put in with their pretension in the present geometry.
+   pure type(bolts_type) function new_bolts(bolts, blocks) result(self)
+      type(bolt_type), intent(in) :: bolts(:)  !< [bolts]
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer :: i, c, n
+
+      n = size(bolts)
+      allocate (self%bolt, source=bolts)
+      allocate (self%mode(2, n), source=absent)
+      allocate (self%in_place(n), source=.false.)
+      allocate (self%free(2, n), self%first(2, n), self%stretch(2, n), self%force(2, n), &
+         source=0.0_wp)
+      do i = 1, n
+         if (.not. bolts(i)%present) cycle
+         self%in_place(i) = .true.
+         do c = axial, components(self, i)
+            self%first(c, i) = present_stretch(self, i, c, blocks)
+         end do
+         self%stretch(:, i) = self%first(:, i)
+         self%free(:, i) = self%first(:, i)
+         self%free(axial, i) = self%first(axial, i) - bolts(i)%pretension/bolts(i)%stiffness(axial)
+         self%force(axial, i) = bolts(i)%pretension
+         self%mode(:, i) = elastic
+      end do
+   end function new_bolts
+
+   !> Vector from the first end of bolt i to the second one, m.
+   pure function span_of(self, i, blocks) result(span)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: span(2)
+
+      associate (bolt => self%bolt(i))
+         span = place_of(blocks, bolt%block(2), bolt%reference(:, 2)) &
+            - place_of(blocks, bolt%block(1), bolt%reference(:, 1))
+      end associate
+   end function span_of
+
+   !> Unit vector of a component.
+   pure function direction_of(self, i, c, blocks) result(direction)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, c  !< number, from 1; component
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: direction(2)
+
+      associate (bolt => self%bolt(i))
+         if (bolt%grouted) then
+            direction = matmul(blocks%axes(:, :, bolt%block(1)), bolt%direction)
+         else
+            direction = span_of(self, i, blocks)
+            direction = direction/norm2(direction)
+         end if
+      end associate
+      if (c == across) direction = [-direction(2), direction(1)]
+   end function direction_of
+
+   !> Stretch of a component in the present geometry, m.
+   pure real(wp) function present_stretch(self, i, c, blocks) result(stretch)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, c  !< number, from 1; component
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+
+      stretch = dot_product(direction_of(self, i, c, blocks), span_of(self, i, blocks))
+   end function present_stretch
+
+   !> Gradient of the stretch for the coordinates of the two blocks.  The direction of a grouted
+   !> bolt turns with its first block, so that both forces act at one point.
+   pure subroutine gradient_of(self, i, c, blocks, first, second)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, c  !< number, from 1; component
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(out) :: first(6), second(6)  !< of −s for the first block, of s for the other
+      real(wp) :: direction(2), span(2)
+
+      direction = direction_of(self, i, c, blocks)
+      span = span_of(self, i, blocks)
+      associate (bolt => self%bolt(i))
+         first = matmul(direction, shape_matrix(blocks, bolt%block(1), bolt%reference(:, 1)))
+         second = matmul(direction, shape_matrix(blocks, bolt%block(2), bolt%reference(:, 2)))
+      end associate
+      first(3) = first(3) + direction(2)*span(1) - direction(1)*span(2)
+   end subroutine gradient_of
+
+   !> Components that bolt i has.
+   pure integer function components(self, i)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+
+      components = merge(across, axial, self%bolt(i)%grouted)
+   end function components
+
+   !> Force of a component in an assumed mode at a stretch, N/m.
+   pure real(wp) function force_at(self, i, c, stretch) result(force)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, c  !< number, from 1; component
+      real(wp), intent(in) :: stretch  !< m
+
+      force = 0.0_wp
+      associate (trial => self%bolt(i)%stiffness(c)*(stretch - self%free(c, i)))
+         if (self%mode(c, i) == elastic) force = trial
+         if (self%mode(c, i) == yielding) force = sign(self%bolt(i)%yield(c), trial)
+      end associate
+   end function force_at
+
+   !> Mode of a component at a stretch.
+   pure integer function mode_at(self, i, c, stretch) result(mode)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, c  !< number, from 1; component
+      real(wp), intent(in) :: stretch  !< m
+      real(wp) :: trial
+
+      trial = self%bolt(i)%stiffness(c)*(stretch - self%free(c, i))
+      mode = elastic
+      if (c == axial .and. trial < 0.0_wp .and. .not. self%bolt(i)%compression) then
+         mode = slack
+      else if (abs(trial) > self%bolt(i)%yield(c)) then
+         mode = yielding
+      end if
+   end function mode_at
+
+   !> Bolt i acts.
+   elemental logical function acts(self, i)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+
+      acts = self%mode(axial, i) /= absent .and. self%mode(axial, i) /= broken
+   end function acts
+
+   !> A spring for each elastic component.  Others keep their place in the list, without stiffness,
+   !> so that the pattern of the matrix lasts.
+   subroutine add_linear(self, blocks, step, terms)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+      type(linear_term_type) :: term
+      integer :: i, c
+
+      term%kind = term_bolt
+      term%instant = at_end
+      do i = 1, size(self%bolt)
+         if (.not. acts(self, i)) cycle
+         term%source = i
+         term%block_a = self%bolt(i)%block(2)
+         term%block_b = self%bolt(i)%block(1)
+         term%place = place_of(blocks, self%bolt(i)%block(1), self%bolt(i)%reference(:, 1))
+         do c = axial, components(self, i)
+            call gradient_of(self, i, c, blocks, term%row_b, term%row_a)
+            term%coefficient = merge(self%bolt(i)%stiffness(c), 0.0_wp, self%mode(c, i) == elastic)
+            call add_term(terms, term)
+         end do
+      end do
+   end subroutine add_linear
+
+   !> −F ∂s/∂q at the stretch of the start of the step.
+   subroutine add_force(self, blocks, motions, step, load)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      real(wp) :: first(6), second(6), force
+      integer :: i, c
+
+      do i = 1, size(self%bolt)
+         if (.not. acts(self, i)) cycle
+         do c = axial, components(self, i)
+            call gradient_of(self, i, c, blocks, first, second)
+            force = force_at(self, i, c, present_stretch(self, i, c, blocks))
+            associate (a => self%bolt(i)%block(1), b => self%bolt(i)%block(2))
+               load(:, a) = load(:, a) + force*first
+               load(:, b) = load(:, b) - force*second
+            end associate
+         end do
+      end do
+   end subroutine add_force
+
+   !> ½ F²/k in the present state, J per metre of thickness.
+   subroutine add_stored(self, blocks, motions, step, energy)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      integer :: i, c
+
+      do i = 1, size(self%bolt)
+         if (.not. acts(self, i)) cycle
+         do c = axial, components(self, i)
+            call add_energy(energy, energy_support, stored_at(self, i, c, &
+               present_stretch(self, i, c, blocks)))
+         end do
+      end do
+   end subroutine add_stored
+
+   !> Energy of the spring of a component at a stretch, J per metre of thickness.
+   pure real(wp) function stored_at(self, i, c, stretch) result(stored)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, c  !< number, from 1; component
+      real(wp), intent(in) :: stretch  !< m
+      real(wp) :: elongation
+
+      elongation = stretch - self%free(c, i)
+      if (c == axial .and. .not. self%bolt(i)%compression) elongation = max(elongation, 0.0_wp)
+      stored = 0.5_wp*self%bolt(i)%stiffness(c)*elongation**2
+   end function stored_at
+
+   !> Stored energy at the end of the step; losses by yielding, by rupture and by the scheme.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      real(wp) :: before, after, start, force, flow
+      integer :: i, c
+
+      do i = 1, size(self%bolt)
+         if (.not. acts(self, i)) cycle
+         do c = axial, components(self, i)
+            start = present_stretch(self, i, c, blocks)
+            before = stored_at(self, i, c, start)
+            force = force_at(self, i, c, self%stretch(c, i))
+            after = 0.5_wp*force**2/self%bolt(i)%stiffness(c)
+            flow = force*flow_of(self, i, c)
+            call add_energy(energy, energy_yield, flow)
+            call add_energy(energy, energy_algorithmic, before + force*(self%stretch(c, i) &
+               - start) - after - flow)
+            call add_energy(energy, merge(energy_yield, energy_support, breaks(self, i)), after)
+         end do
+      end do
+   end subroutine account
+
+   !> Plastic stretch of a component in the step, m.
+   pure real(wp) function flow_of(self, i, c) result(flow)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, c  !< number, from 1; component
+
+      flow = 0.0_wp
+      if (self%mode(c, i) == yielding) flow = self%stretch(c, i) - self%free(c, i) &
+         - force_at(self, i, c, self%stretch(c, i))/self%bolt(i)%stiffness(c)
+   end function flow_of
+
+   !> The converged step stretches bolt i beyond its rupture.
+   pure logical function breaks(self, i)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+
+      breaks = self%stretch(axial, i) - self%first(axial, i) > self%bolt(i)%rupture(axial) .or. &
+         abs(self%stretch(across, i) - self%first(across, i)) > self%bolt(i)%rupture(across)
+   end function breaks
+
+   !> Stretches of the converged increment d, and the modes that they ask for.
+   subroutine revise(self, blocks, d, changed)
+      class(bolts_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer, intent(inout) :: changed  !< components that must be assumed otherwise
+      real(wp) :: first(6), second(6)
+      integer :: i, c, mode
+
+      do i = 1, size(self%bolt)
+         if (.not. acts(self, i)) cycle
+         do c = axial, components(self, i)
+            call gradient_of(self, i, c, blocks, first, second)
+            self%stretch(c, i) = present_stretch(self, i, c, blocks) &
+               + dot_product(second, d(:, self%bolt(i)%block(2))) &
+               - dot_product(first, d(:, self%bolt(i)%block(1)))
+            mode = mode_at(self, i, c, self%stretch(c, i))
+            if (mode /= self%mode(c, i)) changed = changed + 1
+            self%mode(c, i) = mode
+         end do
+      end do
+   end subroutine revise
+
+   !> The stretch that is free of force follows what has yielded; what has broken acts no more.
+   subroutine accept(self, blocks, motions, step, d)
+      class(bolts_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer :: i, c
+
+      do i = 1, size(self%bolt)
+         if (.not. acts(self, i)) cycle
+         do c = axial, components(self, i)
+            self%force(c, i) = force_at(self, i, c, self%stretch(c, i))
+            self%free(c, i) = self%free(c, i) + flow_of(self, i, c)
+         end do
+         if (.not. breaks(self, i)) cycle
+         self%mode(:, i) = broken
+         self%force(:, i) = 0.0_wp
+      end do
+   end subroutine accept
+
+   !> Take over the state of bolts that were there before, but for those that are taken away.
+   subroutine inherit(self, before, blocks)
+      class(bolts_type), intent(inout) :: self  !< elements of this kind
+      class(element_type), intent(in) :: before  !< those of the same type
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer :: i
+
+      select type (before)
+      type is (bolts_type)
+         do i = 1, size(self%bolt)
+            if (.not. before%in_place(i)) cycle
+            self%in_place(i) = .true.
+            self%mode(:, i) = before%mode(:, i)
+            self%free(:, i) = before%free(:, i)
+            self%first(:, i) = before%first(:, i)
+            self%stretch(:, i) = before%stretch(:, i)
+            self%force(:, i) = before%force(:, i)
+            if (self%bolt(i)%present) cycle
+            self%mode(:, i) = absent
+            self%force(:, i) = 0.0_wp
+         end do
+      end select
+   end subroutine inherit
+
+   !> Modes, stretches and forces.
+   subroutine serialise(self, archive)
+      class(bolts_type), intent(inout) :: self  !< elements of this kind
+      type(archive_type), intent(inout) :: archive  !< written or read
+      real(wp) :: flags(3, size(self%bolt))
+
+      flags(:2, :) = self%mode
+      flags(3, :) = merge(1.0_wp, 0.0_wp, self%in_place)
+      call archive_values(archive, flags)
+      self%mode = nint(flags(:2, :))
+      self%in_place = flags(3, :) > 0.5_wp
+      call archive_values(archive, self%free)
+      call archive_values(archive, self%first)
+      call archive_values(archive, self%stretch)
+      call archive_values(archive, self%force)
+   end subroutine serialise
+
+   !> What the output holds of each bolt: forces, stretch since it was put in, state.
+   pure function columns(self) result(values)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      real(wp) :: values(bolt_columns, size(self%bolt))  !< N/m, N/m, m, 0 … 4
+
+      values(1:2, :) = self%force
+      values(3, :) = merge(self%stretch(axial, :) - self%first(axial, :), 0.0_wp, self%in_place)
+      values(4, :) = maxval(self%mode, 1)
+   end function columns
+
+end module dda_bolts

@@ -1,0 +1,224 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Loads on edges at t₀ + θΔt: tractions and water, by exact integrals of ∫ Tᵀ f ds.
+!>
+!> A pressure is linear between the places where an edge meets a level, the phreatic line, or a
+!> point of it; the shape matrix is linear along the edge, so two Gauss points integrate exactly.
+!> Full hydrostatic pressure all round a block is then its buoyancy, to rounding.  What follows
+!> takes ends and normals of the present geometry at the start of the step.
+module dda_edge_loads
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_edge_load, only: edge_load_type, value_at, load_uniform, load_level, load_surface, &
+      load_line
+   use dda_edge_piece, only: edge_piece_type, reference_at
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_input
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type, load_time
+   implicit none
+   private
+   public :: edge_loads_type, new_edge_loads
+
+   real(wp), parameter :: near = 0.5_wp - 0.5_wp/sqrt(3.0_wp)  !< first Gauss point
+   real(wp), parameter :: close = 1.0e-9_wp  !< of a length: the ends of a phreatic line include it
+
+   !> All loads on edges of a model.
+   type, extends(element_type) :: edge_loads_type
+      type(edge_load_type), allocatable :: load(:)
+      logical :: frozen = .false.       !< they stay as they are at `time`
+      real(wp) :: time = 0.0_wp         !< s
+   contains
+      procedure :: add_force
+      procedure :: account
+      procedure :: freeze
+   end type edge_loads_type
+
+contains
+
+   !> All loads of a model.
+   pure type(edge_loads_type) function new_edge_loads(loads) result(self)
+      type(edge_load_type), intent(in) :: loads(:)  !< [loads]
+
+      allocate (self%load, source=loads)
+   end function new_edge_loads
+
+   !> ∫ Tᵀ f ds
+   subroutine add_force(self, blocks, motions, step, load)
+      class(edge_loads_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      integer :: i, k
+
+      do i = 1, size(self%load)
+         if (.not. self%load(i)%present) cycle
+         do k = 1, size(self%load(i)%piece)
+            associate (b => self%load(i)%piece(k)%block)
+               if (.not. blocks%removed(b)) load(:, b) = load(:, b) &
+                  + force_on(self%load(i), k, blocks, time_of(self, step))
+            end associate
+         end do
+      end do
+   end subroutine add_force
+
+   !> Work f·d.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(edge_loads_type), intent(in) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      integer :: i, k
+
+      do i = 1, size(self%load)
+         if (.not. self%load(i)%present) cycle
+         do k = 1, size(self%load(i)%piece)
+            associate (b => self%load(i)%piece(k)%block)
+               if (.not. blocks%removed(b)) call add_energy(energy, energy_input, &
+                  dot_product(force_on(self%load(i), k, blocks, time_of(self, step)), d(:, b)))
+            end associate
+         end do
+      end do
+   end subroutine account
+
+   !> The time at which the loads of a step are taken, s.
+   pure real(wp) function time_of(self, step)
+      class(edge_loads_type), intent(in) :: self  !< elements of this kind
+      type(step_type), intent(in) :: step  !< the one being taken
+
+      time_of = merge(self%time, load_time(step), self%frozen)
+   end function time_of
+
+   !> Force of a load on piece k, N/m …
+   pure function force_on(load, k, blocks, time) result(force)
+      type(edge_load_type), intent(in) :: load  !< one of them
+      integer, intent(in) :: k  !< piece
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: time  !< s
+      real(wp) :: force(6)
+      real(wp) :: ends(2, 2), factor, rise, shear
+      integer :: i
+
+      force = 0.0_wp
+      if (.not. load%held .and. (time < load%time(1) .or. time > load%time(size(load%time)))) return
+      ends = load%ends(:, :, k)
+      if (load%follows) then
+         associate (piece => load%piece(k))
+            do i = 1, 2
+               ends(:, i) = place_of(blocks, piece%block, reference_at(blocks, piece, i - 1.0_wp))
+            end do
+         end associate
+      end if
+      factor = value_at(load, load%normal, time)
+      shear = value_at(load, load%shear, time)
+      rise = value_at(load, load%level, time)
+      select case (load%kind)
+      case (load_uniform)
+         call add_stretch(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], [factor, factor], &
+            shear)
+      case (load_level)
+         call add_wet(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+            load%unit_weight*(rise - ends(2, :)), 1.0_wp)
+      case (load_surface)
+         call add_below_line(force, load, k, blocks, ends, rise, factor)
+      case (load_line)
+         call add_wet(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], load%at_ends(:, k) &
+            + load%unit_weight*rise, factor)
+      end select
+   end function force_on
+
+   !> Hydrostatic pressure below a phreatic line, straight between its points; none beyond its ends.
+   pure subroutine add_below_line(force, load, k, blocks, ends, rise, factor)
+      real(wp), intent(inout) :: force(6)  !< N/m …
+      type(edge_load_type), intent(in) :: load  !< with its line
+      integer, intent(in) :: k  !< piece
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: ends(2, 2)  !< of the piece, m
+      real(wp), intent(in) :: rise, factor  !< of the line, m; of the pressure
+      real(wp) :: span(2), head(2), x(2), reach
+      integer :: j
+
+      associate (line => load%line)
+         reach = close*(line(1, size(line, 2)) - line(1, 1))
+         do j = 1, size(line, 2) - 1
+            span = shares_between(ends(1, :), line(1, j) - merge(reach, 0.0_wp, j == 1), &
+               line(1, j + 1) + merge(reach, 0.0_wp, j == size(line, 2) - 1))
+            if (span(2) <= span(1)) cycle
+            x = ends(1, 1) + span*(ends(1, 2) - ends(1, 1))
+            head = line(2, j) + (x - line(1, j))*(line(2, j + 1) - line(2, j)) &
+               /(line(1, j + 1) - line(1, j)) + rise
+            call add_wet(force, load%piece(k), blocks, ends, span, &
+               load%unit_weight*(head - ends(2, 1) - span*(ends(2, 2) - ends(2, 1))), factor)
+            if (ends(1, 1) == ends(1, 2)) return  ! a vertical edge on a point of the line
+         end do
+      end associate
+   end subroutine add_below_line
+
+   !> Shares of an edge between two abscissae; the first is larger where there are none.
+   pure function shares_between(x, low, high) result(span)
+      real(wp), intent(in) :: x(2)       !< of the ends of the edge, m
+      real(wp), intent(in) :: low, high  !< m
+      real(wp) :: span(2)
+
+      span = merge([0.0_wp, 1.0_wp], [1.0_wp, 0.0_wp], x(1) >= low .and. x(1) <= high)
+      if (x(1) == x(2)) return
+      span = ([low, high] - x(1))/(x(2) - x(1))
+      span = [max(0.0_wp, minval(span)), min(1.0_wp, maxval(span))]
+   end function shares_between
+
+   !> Pressure that is linear over a stretch of an edge, where it is positive.
+   pure subroutine add_wet(force, piece, blocks, ends, span, pressure, factor)
+      real(wp), intent(inout) :: force(6)  !< N/m …
+      type(edge_piece_type), intent(in) :: piece  !< of an edge
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: ends(2, 2)  !< of the piece, m
+      real(wp), intent(in) :: span(2)  !< shares of the piece at which the stretch begins and ends
+      real(wp), intent(in) :: pressure(2)  !< there, Pa
+      real(wp), intent(in) :: factor  !< of the pressure
+      real(wp) :: wet(2), dry
+
+      if (maxval(pressure) <= 0.0_wp) return
+      wet = span
+      if (minval(pressure) < 0.0_wp) then
+         dry = span(1) + (span(2) - span(1))*pressure(1)/(pressure(1) - pressure(2))
+         wet(merge(1, 2, pressure(1) < 0.0_wp)) = dry
+      end if
+      call add_stretch(force, piece, blocks, ends, wet, factor*max(pressure, 0.0_wp), 0.0_wp)
+   end subroutine add_wet
+
+   !> ∫ Tᵀ (−p n + τ t) ds over a stretch of an edge, p linear and τ constant.
+   pure subroutine add_stretch(force, piece, blocks, ends, span, pressure, shear)
+      real(wp), intent(inout) :: force(6)  !< N/m …
+      type(edge_piece_type), intent(in) :: piece  !< of an edge
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: ends(2, 2)  !< of the piece, m
+      real(wp), intent(in) :: span(2)  !< shares of the piece at which the stretch begins and ends
+      real(wp), intent(in) :: pressure(2)  !< there, Pa
+      real(wp), intent(in) :: shear  !< in the counter-clockwise sense, Pa
+      real(wp) :: along(2), at, p
+      integer :: i
+
+      along = ends(:, 2) - ends(:, 1)
+      do i = 1, 2
+         at = merge(near, 1.0_wp - near, i == 1)
+         p = pressure(1) + at*(pressure(2) - pressure(1))
+         force = force + 0.5_wp*(span(2) - span(1))*matmul(shear*along - p*[along(2), -along(1)], &
+            shape_matrix(blocks, piece%block, reference_at(blocks, piece, span(1) &
+            + at*(span(2) - span(1)))))
+      end do
+   end subroutine add_stretch
+
+   !> Keep the loads as they are at a time.
+   subroutine freeze(self, blocks, motions, time)
+      class(edge_loads_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      real(wp), intent(in) :: time  !< s
+
+      self%frozen = .true.
+      self%time = time
+   end subroutine freeze
+
+end module dda_edge_loads

@@ -1,0 +1,256 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The groups &bolt: bolts and cables between two anchors, or grouted through joints.
+module dda_input_bolts
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, reference_of
+   use dda_bolt, only: bolt_type, axial, across, never
+   use dda_errors, only: error_type
+   use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
+      require_list, unset, is_set, name_length
+   use dda_input_points, only: find_block, holds
+   use dda_model, only: model_type
+   use dda_namelist_groups, only: group_type
+   use dda_text, only: quoted, to_text
+   implicit none
+   private
+   public :: read_bolts
+
+   !> A group as read.
+   type :: reading_type
+      character(len=name_length) :: name = '', blocks(2) = ''
+      real(wp) :: from(2) = unset, to(2) = unset
+      real(wp) :: axial_stiffness = unset, shear_stiffness = unset, pretension = 0.0_wp
+      real(wp) :: yield_force = unset, shear_yield_force = unset
+      real(wp) :: rupture_elongation = unset, rupture_slip = unset
+      logical :: grouted = .false., compression = .false.
+   end type reading_type
+
+contains
+
+   !> All bolts of an input.
+   subroutine read_bolts(model, file, groups, error)
+      type(model_type), intent(inout) :: model  !< with its blocks
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(reading_type) :: reading
+      type(place_type) :: place
+      type(bolt_type), allocatable :: new(:)
+      integer :: i
+
+      if (allocated(error)) return
+      allocate (model%bolts(0))
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'bolt') cycle
+         place = place_of_group(file, groups(i))
+         call read_bolt(groups(i)%text, place, reading, error)
+         if (any(model%bolts%name == reading%name)) call input_error(error, place, 'name = '// &
+            quoted(trim(reading%name))//' is used twice')
+         call check_values(reading, place, error)
+         if (.not. allocated(error)) call make_bolt(model, place, reading, new, error)
+         if (allocated(error)) return
+         model%bolts = [model%bolts, new]
+      end do
+   end subroutine read_bolts
+
+   !> The variables of a group.
+   subroutine read_bolt(group, place, reading, error)
+      character(len=*), intent(in) :: group  !< its text, on one line
+      type(place_type), intent(in) :: place  !< of the group
+      type(reading_type), intent(out) :: reading  !< as read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=name_length) :: name, from_block, to_block
+      real(wp) :: from(2), to(2), axial_stiffness, shear_stiffness, pretension, yield_force, &
+         shear_yield_force, rupture_elongation, rupture_slip
+      logical :: grouted, compression
+      character(len=256) :: message
+      integer :: status
+      namelist /bolt/ name, from, to, from_block, to_block, grouted, compression, axial_stiffness, &
+         shear_stiffness, pretension, yield_force, shear_yield_force, rupture_elongation, &
+         rupture_slip
+
+      name = ''
+      from = unset
+      to = unset
+      from_block = ''
+      to_block = ''
+      grouted = .false.
+      compression = .false.
+      axial_stiffness = unset
+      shear_stiffness = unset
+      pretension = 0.0_wp
+      yield_force = unset
+      shear_yield_force = unset
+      rupture_elongation = unset
+      rupture_slip = unset
+      read (group, nml=bolt, iostat=status, iomsg=message)
+      call check_read(error, place, status, message)
+      reading = reading_type(name, [from_block, to_block], from, to, axial_stiffness, &
+         shear_stiffness, pretension, yield_force, shear_yield_force, rupture_elongation, &
+         rupture_slip, grouted, compression)
+   end subroutine read_bolt
+
+   !> Names, places and numbers; what only a grouted bolt has must not be given of another.
+   subroutine check_values(reading, place, error)
+      type(reading_type), intent(in) :: reading  !< as read
+      type(place_type), intent(in) :: place  !< of the group
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (reading%name == '') call input_error(error, place, 'name is missing')
+      call require_list(error, place, 'from', reading%from)
+      call require_list(error, place, 'to', reading%to)
+      call require(error, place, 'axial_stiffness pretension', [reading%axial_stiffness, &
+         reading%pretension])
+      call require_given('shear_stiffness', reading%shear_stiffness)
+      call require_given('yield_force', reading%yield_force)
+      call require_given('shear_yield_force', reading%shear_yield_force)
+      call require_given('rupture_elongation', reading%rupture_elongation)
+      call require_given('rupture_slip', reading%rupture_slip)
+      if (allocated(error)) return
+      if (.not. reading%grouted .and. any(is_set([reading%shear_stiffness, &
+         reading%shear_yield_force, reading%rupture_slip]))) call input_error(error, place, &
+         'shear_stiffness, shear_yield_force and rupture_slip are those of a bolt with '// &
+         'grouted = .true.')
+      if (is_set(reading%yield_force) .and. reading%pretension > reading%yield_force) &
+         call input_error(error, place, 'pretension = '//to_text(reading%pretension)// &
+         ' is above yield_force = '//to_text(reading%yield_force))
+
+   contains
+
+      !> A number that may be left out lies within its limits.
+      subroutine require_given(name, value)
+         character(len=*), intent(in) :: name  !< of the variable
+         real(wp), intent(in) :: value  !< as read, or `unset`
+
+         if (is_set(value)) call require(error, place, name, [value])
+      end subroutine require_given
+   end subroutine check_values
+
+   !> The springs of a bolt: one between its ends, or one at each joint that it crosses.
+   subroutine make_bolt(model, place, reading, new, error)
+      type(model_type), intent(in) :: model  !< with its blocks
+      type(place_type), intent(in) :: place  !< of the group
+      type(reading_type), intent(in) :: reading  !< as read
+      type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(bolt_type) :: bolt
+      real(wp) :: from(2), to(2), length
+      integer :: ends(2)
+
+      from = reading%from - model%origin
+      to = reading%to - model%origin
+      call find_block(place, model%blocks, model%block_names, model%origin, reading%blocks(1), &
+         from(1), from(2), ends(1), error)
+      call find_block(place, model%blocks, model%block_names, model%origin, reading%blocks(2), &
+         to(1), to(2), ends(2), error)
+      if (allocated(error)) return
+      length = norm2(to - from)
+      if (ends(1) == ends(2) .or. length <= 0.0_wp) then
+         call input_error(error, place, 'both ends of the bolt are in the same block, '// &
+            quoted(trim(model%block_names(ends(1)))))
+         return
+      end if
+      bolt%name = reading%name
+      bolt%grouted = reading%grouted
+      bolt%compression = reading%compression
+      bolt%pretension = reading%pretension
+      bolt%direction = (to - from)/length
+      bolt%stiffness = [reading%axial_stiffness, or_else(reading%shear_stiffness, 0.0_wp)]
+      if (bolt%grouted .and. bolt%stiffness(across) <= 0.0_wp) bolt%stiffness(across) = &
+         tiny(1.0_wp)
+      bolt%yield = [or_else(reading%yield_force, never), or_else(reading%shear_yield_force, never)]
+      bolt%rupture = [or_else(reading%rupture_elongation, never), or_else(reading%rupture_slip, &
+         never)]
+      if (reading%grouted) then
+         call grout(model%blocks, place, bolt, from, to, ends, new, error)
+      else
+         new = [placed(model%blocks, bolt, ends, reshape([from, to], [2, 2]))]
+      end if
+   end subroutine make_bolt
+
+   !> A number, or another if it is not given.
+   pure real(wp) function or_else(value, other)
+      real(wp), intent(in) :: value, other  !< as read, or `unset`; in its place
+
+      or_else = merge(value, other, is_set(value))
+   end function or_else
+
+   !> A spring between two places of two blocks.
+   pure type(bolt_type) function placed(blocks, bolt, ends, places) result(spring)
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(bolt_type), intent(in) :: bolt  !< its law
+      integer, intent(in) :: ends(2)  !< blocks
+      real(wp), intent(in) :: places(2, 2)  !< [2,ends] m
+      integer :: i
+
+      spring = bolt
+      spring%block = ends
+      spring%place = places
+      do i = 1, 2
+         spring%reference(:, i) = reference_of(blocks, ends(i), places(:, i))
+      end do
+   end function placed
+
+   !> A pair of springs where a straight bolt passes from one block to the next.
+   subroutine grout(blocks, place, bolt, from, to, ends, new, error)
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(place_type), intent(in) :: place  !< of the group
+      type(bolt_type), intent(in) :: bolt  !< its law
+      real(wp), intent(in) :: from(2), to(2)  !< ends, m
+      integer, intent(in) :: ends(2)  !< blocks that they are in
+      type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp), allocatable :: cut(:)
+      real(wp) :: at
+      integer :: k, b, last
+
+      allocate (new(0))
+      call find_cuts(blocks, from, to, cut)
+      last = ends(1)
+      at = 0.0_wp
+      do k = 1, size(cut)
+         b = ends(2)
+         if (k < size(cut)) b = block_at(blocks, from + 0.5_wp*(cut(k) + cut(k + 1))*(to - from))
+         if (b == 0 .or. b == last) cycle
+         at = cut(k)
+         new = [new, placed(blocks, bolt, [last, b], spread(from + at*(to - from), 2, 2))]
+         last = b
+      end do
+      if (size(new) == 0) call input_error(error, place, 'the bolt crosses no joint')
+   end subroutine grout
+
+   !> Where a segment meets edges, as shares of its length in ascending order.
+   pure subroutine find_cuts(blocks, from, to, cut)
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      real(wp), intent(in) :: from(2), to(2)  !< ends, m
+      real(wp), allocatable, intent(out) :: cut(:)  !< 0 … 1
+      real(wp) :: edge(2), along(2), apart(2), determinant, s, t
+      integer :: v, k
+
+      allocate (cut(0))
+      along = to - from
+      do v = 1, size(blocks%owner)
+         edge = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
+         apart = blocks%vertex(:, v) - from
+         determinant = along(1)*edge(2) - along(2)*edge(1)
+         if (abs(determinant) <= epsilon(1.0_wp)*norm2(along)*norm2(edge)) cycle
+         s = (apart(1)*edge(2) - apart(2)*edge(1))/determinant
+         t = (apart(1)*along(2) - apart(2)*along(1))/determinant
+         if (s <= 0.0_wp .or. s >= 1.0_wp .or. t < 0.0_wp .or. t > 1.0_wp) cycle
+         k = count(cut <= s)
+         cut = [cut(:k), s, cut(k + 1:)]
+      end do
+   end subroutine find_cuts
+
+   !> The first block that holds a point; 0 if none does.
+   pure integer function block_at(blocks, point) result(b)
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      real(wp), intent(in) :: point(2)  !< m
+
+      do b = 1, blocks%n
+         if (holds(blocks, b, point)) return
+      end do
+      b = 0
+   end function block_at
+
+end module dda_input_bolts

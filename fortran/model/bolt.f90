@@ -1,0 +1,31 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A bolt: a spring between two material points, with a law of its own.
+!>
+!> Anchored at two points it is one spring along the line between them.  Grouted, it is a pair of
+!> springs at each joint that it crosses, along its axis and across it.
+module dda_bolt
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: bolt_type, axial, across, never
+
+   integer, parameter :: axial = 1, across = 2  !< components of a bolt
+   real(wp), parameter :: never = 0.1_wp*huge(1.0_wp)  !< of a strength: it is not reached
+
+   !> One spring of a bolt (group &bolt).
+   type :: bolt_type
+      character(len=64) :: name = ''
+      logical :: grouted = .false.                  !< at a joint, else between two anchors
+      logical :: compression = .false.              !< it also takes compression
+      logical :: present = .true.                   !< a stage may add it, or take it away
+      integer :: block(2) = 0                       !< that its ends are in
+      real(wp) :: reference(2, 2) = 0.0_wp          !< [2,ends] offsets ρ from the centroids, m
+      real(wp) :: place(2, 2) = 0.0_wp              !< [2,ends] first places, m
+      real(wp) :: direction(2) = 0.0_wp             !< first axis; it turns with the first block
+      real(wp) :: stiffness(2) = 0.0_wp             !< axial, across; N/m per metre of thickness
+      real(wp) :: pretension = 0.0_wp               !< N per metre of thickness
+      real(wp) :: yield(2) = never                  !< forces at which it yields, N/m
+      real(wp) :: rupture(2) = never                !< stretch since it was put in, m
+   end type bolt_type
+
+end module dda_bolt

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A mechanism of failure as a picture: what each block does, and where it goes."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.patches import Patch
+
+from ..drawing import BLUE, INK, RED, STONE, new_figure
+
+FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
+_LONGEST_ARROW = 0.12  # of the model's size
+
+
+def draw_mechanism(found, axes=None):
+    """Draw a `Mechanism`: blocks where they rest in the colours of their verdicts, with arrows.
+
+    Parameters
+    ----------
+    found : Mechanism
+    axes : matplotlib.axes.Axes, optional
+        A figure of its own by default.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    places = np.vstack(found.polygons)
+    low, high = places.min(0), places.max(0)
+    size = float((high - low).max())
+    if axes is None:
+        wide, tall = (high - low) / size
+        axes = new_figure(size=(3.0 + 7.0 * wide, 1.2 + 7.0 * tall))[1]
+    axes.add_collection(
+        PolyCollection(
+            found.polygons,
+            facecolors=[FILLS[verdict] for verdict in found.verdicts],
+            edgecolors=INK,
+            linewidths=0.8,
+        )
+    )
+    centres = np.array([polygon.mean(0) for polygon in found.polygons])
+    moved = found.displacement[:, :2]
+    most = float(np.hypot(*moved.T).max(initial=0.0))
+    moving = np.array([verdict != "stable" for verdict in found.verdicts])
+    if most > 0.0 and moving.any():
+        arrows = (moved * (_LONGEST_ARROW * size / most))[moving]
+        colors = [RED if v == "topples" else BLUE for v in found.verdicts if v != "stable"]
+        axes.quiver(*centres[moving].T, *arrows.T, color=colors, angles="xy", scale_units="xy",
+                    scale=1.0, width=0.004)  # fmt: skip
+    margin = 0.04 * size
+    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
+    axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    counts = {name: found.verdicts.count(name) for name in FILLS}
+    axes.legend(
+        handles=[
+            Patch(fc=FILLS[name], ec=INK, label=f"{name}: {count}")
+            for name, count in counts.items()
+            if count
+        ],
+        frameon=False,
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.0),
+    )
+    title = "Stands" if not found.moves else "Mechanism"
+    axes.set_title(f"{title}, strength divided by {found.factor:.4g}", loc="left")
+    return axes

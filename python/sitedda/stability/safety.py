@@ -1,0 +1,360 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Factor of safety by strength reduction, and the mechanism in which a model fails.
+
+A model *stands* at a factor F if, with tan φ, c and T of all joints divided by F, each of its
+static stages comes to rest (`docs/method.md`, statics), and no block has moved farther from where
+it rests with strong joints than a share of the usual block's radius.  The factor of safety is where
+that ends, by bisection; it may lie below 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import InputError
+from .strength import Rest, come_to_rest, released, static_model
+
+VERDICTS = ("stable", "slides", "topples")
+_STRONGEST, _WEAKEST = 2.0**-12, 2.0**12  # factors that are looked at
+_BEYOND = 1.02  # over the factor at failure, of the motion that the mechanism is taken from
+_SETTLEMENT = 0.2  # of the median radius: largest way to the first state of rest
+_UNDISTURBED = 0.1  # of that way: the state of rest that the mechanism begins from
+_STILL = 0.02  # of the largest displacement: the block is stable
+_TURNING = 0.03  # rotation × radius over displacement: the block topples
+_STEP, _STEPS = 0.4, 3000  # of that motion: Δt, √(way / g), and most steps
+_ELASTIC = 4  # steps in which elastic strains follow the new forces
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """How a model moves when its strength is divided by a factor.
+
+    Attributes
+    ----------
+    factor : float
+    displacement : ndarray, shape (blocks, 3)
+        x, y (m) and rotation (rad) of each block from rest on.
+    verdicts : tuple of str
+        Of each block: 'stable', 'slides' or 'topples'.
+    names : tuple of str
+        Of the blocks.
+    moves : bool
+        A block has moved by the way that counts as failure.
+    polygons : list of ndarray
+        The blocks where they rest, shape (vertices, 2), m.
+    """
+
+    factor: float
+    displacement: np.ndarray
+    verdicts: tuple[str, ...]
+    names: tuple[str, ...]
+    moves: bool
+    polygons: list[np.ndarray] = field(repr=False)
+
+    def draw(self, axes=None):
+        """Draw blocks in the colours of their verdicts, with arrows; matplotlib axes."""
+        from .picture import draw_mechanism
+
+        return draw_mechanism(self, axes)
+
+    def to_dict(self) -> dict:
+        """Plain values."""
+        return {
+            "factor": self.factor,
+            "moves": self.moves,
+            "blocks": dict(zip(self.names, self.verdicts, strict=True)),
+            "displacement": self.displacement.tolist(),
+        }
+
+    def __str__(self) -> str:
+        """A table."""
+        width = max(map(len, self.names))
+        head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'turn (°)':>11}"
+        rows = [
+            f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(turn):11.4g}"
+            for name, verdict, (x, y, turn) in zip(
+                self.names, self.verdicts, self.displacement, strict=True
+            )
+        ]
+        outcome = "moves" if self.moves else "does not move"
+        words = f"strength divided by {self.factor:.6g}: the model {outcome}"
+        return "\n".join([head, *rows, words])
+
+
+@dataclass(frozen=True)
+class Safety:
+    """A factor of safety.
+
+    Attributes
+    ----------
+    low, high : float
+        The model stands at `low` and fails at `high`.
+    trials : tuple of Rest
+        All that was tried, in order.
+    mechanism : Mechanism or None
+        Of the failure; None if the model stands without strength.
+    warning : str
+        What speaks against the result; empty if nothing does.
+    """
+
+    low: float
+    high: float
+    trials: tuple[Rest, ...]
+    mechanism: Mechanism | None
+    warning: str = ""
+
+    @property
+    def factor(self) -> float:
+        """The middle of the bracket."""
+        return self.low if math.isinf(self.high) else 0.5 * (self.low + self.high)
+
+    def draw(self, axes=None):
+        """Draw the mechanism; matplotlib axes."""
+        if self.mechanism is None:
+            raise ValueError("there is no mechanism: the model stands without strength")
+        return self.mechanism.draw(axes)
+
+    def to_dict(self) -> dict:
+        """Plain values."""
+        found = {
+            "factor": self.factor,
+            "stands_at": self.low,
+            "fails_at": None if math.isinf(self.high) else self.high,
+            "warning": self.warning,
+            "trials": [
+                {"factor": one.factor, "stands": one.stands, "words": one.words}
+                for one in self.trials
+            ],
+        }
+        if self.mechanism:
+            found["blocks"] = dict(zip(self.mechanism.names, self.mechanism.verdicts, strict=True))
+        return found
+
+    @property
+    def words(self) -> str:
+        """The result in a sentence."""
+        if math.isinf(self.high):
+            return f"stands at every strength down to 1/{self.low:g} of that given"
+        if self.low == 0.0:
+            return f"fails at any strength: also with {1 / self.high:g} times that given"
+        return (
+            f"factor of safety {self.factor:.4g}: stands with the strength of all joints divided "
+            f"by {self.low:.6g}, fails at {self.high:.6g}"
+        )
+
+    def __str__(self) -> str:
+        """Trials, mechanism, result."""
+        head = f"{'factor':>10}  outcome"
+        rows = [f"{one.factor:10.6g}  {'stands' if one.stands else 'fails'}" for one in self.trials]
+        parts = ["\n".join([head, *rows])]
+        if self.mechanism:
+            parts.append(str(self.mechanism))
+        parts += [self.words, f"warning: {self.warning}" if self.warning else ""]
+        return "\n\n".join(filter(None, parts))
+
+
+def bisect(
+    stands: Callable[[float], bool], low: float, high: float, tolerance: float
+) -> tuple[float, float]:
+    """Shrink a bracket from where something stands to where it fails.
+
+    Parameters
+    ----------
+    stands : callable
+        Whether it stands at a value.
+    low, high : float
+        Stands and fails; `low` may be the larger one.
+    tolerance : float
+        Of the bracket, over its larger end.
+
+    Returns
+    -------
+    low, high : float
+    """
+    while abs(high - low) > tolerance * max(abs(low), abs(high)):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if stands(middle) else (low, middle)
+    return low, high
+
+
+class _Trials:
+    """Trials of one model."""
+
+    def __init__(self, source, changes, displacement: float):
+        self.model = static_model(source, changes)
+        with released(self.model, 1.0, None, 1.0, 1) as first:  # before anything has moved
+            self.polygons, self.start = first.polygons, first.coordinates
+            self.names = [name or f"block {i}" for i, name in enumerate(first.block_names, 1)]
+        self.done: list[Rest] = []
+        self.share = displacement
+        self.reference: np.ndarray | None = None
+
+    @cached_property
+    def radii(self) -> np.ndarray:
+        """Of the blocks, shape (blocks,), m: from the mean of their vertices."""
+        return np.array([np.linalg.norm(p - p.mean(0), axis=1).max() for p in self.polygons])
+
+    @property
+    def way(self) -> float:
+        """Displacement that counts as failure, m."""
+        return self.share * float(np.median(self.radii))
+
+    def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
+        """Displacement and radius × rotation of each block, shape (blocks,), m."""
+        change = coordinates - start
+        return np.hypot(np.hypot(change[:, 0], change[:, 1]), self.radii * change[:, 2])
+
+    def stands(self, factor: float) -> bool:
+        """Try a factor."""
+        rest = come_to_rest(self.model, factor)
+        if rest.stands:
+            first = self.reference is None
+            most = float(
+                self.moved(rest.coordinates, self.start if first else self.reference).max()
+            )
+            allowed = self.way * (max(1.0, _SETTLEMENT / self.share) if first else 1.0)
+            words = f"{rest.words}; a block has moved by {most:.3g} m, allowed {allowed:.3g} m"
+            rest = Rest(factor, most <= allowed, words, rest.coordinates)
+        if rest.stands and self.reference is None:
+            self.reference = rest.coordinates
+        self.done.append(rest)
+        return rest.stands
+
+    def find_reference(self, factor: float) -> float | None:
+        """The first factor, from a quarter of one down, at which the model rests."""
+        factor *= 0.25
+        while factor >= _STRONGEST:
+            if self.stands(factor):
+                return factor
+            factor /= 16.0
+        return None
+
+    def undisturbed(self) -> float:
+        """The largest factor at which the model rests without having moved much."""
+        good = [
+            one.factor
+            for one in self.done
+            if one.stands
+            and self.moved(one.coordinates, self.reference).max() <= _UNDISTURBED * self.way
+        ]
+        return max(good)
+
+
+def safety(
+    source,
+    *,
+    tolerance: float = 1e-3,
+    displacement: float = 0.05,
+    changes: Mapping | None = None,
+) -> Safety:
+    """Factor by which the strength of all joints may be divided before a model fails.
+
+    Parameters
+    ----------
+    source : path or Model
+        Namelist input.  Its dynamic stages count for what they change; motions do not act, and
+        loads are those of time 0.
+    tolerance : float
+        Width of the bracket over its upper end.
+    displacement : float
+        Largest displacement of a block at rest from where it rests with strong joints, of the
+        median radius of the blocks.
+    changes : mapping, optional
+        Variables to change in the input, see `Simulation`.
+
+    Returns
+    -------
+    Safety
+
+    Raises
+    ------
+    InputError
+        If the input cannot be run, or the model has no joint with strength.
+    """
+    _positive(tolerance=tolerance, displacement=displacement)
+    trials = _Trials(source, changes, displacement)
+    strong = trials.find_reference(1.0)
+    if strong is None:
+        lowest = trials.done[-1].factor
+        return Safety(0.0, lowest, tuple(trials.done), _mechanism(trials, 1.0, None))
+    low, high = strong, 1.0
+    while high <= _WEAKEST and trials.stands(high):
+        low, high = high, 2.0 * high
+    if high > _WEAKEST:
+        return Safety(low, math.inf, tuple(trials.done), None)
+    low, high = bisect(trials.stands, low, high, tolerance)
+    mechanism = _mechanism(trials, _BEYOND * high, trials.undisturbed())
+    return Safety(low, high, tuple(trials.done), mechanism, _doubt(mechanism))
+
+
+def mechanism(
+    source, factor: float = 1.0, *, displacement: float = 0.05, changes: Mapping | None = None
+) -> Mechanism:
+    """How a model moves with the strength of all joints divided by one factor.
+
+    Parameters
+    ----------
+    source, displacement, changes
+        See `safety`.
+    factor : float
+
+    Returns
+    -------
+    Mechanism
+        All blocks are stable if the model stands.
+    """
+    _positive(factor=factor, displacement=displacement)
+    trials = _Trials(source, changes, displacement)
+    strong = trials.find_reference(factor)
+    if strong is not None and trials.stands(factor):
+        moved = trials.done[-1].coordinates[:, :3] - trials.reference[:, :3]
+        names = tuple(trials.names)
+        stable = ("stable",) * len(names)
+        return Mechanism(factor, moved, stable, names, False, trials.polygons)
+    return _mechanism(trials, factor, strong)
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (0.0 < value < math.inf):
+            raise InputError(f"{name} = {value} must be a positive number")
+
+
+def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
+    """Let the model go at a factor, from rest at another, until it has moved far enough."""
+    gravity = trials.model.control.gravity
+    pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
+    unit = math.sqrt(trials.way / (pull or 1.0))
+    moves = done = False
+    with released(trials.model, factor, held, _STEP * unit, _STEPS) as run:
+        run.advance(_ELASTIC)
+        start = run.coordinates
+        while not (moves or done):
+            done = run.advance(10)
+            moves = bool(trials.moved(run.coordinates, start).max() > trials.way)
+        change = run.coordinates - start
+    verdicts = _verdicts(change, trials.radii)
+    return Mechanism(factor, change[:, :3], verdicts, tuple(trials.names), moves, trials.polygons)
+
+
+def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
+    """What each block does, by its displacement and rotation."""
+    moved, turned = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
+    still = np.hypot(moved, turned) < _STILL * np.hypot(moved, turned).max(initial=0.0)
+    turns = turned > _TURNING * moved
+    return tuple(np.where(still, "stable", np.where(turns, "topples", "slides")).tolist())
+
+
+def _doubt(mechanism: Mechanism) -> str:
+    """A warning if the static failure is not confirmed by the motion."""
+    if mechanism.moves:
+        return ""
+    return (
+        "just beyond the failure of the static stages the model does not move far when it is let "
+        "go: the stages may have failed for another reason than strength; see the trials"
+    )

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Models whose joint strength is divided by a factor, brought to rest or let go."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..changes import changed_input
+from ..errors import ConvergenceError, InputError, SolverError
+from ..model import Group, Model
+from ..simulation import Simulation
+
+_TIMED = ("base_motion_x", "base_motion_y", "motion_x", "motion_y")
+_TIME_ZERO = {
+    "load": (("force_x", "force_y"), False),
+    "traction": (("normal", "shear", "level"), False),
+    "water": (("rise", "scale"), True),
+}  # groups that change in time: their variables, and whether the ends hold outside
+_STEEPEST = 89.0  # degrees, the largest friction angle that an input may have
+
+
+@dataclass(frozen=True)
+class Rest:
+    """The outcome of the static stages at one factor.
+
+    Attributes
+    ----------
+    factor : float
+        That tan φ, c and T are divided by.
+    stands : bool
+        All static stages come to rest.
+    words : str
+        How, or what keeps moving.
+    coordinates : ndarray or None
+        Block coordinates at rest, shape (blocks, 6).
+    """
+
+    factor: float
+    stands: bool
+    words: str
+    coordinates: np.ndarray | None
+
+
+def static_model(source, changes: Mapping | None = None) -> Model:
+    """A copy of a model, of static stages alone, with what changes in time kept as at time 0.
+
+    Stages that are dynamic and change the model become static; others of that kind are left out.
+    Without a stage the model has one in which it comes to rest.  Motions and what refers to them
+    are taken out.
+
+    Parameters
+    ----------
+    source : path or Model
+    changes : mapping, optional
+        Variables to change first, see `sitedda.changes.changed_input`.
+    """
+    from ..building import opened_input
+
+    with opened_input(source) as (file, text):
+        model = Model.from_namelist(changed_input(text, changes) if changes else text, file)
+    model = model.build()
+    model.control(**dict.fromkeys((*_TIMED[:2], "settle", "dynamic_factor", "duration", "steps")))
+    if model.control.time_step is None:
+        model.control.time_step = 1.0  # of no use in static stages
+    model.control(time_step_control=None, least_time_step=None, integration=None, theta=None)
+    model.control(damping_ratio=None, damping_frequency=None)
+    stages = [_static(group) for group in model["stage"]]
+    for number, group in enumerate(model["joint"], 1):
+        group(name=group.name or f"joint {number}")
+    if "stop" in model._once:
+        model._once["stop"] = Group("stop")
+    for group in model.groups:
+        if group._name in _TIME_ZERO:
+            _hold(group, *_TIME_ZERO[group._name])
+        elif group._name == "fixed_point":
+            group(motion_x=None, motion_y=None)
+        elif group._name == "material":
+            damping = [name for name in group.as_dict() if "damping" in name or "rayleigh" in name]
+            group(**dict.fromkeys(["initial_velocity", *damping]))
+        elif group._name == "boundary":
+            _fix(group)
+    model.groups[:] = [
+        g for g in model.groups if g._name not in ("motion", "amplification", "stage")
+    ]
+    for values in filter(None, stages):
+        model.stage(**values)
+    if not model["stage"]:
+        model.stage(name="rest", kind="static")
+    return model
+
+
+def _static(group: Group) -> dict | None:
+    """Variables of a stage as a static one; none if it would do nothing."""
+    timed = ("duration", "steps", "time_step", "integration", "theta", "motions", "kind")
+    values = {name: v for name, v in group.as_dict().items() if name not in timed}
+    does_nothing = values.keys() <= {"name", "zero_displacements"}
+    return None if does_nothing and group.kind != "static" else values | {"kind": "static"}
+
+
+def _fix(boundary: Group) -> None:
+    """Edges that absorb waves are held, as in static stages; motions do not act."""
+    boundary(motion_x=None, motion_y=None, motion_is=None)
+    if boundary.kind in ("viscous", "compliant"):
+        boundary(kind="fixed", density=None, shear_velocity=None, pressure_velocity=None)
+
+
+def _hold(load: Group, names: tuple[str, ...], ends: bool) -> None:
+    """Keep a load as it is at time 0; outside its times it is zero, or holds the first and last."""
+    if load.time is None:
+        return
+    times = np.asarray(load.time, dtype=float)
+    acts = ends or times[0] <= 0.0 <= times[-1]
+    for name in names:
+        given = getattr(load, name)
+        if given is not None:
+            values = np.broadcast_to(np.asarray(given, dtype=float), times.shape)
+            load(**{name: [float(np.interp(0.0, times, values))] * 2})
+    load(time=[-1e9, 1e9] if acts else [-1e9, -9e8])
+
+
+def weakened(model: Model, factor: float) -> Model:
+    """A copy of a model with tan φ, c and T of all joints divided by a factor."""
+    weak = Model()
+    weak.folder = model.folder
+    for name, group in model._once.items():
+        weak._once[name](**group._values)
+    for group in model.groups:
+        copy = Group._of(group._name, group._values, group._place)
+        if group._name == "joint":
+            copy(**_divided(group.as_dict(), factor))
+        weak.groups.append(copy)
+    return weak
+
+
+def _divided(joint: dict, factor: float) -> dict:
+    """Strengths of a joint divided by a factor."""
+    new = {}
+    if joint.get("law") == "barton_bandis":
+        raise InputError(
+            f"joint {joint['name']!r}: strength reduction divides tan φ, c and T, which the law "
+            "'barton_bandis' has not; give it the 'mohr_coulomb' strength at its normal stress"
+        )
+    for name, value in joint.items():
+        if "friction_angle" in name or name == "dilation_angle":
+            angle = math.degrees(math.atan(math.tan(math.radians(value)) / factor))
+            new[name] = min(angle, _STEEPEST)
+        elif "cohesion" in name or "tensile_strength" in name:
+            new[name] = value / factor
+    return new
+
+
+def come_to_rest(model: Model, factor: float) -> Rest:
+    """Whether a static model comes to rest with its strengths divided by a factor."""
+    try:
+        with Simulation(weakened(model, factor)) as simulation:
+            while not simulation.advance():
+                pass
+            return Rest(factor, True, simulation.summary, simulation.coordinates)
+    except (ConvergenceError, SolverError) as trouble:
+        return Rest(factor, False, str(trouble), None)
+
+
+@contextmanager
+def released(model: Model, factor: float, held: float | None, time_step: float, steps: int):
+    """A simulation at rest with strengths divided by `held`, about to be divided by `factor`.
+
+    It moves by damped steps: velocities are dropped after each, so that blocks go where the forces
+    out of balance push them, by F Δt²/M a step, without swinging.
+
+    Parameters
+    ----------
+    model : Model
+        Of static stages alone.
+    factor : float
+    held : float or None
+        Factor at which the model comes to rest; None: there is none, and it begins unloaded.
+    time_step : float
+        s; Δt shrinks where it must.
+    steps : int
+        Of that Δt, at most.
+
+    Yields
+    ------
+    Simulation
+    """
+    moving = weakened(model, factor if held is None else held)
+    moving.control(time_step=time_step, time_step_control="adaptive", dynamic_factor=0.0)
+    moving.control(integration="backward_euler")
+    names = []
+    if held is None:
+        moving.groups[:] = [g for g in moving.groups if g._name != "stage"]
+    else:
+        for joint in moving["joint"]:
+            weak = f"{joint.name} weaker"
+            names.append(f"{joint.name} -> {weak}")
+            values = _divided(joint.as_dict(), factor / held)
+            moving.joint(**joint.as_dict() | values | {"name": weak})
+    stage = {"change_joints": ", ".join(names)} if names else {}
+    moving.stage(name="strength is lost", steps=steps, **stage)
+    with Simulation(moving) as simulation:
+        yield simulation

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bolts against closed forms: stiffness, pretension, yield, rupture, joints that they cross."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda.model import Model
+from sitedda.validation.model import residual
+
+STIFFNESS, MASS = 1.0e6, 2000.0  # N/m, kg/m
+
+
+def hanging(steps=2000, gravity=10.0, **bolt) -> Model:
+    """A block of 2000 kg/m that hangs on a bolt from a held one, 2 m above."""
+    model = Model("Hanging block", time_step=1e-4, steps=steps, gravity=(0.0, -gravity))
+    model.output(history_interval=10)
+    model.contact(normal_stiffness=1e10)
+    model.material("rock", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0)
+    model.block([(0, 3), (1, 3), (1, 4), (0, 4)], name="above")
+    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="below")
+    for x in (0.0, 1.0):
+        model.fixed_point(x, 4.0, "above")
+    values = {"axial_stiffness": STIFFNESS, "compression": True} | bolt
+    model.bolt("tie", (0.5, 3.5), (0.5, 0.5), **values)
+    return model
+
+
+def test_force_and_elongation_at_rest():
+    """F = W, s = (W − pretension)/k; the other end does not turn."""
+    model = hanging(steps=1, pretension=5e3)
+    model.control(settle=True)
+    history = model.run().history
+    assert history.bolt_force[-1, 0] == pytest.approx(20e3, rel=1e-6)
+    assert history.bolt_elongation[-1, 0] == pytest.approx(15e3 / STIFFNESS, rel=1e-5)
+    assert history.bolt_state[-1, 0] == 1
+    assert history.bolt.values.tolist() == ["tie"]
+
+
+def test_a_mass_on_a_bolt_swings():
+    """s = (g/ω²)(1 − cos ωt) under sudden gravity, less the damping ωΔt/4 of the scheme."""
+    history = hanging(steps=3000).run().history
+    omega = math.sqrt(STIFFNESS / MASS)
+    expected = 10.0 / omega**2 * (1.0 - np.cos(omega * history.time))
+    damped = 1.0 - math.exp(-0.25 * omega * 1e-4 * omega * 0.3)
+    assert abs(history.bolt_elongation[:, 0] - expected).max() < 1.5 * damped * 20e3 / STIFFNESS
+    assert history.bolt_force.max() == pytest.approx(40e3, rel=2.0 * damped)
+    assert residual(history) < 1e-9
+
+
+def test_yield():
+    """A bolt that yields at 1.5 W stops the block when (F_y − W) x = the energy it had then."""
+    history = hanging(steps=4000, yield_force=30e3).run().history
+    elastic = 30e3 / STIFFNESS  # W x = ½ k x² + ½ m v² there, then F_y − W brakes
+    most = elastic + (20e3 * elastic - 0.5 * STIFFNESS * elastic**2) / (30e3 - 20e3)
+    assert history.bolt_force.max() == pytest.approx(30e3, rel=1e-12)
+    assert history.bolt_elongation.max() == pytest.approx(most, rel=5e-3)
+    plastic = float(history.energy_yield[-1]) / 30e3
+    assert plastic == pytest.approx(most - elastic, rel=5e-3)
+    assert set(np.unique(history.bolt_state)) == {1, 2}
+    assert residual(history) < 1e-9
+
+
+def test_rupture_lets_the_block_fall():
+    history = hanging(steps=3000, rupture_elongation=0.025).run().history
+    assert history.bolt_state[-1, 0] == 4
+    assert history.bolt_force[-1, 0] == 0.0
+    lost = float(history.energy_yield[-1])
+    assert lost == pytest.approx(0.5 * STIFFNESS * 0.025**2, rel=0.05)
+    speed = history.energy_kinetic.diff("time")[-3:] > 0.0
+    assert speed.all()
+    assert residual(history) < 1e-9
+
+
+def test_a_cable_takes_no_compression():
+    """Thrown up against gravity the block is free until it comes back."""
+    model = hanging(steps=600, gravity=0.0, compression=False)
+    model["material"][0](initial_velocity=(0.0, 0.1, 0.0))
+    history = model.run().history
+    assert (history.bolt_force[1:, 0] == 0.0).all()
+    assert (history.bolt_state[1:, 0] == 3).all()
+    assert residual(history) < 1e-9
+
+
+def grouted(friction=20.0, **bolt) -> Model:
+    """Three layers on a 30° slope, in its axes, with a bolt grouted across both joints."""
+    dip = math.radians(30.0)
+    model = Model("Grouted bolt", time_step=1e-3, steps=1, settle=True)
+    model.control(gravity=(10.0 * math.sin(dip), -10.0 * math.cos(dip)))
+    model.contact(normal_stiffness=1e11, shear_ratio=1.0)
+    model.material("rock", density=2000.0, young_modulus=1e13, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=friction)
+    model.block([(-5, -2), (9, -2), (9, 0), (-5, 0)], name="base")
+    model.block([(0, 0), (4, 0), (4, 1), (0, 1)], name="lower")
+    model.block([(0, 1), (4, 1), (4, 2), (0, 2)], name="upper")
+    for x in (-5.0, 9.0):
+        model.fixed_point(x, -2.0)
+    values = {"axial_stiffness": 1e7, "shear_stiffness": 1e7} | bolt
+    model.bolt("dowel", (2.0, 1.5), (2.0, -0.5), grouted=True, **values)
+    return model
+
+
+def test_a_grouted_bolt_carries_what_friction_leaves():
+    """Its shear force at a joint is W sin α − W cos α tan φ of the blocks above."""
+    history = grouted().run().history
+    assert history.bolt.values.tolist() == ["dowel", "dowel"]
+    assert history.bolt_block.values.tolist() == [[2, 1], [1, 0]]
+    dip, friction = math.radians(30.0), math.radians(20.0)
+    left = 80e3 * (math.sin(dip) - math.cos(dip) * math.tan(friction))
+    got = abs(history.bolt_shear_force[-1].values)
+    assert got == pytest.approx([left, 2.0 * left], rel=1e-3)
+    assert abs(history.bolt_force[-1].values).max() < 1e-2 * left
+
+
+def test_a_grouted_bolt_turns_with_its_blocks():
+    """Rigid rotation of both blocks together stretches neither component."""
+    model = Model("Spin", time_step=1e-3, steps=200)
+    model.contact(normal_stiffness=1e10)
+    model.material("rock", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0, cohesion=1e9, tensile_strength=1e9)
+    model.material("spinning", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
+    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="a")
+    model.block([(1, 0), (2, 0), (2, 1), (1, 1)], name="b")
+    model.bolt("dowel", (0.5, 0.5), (1.5, 0.5), grouted=True, axial_stiffness=1e6,
+               shear_stiffness=1e6, pretension=0.0, compression=True)  # fmt: skip
+    with sitedda.Simulation(model) as run:
+        rates = np.zeros((2, 6))
+        rates[:, 1] = (-0.5, 0.5)
+        rates[:, 2] = 1.0
+        run.rates = rates
+        run.advance(200)
+        assert run.coordinates[0, 2] == pytest.approx(0.2, rel=1e-3)
+        stored = run.energies["support"]
+    assert stored < 1e-6 * 0.5 * 2 * 2000.0
+
+
+def test_shear_yield_and_rupture_of_a_grouted_bolt():
+    with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
+        grouted(shear_yield_force=10e3).run()
+    with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
+        grouted(rupture_slip=1e-3).run()
+
+
+def test_stages_add_and_drop_bolts():
+    """Put in late, a bolt has its pretension; taken away, nothing."""
+    model = hanging(pretension=20e3)
+    model.control(settle=None, steps=None)
+    model.stage(name="hold", kind="static")
+    model.stage(name="hang", kind="static", add="tie", remove="prop")
+    model.stage(name="wait", steps=50)
+    model.stage(name="fall", steps=1000, drop="t*")
+    model.block([(0, -1), (1, -1), (1, 0), (0, 0)], name="prop")
+    model.fixed_point(0.0, -1.0, "prop")
+    model.fixed_point(1.0, -1.0, "prop")
+    history = model.run().history
+    assert history.bolt_state[:, 0].values[[0, 1, 3, -1]].tolist() == [0, 1, 1, 0]
+    assert history.bolt_force[1, 0] == pytest.approx(20e3, rel=1e-3)
+    assert history.bolt_force[-1, 0] == 0.0
+    assert float(history.energy_kinetic[-1]) == pytest.approx(
+        0.5 * MASS * (10.0 * 0.1) ** 2, rel=2e-2
+    )
+    assert residual(history) < 1e-6
+
+
+def test_bits_of_both_programs_and_of_a_resumed_run(native, tmp_path, same_bits):
+    model = hanging(steps=1200, yield_force=30e3)
+    model.output(file="out.nc", block_interval=400)
+    file = model.write(tmp_path / "model.nml")
+    whole = sitedda.run(file).history
+    assert native("run", file, "-q", folder=tmp_path).returncode == 0
+    same_bits(whole, tmp_path / "out.nc")
+    with sitedda.Simulation(file, tmp_path / "again.nc") as run:
+        run.advance(700)
+        run.checkpoint()
+        run.advance(100)
+    same_bits(whole, sitedda.resume(file, tmp_path / "again.nc").history)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"to": (0.5, 2.0)}, "the point (0.5, 2) lies outside every block"),
+        ({"from": (0.2, 0.5)}, "both ends of the bolt are in the same block, 'below'"),
+        ({"axial_stiffness": -1.0}, "axial_stiffness"),
+        ({"shear_stiffness": 1e6}, "grouted = .true."),
+        ({"pretension": 2e4, "yield_force": 1e4}, "is above yield_force"),
+        ({"name": None}, "name is missing"),
+    ],
+)
+def test_bad_bolts_are_refused(changes, words):
+    model = hanging()
+    model["bolt"][0](**changes)
+    with pytest.raises(sitedda.InputError, match="group &bolt") as caught:
+        sitedda.Simulation(model)
+    assert words in str(caught.value)
+
+
+def test_a_stage_names_what_is_there():
+    model = hanging()
+    model.stage(name="one", steps=5, add="nothing")
+    model.control(steps=None)
+    with pytest.raises(sitedda.InputError, match="add: nothing is named 'nothing'"):
+        sitedda.Simulation(model)

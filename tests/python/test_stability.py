@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strength reduction against closed forms, and what it says when there is no factor."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda.command import main
+from sitedda.model import Model
+from sitedda.stability import bisect
+from sitedda.stability.strength import static_model
+
+
+def block_on_plane(slope, friction, cohesion=0.0, height=1.0, **stages) -> Model:
+    """A block 4 m long, of 25 kN/m³, on a plane, in axes of the plane."""
+    dip = math.radians(slope)
+    model = Model("Block on a plane", time_step=1e-2)
+    model.control(gravity=(10.0 * math.sin(dip), -10.0 * math.cos(dip)))
+    model.contact(normal_stiffness=1e10, shear_ratio=1.0)
+    model.material("rock", density=2500.0, young_modulus=1e11, poisson_ratio=0.2)
+    model.joint("plane", friction_angle=friction, cohesion=cohesion)
+    model.block([(-20, -1), (30, -1), (30, 0), (-20, 0)], name="base")
+    model.block([(0, 0), (4, 0), (4, height), (0, height)], name="block")
+    model.fixed_point(-20.0, -1.0, "base")
+    model.fixed_point(30.0, -1.0, "base")
+    return model
+
+
+@pytest.mark.parametrize(
+    ("slope", "friction", "cohesion", "height"),
+    [(20.0, 35.0, 0.0, 1.0), (35.0, 20.0, 0.0, 1.0), (40.0, 30.0, 0.5e3, 0.02)],
+)
+def test_factor_of_a_block_on_a_plane(slope, friction, cohesion, height):
+    """F = (c A + W cos α tan φ)/(W sin α), also below 1; a whole joint holds its cohesion.
+
+    The block with cohesion is thin: bonds break one by one, and its two carry the same share.
+    """
+    weight = 4.0 * height * 25e3
+    dip = math.radians(slope)
+    hold = cohesion * 4.0 + weight * math.cos(dip) * math.tan(math.radians(friction))
+    expected = hold / (weight * math.sin(dip))
+    found = sitedda.safety(block_on_plane(slope, friction, cohesion, height), tolerance=1e-3)
+    assert found.low <= found.factor <= found.high
+    assert found.factor == pytest.approx(expected, rel=2e-3)
+    assert found.high - found.low <= 1e-3 * found.high
+    assert found.mechanism.verdicts == ("stable", "slides")
+    assert found.mechanism.displacement[1, 0] > 0.0
+    assert not found.warning
+    assert f"{found.factor:.4g}" in str(found)
+
+
+def test_what_topples_stands_at_no_strength():
+    found = sitedda.safety(block_on_plane(40.0, 50.0, height=8.0))
+    assert found.low == 0.0
+    assert "fails at any strength" in found.words
+    assert found.mechanism.verdicts == ("stable", "topples")
+
+
+def test_what_needs_no_strength_has_no_mechanism():
+    found = sitedda.safety(block_on_plane(0.0, 30.0))
+    assert math.isinf(found.high) and found.mechanism is None
+    assert "every strength" in str(found)
+    assert found.to_dict()["fails_at"] is None
+    with pytest.raises(ValueError, match="no mechanism"):
+        found.draw()
+
+
+def test_one_factor_and_the_picture():
+    stands = sitedda.mechanism(block_on_plane(20.0, 30.0), 1.5)
+    assert stands.verdicts == ("stable", "stable") and not stands.moves
+    slides = sitedda.mechanism(block_on_plane(20.0, 30.0), 1.65)
+    assert slides.verdicts == ("stable", "slides") and slides.moves
+    axes = slides.draw()
+    assert len(axes.collections[0].get_paths()) == 2
+    with pytest.raises(sitedda.InputError, match="factor = -1"):
+        sitedda.mechanism(block_on_plane(20.0, 30.0), -1)
+
+
+def test_stages_count_for_what_they_change():
+    """A prop that a dynamic stage removes holds no longer; loads are those of time 0."""
+    model = block_on_plane(35.0, 20.0)
+    model.block([(4, 0), (6, 0), (6, 1), (4, 1)], name="prop")
+    model.fixed_point(6.0, 0.0, "prop")
+    model.load(2.0, 1.0, "block", time=(0.0, 1.0), force_x=(10.0, 20.0))
+    model.traction(side="right", level=[0.0, 1.0], time=(-1.0, 1.0))
+    model.water(surface=(-20, -3, 30, -3), rise=[0.0, -0.5], time=(-1.0, 1.0))
+    model.stage(name="rest", kind="static")
+    model.stage(name="free", remove="prop", steps=5)
+    model.stage(name="idle", steps=5)
+    static = static_model(model)
+    assert [(s.name, s.kind) for s in static["stage"]] == [("rest", "static"), ("free", "static")]
+    assert static["load"][0].force_x.tolist() == [10.0, 10.0]
+    assert static["traction"][0].level.tolist() == [0.5, 0.5]
+    assert static["water"][0].rise.tolist() == [-0.25, -0.25]
+    expected = math.tan(math.radians(20.0)) / math.tan(math.radians(35.0))
+    assert sitedda.safety(model, tolerance=5e-3).factor == pytest.approx(expected, rel=5e-3)
+
+
+def test_bisection_goes_both_ways():
+    assert bisect(lambda x: x < 2.0, 0.0, 5.3, 1e-6) == pytest.approx((2.0, 2.0), rel=2e-6)
+    low, high = bisect(lambda x: x > 2.0, 5.3, 1.1, 1e-3)
+    assert low > 2.0 > high
+
+
+def test_command(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = block_on_plane(20.0, 30.0).write(tmp_path / "block.nml")
+    assert main(["safety", str(file), "--tolerance", "0.01", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["stands_at"] < 1.5863 < found["fails_at"] * 1.001
+    assert found["blocks"] == {"base": "stable", "block": "slides"}
+    assert (tmp_path / "block_mechanism.png").stat().st_size > 5000
+    assert main(["safety", str(file), "--factor", "1", "--set", "joint.friction_angle=10"]) == 0
+    assert "the model moves" in capsys.readouterr().out
+    assert main(["safety", "missing.nml"]) == 1
+    assert np.isfinite(found["factor"])
