@@ -5,7 +5,7 @@ module dda_advice
    use dda_kinds, only: wp, pi
    use dda_eigen, only: eigenpairs_type
    use dda_errors, only: error_type, error_input, error_solver, fail
-   use dda_linear_model, only: linear_model_type, set_penalty
+   use dda_linear_model, only: linear_model_type, at_frequency, set_penalty
    use dda_modes, only: find_elastic
    use dda_text, only: to_text
    implicit none
@@ -115,6 +115,7 @@ contains
          return
       end if
       work = linear
+      call at_frequency(work, target)
       penalty%target = target
       call stiff_limit(work, penalty%limit, error)
       if (allocated(error)) return

@@ -4,12 +4,13 @@ module dda_check_simulation
    use dda_kinds, only: wp, long, pi
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type
+   use dda_check_material, only: check_material
    use dda_check_band, only: band_type, significant_band
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, verdict_fail, &
       advice_if
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
-      strain_energy
+      strain_energy, at_frequency, unrelaxed
    use dda_model, only: run_steps
    use dda_modes, only: modes_type, find_modes
    use dda_omega_max, only: find_omega_max
@@ -36,20 +37,23 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(out) :: report  !< check report
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(linear_model_type) :: linear
+      type(linear_model_type) :: linear, stiff
 
       call linearise(linear, simulation, 'auto', error)
       if (allocated(error)) return
+      call unrelaxed(linear, stiff)
       call significant_band(simulation%model%motions, report%band)
       call measure_blocks(simulation%blocks, report)
       call check_contacts(linear, report)
-      call check_highest(linear, report)
-      call check_ringing(linear, report)
+      call check_highest(stiff, report)
+      call check_ringing(stiff, report)
       call check_modes(linear, report)
-      call check_penalty(simulation, linear, report)
+      if (report%has_modes) call at_frequency(linear, report%modes%frequency(1))
+      call check_penalty(simulation, stiff%modulus, linear, report)
       call check_penalty_bounds(simulation, linear, report)
       call check_resolution(linear%time_step, report)
       call check_damping(linear, report)
+      call check_material(simulation, linear, report)
       call check_cost(simulation, linear, report)
    end subroutine check_simulation
 
@@ -174,15 +178,16 @@ contains
    end subroutine check_modes
 
    !> Penalty against the stiffness of the blocks, and what it does to the first frequency.
-   subroutine check_penalty(simulation, linear, report)
+   subroutine check_penalty(simulation, modulus, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
+      real(wp), intent(in) :: modulus  !< of the stiffest block, the largest that it reaches, Pa
       type(linear_model_type), intent(inout) :: linear  !< comes back as it was
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
       real(wp) :: ratio, limit
       character(len=:), allocatable :: found
 
-      ratio = simulation%model%contact%normal_stiffness/(linear%modulus*1.0_wp)
+      ratio = simulation%model%contact%normal_stiffness/(modulus*1.0_wp)
       found = to_text(simulation%model%contact%normal_stiffness)//' N/m, '//to_text(ratio)//' E·1 m'
       if (.not. report%has_modes .or. linear%closed == 0) then
          call add_line(report, verdict_ok, 'penalty', found, 'paper section 2.2: 40 E', '')

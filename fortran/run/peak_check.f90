@@ -6,7 +6,7 @@
 module dda_peak_check
    use dda_kinds, only: wp
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, linearise
+   use dda_linear_model, only: linear_model_type, linearise, unrelaxed
    use dda_ringing, only: ringing_type, find_ringing
    use dda_settings, only: amplification_type
    use dda_simulation, only: simulation_type
@@ -59,6 +59,7 @@ contains
       type(response_peak_type), intent(in) :: peak  !< frequency (Hz) and amplitude
       character(len=:), allocatable :: text
       type(ringing_type) :: ringing
+      type(linear_model_type) :: stiff
       type(error_type), allocatable :: error
 
       text = ''
@@ -67,7 +68,8 @@ contains
       if (simulation%model%output%history_interval > 1) text = text//'; history_interval = '// &
          to_text(simulation%model%output%history_interval)//' leaves out steps, so that high '// &
          'frequencies alias: try history_interval = 1'
-      call find_ringing(linear, ringing, error)
+      call unrelaxed(linear, stiff)
+      call find_ringing(stiff, ringing, error)
       if (.not. allocated(error)) then
          if (ringing%steps > long_ringing) text = text//'; '//ringing%words//': try '// &
             ringing%advice

@@ -9,6 +9,7 @@ module api
    use dda_check_report, only: report_type, report_text
    use dda_check_simulation, only: check_simulation
    use dda_contact, only: contacts_type
+   use dda_damping, only: damping_type, fit_body, most_mechanisms
    use dda_energy, only: energy_terms, energy_values
    use dda_baseline, only: baseline_type, motion_curve_type, make_motion_curve
    use dda_blocks, only: stress_of
@@ -45,7 +46,7 @@ module api
       energies, point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
-   public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping
+   public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
    public :: spectrum_of, amplification_of, peak_of, engine_version, engine_names, input_catalogue
 
    integer, parameter :: most_runs = 65536
@@ -829,6 +830,36 @@ contains
          thetas = theta_for_damping(damping, omega, time_step)
       end associate
    end subroutine scheme_for_damping
+
+   !> The generalised Maxwell body of a damping ratio over a band (Hz; 0: automatic) with a number
+   !> of mechanisms (0: automatic) up to a frequency (rad/s): its mechanisms, and largest modulus,
+   !> misfit and band.
+   subroutine body_of(ratio, reference, band, mechanisms, limit, n, omega, weight, numbers, &
+      status, message)
+      real(c_double), intent(in) :: ratio, reference, band(2), limit
+      integer(c_int), intent(in) :: mechanisms
+      integer(c_int), intent(out) :: n
+      real(c_double), intent(out) :: omega(16), weight(16), numbers(4)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(damping_type) :: damping
+
+      damping%ratio = ratio
+      damping%reference = reference
+      damping%band = band
+      damping%n = mechanisms
+      if (mechanisms /= 0 .and. (mechanisms < 2 .or. mechanisms > most_mechanisms)) then
+         call fail(error, error_input, 'mechanisms must be in 2 ... 16')
+      else
+         call fit_body(damping, limit, error)
+      end if
+      n = damping%n
+      omega = damping%omega
+      weight = damping%weight
+      numbers = [damping%unrelaxed, damping%misfit, damping%band]
+      call report(error, status, message)
+   end subroutine body_of
 
    subroutine engine_version(text)
       character(len=32), intent(out) :: text

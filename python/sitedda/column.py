@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arguments import first_of, not_negative, positive
+from .damping import MaterialDamping
 from .scheme import Scheme
 from .spectra import Peak
 
@@ -44,7 +45,7 @@ __all__ = [
     "undamped_amplification",
 ]
 
-Damping = float | Callable[[NDArray[np.float64]], ArrayLike]
+Damping = float | Callable[[NDArray[np.float64]], ArrayLike] | MaterialDamping
 
 _UNBOUNDED = 1e7  # a peak above this is the resonance of an undamped column
 _POINTS_PER_MODE = 64  # samples between two resonances when peaks are searched
@@ -200,9 +201,10 @@ class HalfSpace:
         agree, so that :func:`dataclasses.replace` works.
     shear_velocity : float
         v = √(G/ρ), m/s.
-    damping : float or callable
+    damping : float, callable or MaterialDamping
         Damping ratio, a fraction, or a function of the frequencies (Hz, shape (n,)) that returns
-        one ratio per frequency.
+        one ratio per frequency, or the damping that a material of the engine has:
+        :class:`sitedda.damping.ConstantRatio`, :class:`sitedda.damping.Rayleigh`.
 
     Raises
     ------
@@ -222,7 +224,7 @@ class HalfSpace:
         object.__setattr__(self, "density", density)
         object.__setattr__(self, "shear_modulus", modulus)
         object.__setattr__(self, "shear_velocity", velocity)
-        if not callable(self.damping):
+        if not (callable(self.damping) or isinstance(self.damping, MaterialDamping)):
             object.__setattr__(self, "damping", float(not_negative("damping", self.damping)))
 
     def damping_at(self, frequencies: ArrayLike) -> NDArray[np.float64]:
@@ -244,6 +246,8 @@ class HalfSpace:
             If a damping function returns another shape, or a negative or non-finite ratio.
         """
         values = np.asarray(frequencies, dtype=float)
+        if isinstance(self.damping, MaterialDamping):
+            return self.damping.ratio_at(values)
         if not callable(self.damping):
             return np.full(values.shape, self.damping)
         ratio = not_negative("damping", self.damping(values))
@@ -376,12 +380,18 @@ class Column:
         """
         values = not_negative("frequencies", frequencies)
         ravelled = values.ravel()
+
+        def modulus_of(medium: HalfSpace) -> NDArray[np.complex128]:
+            if isinstance(medium.damping, MaterialDamping):
+                return medium.shear_modulus * medium.damping.factors(ravelled)[0]
+            damping = medium.damping_at(ravelled)
+            return complex_modulus(medium.shear_modulus, damping, self.convention)
+
         return self._ratio(
             2 * np.pi * ravelled,
-            lambda medium: complex_modulus(
-                medium.shear_modulus, medium.damping_at(ravelled), self.convention
-            ),
+            modulus_of,
             (top, bottom, motion),
+            lambda damping: damping.factors(ravelled)[1],
         ).reshape(values.shape)
 
     def scheme_transfer(
@@ -398,9 +408,9 @@ class Column:
 
         Exact in time for a base that moves by a prescribed displacement, exact in space: what the
         engine tends to with thin bonded layers and stiff contacts.  With τ = tan(ωΔt/2) the
-        modulus is G (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ) at the angular frequency 2τ/Δt.  That damping,
-        :func:`sitedda.scheme_damping`, is the only one: that of the layers is not used, for the
-        engine has none.
+        modulus is G (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ) at the angular frequency 2τ/Δt.  Besides that
+        damping, :func:`sitedda.scheme_damping`, layers have theirs where it is one that materials
+        of the engine can have, of :mod:`sitedda.damping`; plain ratios are not used.
 
         Parameters
         ----------
@@ -427,12 +437,24 @@ class Column:
             rule, which has no damping).
         """
         values = not_negative("frequencies", frequencies)
-        factors = Scheme.named(integration, theta).steady(values.ravel(), time_step)
-        # A complex frequency with the real modulus: only ω²/G and ratios of moduli matter.
+        scheme = Scheme.named(integration, theta)
+        factors = scheme.steady(values.ravel(), time_step)
+
+        def of_material(damping: MaterialDamping) -> tuple:
+            return damping.scheme_factors(values.ravel(), factors, scheme, float(time_step))
+
+        def modulus_of(medium: HalfSpace) -> NDArray[np.complex128]:
+            if isinstance(medium.damping, MaterialDamping):
+                return medium.shear_modulus * of_material(medium.damping)[0]
+            return complex_modulus(medium.shear_modulus, 0.0)
+
+        # A complex frequency with the modulus of the materials: only ω²/G and ratios of moduli
+        # matter.
         return self._ratio(
             np.sqrt(-factors.inertia),
-            lambda medium: complex_modulus(medium.shear_modulus, 0.0),
+            modulus_of,
             (top, bottom, motion),
+            lambda damping: of_material(damping)[1],
         ).reshape(values.shape)
 
     def peak(
@@ -485,13 +507,24 @@ class Column:
         omega: NDArray[np.complex128],
         modulus_of: Callable[[HalfSpace], NDArray[np.complex128]],
         place: tuple[float, float | None, str],
+        density_of: Callable[[MaterialDamping], NDArray[np.complex128]],
     ) -> NDArray[np.complex128]:
-        """Response at one depth over reference motion at another, shape of ``omega``."""
+        """Response at one depth over reference motion at another, shape of ``omega``.
+
+        ``density_of`` is the complex density over the given one that damping goes with.
+        """
         top, bottom, motion = place
         _one_of("motion", motion, ("within", "outcrop"))
         upper, lower = self._depths(top, bottom)
         media, thicknesses, (first, last) = self._cut_at(upper, lower)
-        steps, reflections = _recursion(omega, media, thicknesses, modulus_of)
+        densities = {
+            id(medium): medium.density * density_of(medium.damping)
+            if isinstance(medium.damping, MaterialDamping)
+            else medium.density
+            for medium in media
+            if medium is not None
+        }
+        steps, reflections = _recursion(omega, media, thicknesses, modulus_of, densities)
         reference = 2.0 if motion == "outcrop" else 1 + reflections[last]
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.prod(steps[first:last], axis=0) * (1 + reflections[first]) / reference
@@ -534,6 +567,7 @@ def _recursion(
     media: Sequence[HalfSpace | None],
     thicknesses: NDArray[np.float64],
     modulus_of: Callable[[HalfSpace], NDArray[np.complex128]],
+    densities: dict | None = None,
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Waves in a stack of m layers: the SHAKE recursion in quotients that cannot overflow.
 
@@ -548,14 +582,16 @@ def _recursion(
         B/A at the top of each medium, that of the base last.
     """
     moduli = {id(medium): modulus_of(medium) for medium in media if medium is not None}
+    if densities is None:
+        densities = {id(medium): medium.density for medium in media if medium is not None}
     steps = np.empty((len(thicknesses), omega.size), dtype=complex)
     reflections = np.ones((len(media), omega.size), dtype=complex)
     for j, thickness in enumerate(thicknesses):
-        modulus, density = moduli[id(media[j])], media[j].density
+        modulus, density = moduli[id(media[j])], densities[id(media[j])]
         below = media[j + 1]
         contrast = 0.0
         if below is not None:
-            contrast = np.sqrt(density * modulus / (below.density * moduli[id(below)]))
+            contrast = np.sqrt(density * modulus / (densities[id(below)] * moduli[id(below)]))
         decay = np.exp(-1j * omega * thickness / np.sqrt(modulus / density))
         down = reflections[j] * decay**2
         upgoing = (1 + contrast) + (1 - contrast) * down

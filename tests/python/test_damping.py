@@ -3,9 +3,10 @@
 
 import numpy as np
 import pytest
-from model_text import changed, tower
+from model_text import changed, tower, without
 
 import sitedda
+from sitedda.damping import ConstantRatio, Rayleigh
 
 
 def damped(**values) -> list:
@@ -110,3 +111,92 @@ def test_a_run_loses_energy_in_the_material(write_input):
     lost = history.energy_material_damping.values
     assert np.all(np.diff(lost) >= 0) and lost[-1] > 0
     assert abs(history.energy_balance[-1]) < 1e-9 * history.energy_input.max()
+
+
+DAMPED = {
+    "constant ratio": (
+        {"damping_ratio": 0.05, "reference_frequency": 5.0},
+        ConstantRatio(0.05, 5.0),
+    ),
+    "Rayleigh": (
+        {"damping_ratio": 0.05, "rayleigh_frequencies": [2.0, 12.0]},
+        Rayleigh.at(0.05, (2, 12)),
+    ),
+}
+
+
+@pytest.mark.parametrize("integration", ["dda", "theta", "midpoint"])
+@pytest.mark.parametrize("name", DAMPED)
+def test_thin_layers_answer_as_the_column_does(write_input, name, integration):
+    """15 m of layers with stiff joints, in steps of 5 ms."""
+    values, damping = DAMPED[name]
+    groups = changed(damped(**values), "control", time_step=5e-3, integration=integration)
+    groups = changed(groups, "contact", normal_stiffness=1e15)
+    groups = changed(groups, "layers", 1, thickness=0.25, count=60)
+    point = {"name": "surface", "x": 7.5, "y": 15.0, "block": "layer_60"}
+    groups = [*without(groups, "measured_point"), ("measured_point", point)]
+    groups.append(("measured_point", {"name": "base", "x": 7.5, "y": 0.0, "block": "base_1"}))
+    frequencies = np.linspace(1.0, 40.0, 40)
+    found = sitedda.transfer(write_input(groups), frequencies)
+    layer = sitedda.Layer(15.0, density=2643.0, shear_modulus=4.788e9 / 2.5, damping=damping)
+    column = sitedda.Column([layer])
+    exact = column.scheme_transfer(frequencies, 5e-3, integration=integration)
+    assert np.max(abs(found / exact - 1)) < 5e-3
+    assert (
+        np.max(abs(column.scheme_transfer(frequencies, 1e-6) / column.transfer(frequencies) - 1))
+        < 1e-3
+    )
+
+
+def test_damping_of_a_layer_is_its_ratio():
+    frequencies = np.geomspace(0.1, 50.0, 50)
+    for ratio in (0.01, 0.2):
+        body = ConstantRatio(ratio, 14.2)
+        assert body.ratio_at(frequencies) == pytest.approx(ratio, rel=1e-3)
+        assert body.body.factor(2 * np.pi * 14.2).real == pytest.approx(1.0, rel=1e-12)
+    rayleigh = Rayleigh.at(0.05, (2.0, 12.0))
+    assert (rayleigh.alpha, rayleigh.beta) == pytest.approx((1.0771175, 1.136821e-3), rel=1e-6)
+    with pytest.raises(sitedda.InputError, match="more mechanisms"):
+        ConstantRatio(0.05, mechanisms=3)
+
+
+CHECKED = [
+    ({"damping_ratio": 0.05}, {}, "ok", "over 0.1000 … 50.000 Hz"),
+    (
+        {"damping_ratio": 0.05, "damping_band": [20.0, 50.0]},
+        {},
+        "warn",
+        "less damping beyond the band",
+    ),
+    ({"damping_ratio": 0.05}, {"gravity": [0.0, -9.81]}, "warn", "creep under their weight"),
+    ({"damping_ratio": 0.05}, {"gravity": [0.0, -9.81], "settle": True}, "ok", "mechanisms"),
+    ({"damping_ratio": 0.05, "rayleigh_frequencies": [5.0, 50.0]}, {}, "ok", "alpha up to"),
+    ({"rayleigh_beta": 0.1}, {}, "ok", "changes the sign of its rate every step"),
+]
+
+
+@pytest.mark.parametrize(("material", "control", "verdict", "words"), CHECKED)
+def test_check_says_how_materials_damp(write_input, material, control, verdict, words):
+    file = write_input(changed(damped(**material), "control", **control))
+    lines = {line.topic: line for line in sitedda.check(file).lines}
+    line = lines["Rayleigh damping" if "rayleigh" in str(material) else "material damping"]
+    assert line.verdict == verdict and words in line.words
+
+
+def test_check_says_that_alpha_drags_free_blocks(write_input):
+    groups = changed(damped(rayleigh_alpha=1.0), "joint", cohesion=0.0, tensile_strength=0.0)
+    groups = changed(groups, "control", gravity=[0.0, -9.81], settle=True)
+    lines = {line.topic: line for line in sitedda.check(write_input(groups)).lines}
+    assert lines["Rayleigh damping"].verdict == "warn"
+    assert "a falling one to 9.81" in lines["Rayleigh damping"].words
+
+
+def test_the_highest_frequency_is_that_of_the_largest_modulus(write_input):
+    body = {"damping_ratio": 0.2, "damping_band": [0.1, 2.0], "reference_frequency": 0.5}
+    file = write_input(damped(**body), "damped")
+    stiffer = ConstantRatio(0.2, 0.5, (0.1, 2.0)).body.unrelaxed * 4.788e9
+    soft = {"contact": {"normal_stiffness": 1.5e9}}
+    expected = sitedda.check(write_input(damped(young_modulus=stiffer), "stiff"), changes=soft)
+    assert sitedda.check(file, changes=soft).omega_max == pytest.approx(
+        expected.omega_max, rel=1e-9
+    )

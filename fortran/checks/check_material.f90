@@ -1,0 +1,160 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a check says of the damping of materials: how much, over which frequencies, and where it may
+!> be too much.
+module dda_check_material
+   use dda_kinds, only: wp, pi
+   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn
+   use dda_damping, only: damping_type, has_body, modulus_factor, rayleigh_ratio
+   use dda_dense_eigen, only: block_eigen
+   use dda_errors, only: error_type
+   use dda_linear_model, only: linear_model_type, is_dispersive
+   use dda_simulation, only: simulation_type
+   use dda_text, only: short_text, to_text
+   implicit none
+   private
+   public :: check_material
+
+   real(wp), parameter :: most_ringing = 1000.0_wp  !< steps to 1/e of a velocity that alternates
+   real(wp), parameter :: good_fit = 0.01_wp        !< error of ζ that needs no word
+
+contains
+
+   !> A line for materials with the same ratio at all frequencies, and one for Rayleigh damping.
+   subroutine check_material(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
+
+      if (is_dispersive(linear)) call check_bodies(simulation, linear, report)
+      if (any(linear%damping%alpha > 0.0_wp .or. linear%damping%beta > 0.0_wp)) &
+         call check_rayleigh(linear, report)
+   end subroutine check_material
+
+   !> Generalised Maxwell bodies: fit, modulus at the first mode, band of the record, weight.
+   subroutine check_bodies(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
+      type(damping_type), allocatable :: body(:)
+      character(len=:), allocatable :: found, advice
+      real(wp) :: band(2), misfit
+
+      body = pack(linear%damping, has_body(linear%damping))
+      band = [maxval(body%band(1)), minval(body%band(2))]
+      misfit = maxval(body%misfit)
+      found = span(100*minval(body%ratio), 100*maxval(body%ratio))//' % over '// &
+         short_text(band(1))//' … '//short_text(band(2))//' Hz, to '// &
+         short_text(100*misfit)//' % of it by '// &
+         count_text(minval(body%n), maxval(body%n))//' mechanisms'
+      if (report%has_modes) then
+         associate (factor => real(modulus_factor(body, report%modes%omega(1))))
+            found = found//'; moduli '//span(minval(factor), maxval(factor))// &
+               ' times the given ones at the first mode, at most '// &
+               short_text(maxval(body%unrelaxed))//' times'
+         end associate
+      end if
+      advice = ''
+      if (misfit > good_fit) advice = '; more mechanisms, or a narrower damping_band'
+      if (report%band%known) then
+         if (report%band%lowest < band(1) .or. report%band%highest > band(2)) then
+            found = found//'; the record has '//short_text(report%band%lowest)//' … '// &
+               short_text(report%band%highest)//' Hz, and there is less damping beyond the band'
+            advice = advice//'; a damping_band that holds the record'
+         end if
+      end if
+      if (norm2(simulation%model%control%gravity) > 0.0_wp .and. &
+         .not. simulation%model%stages(1)%static) then
+         found = found//'; gravity comes suddenly, and the blocks creep under their weight'
+         advice = advice//'; settle = .true.'
+      end if
+      call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'material damping', &
+         found, 'generalised Maxwell bodies', advice(min(3, len(advice) + 1):))
+   end subroutine check_bodies
+
+   !> Rayleigh damping: ratios, free blocks that α drags, strains that β makes ring.
+   subroutine check_rayleigh(linear, report)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
+      character(len=:), allocatable :: found, advice
+      real(wp) :: alpha, steps
+
+      alpha = maxval(linear%damping%alpha)
+      found = 'alpha up to '//to_text(alpha)//' 1/s, beta up to '// &
+         to_text(maxval(linear%damping%beta))//' s'
+      if (report%has_modes) found = found//'; '//ratios(report%modes%frequency(1))
+      if (report%band%known) found = found//'; '//ratios(report%band%lowest)//'; '// &
+         ratios(report%band%highest)
+      advice = ''
+      if (alpha > 0.0_wp .and. (linear%unilateral > 0 .or. report%modes%rigid > 0 .or. &
+         linear%closed == 0)) then
+         found = found//'; blocks can move freely, and alpha drags them: a falling one to '// &
+            short_text(9.81_wp/alpha)//' m/s'
+         advice = '; alpha = 0 for blocks that are not bonded'
+      end if
+      steps = ringing_of_strains(linear)
+      if (steps > 0.0_wp) found = found//'; the stiffest strain of a block changes the sign of '// &
+         'its rate every step and falls to 1/e in '//short_text(steps)//' steps'
+      if (steps > most_ringing) advice = advice//'; a smaller time_step or beta'
+      call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'Rayleigh damping', &
+         found, 'zeta = alpha/(2 omega) + beta omega/2', advice(min(3, len(advice) + 1):))
+
+   contains
+
+      !> Damping ratios at a frequency, %.
+      function ratios(frequency) result(text)
+         real(wp), intent(in) :: frequency  !< Hz
+         character(len=:), allocatable :: text
+
+         associate (ratio => 100*rayleigh_ratio(pack(linear%damping, linear%damping%alpha &
+            > 0.0_wp .or. linear%damping%beta > 0.0_wp), frequency))
+            text = span(minval(ratio), maxval(ratio))//' % at '//short_text(frequency)//' Hz'
+         end associate
+      end function ratios
+   end subroutine check_rayleigh
+
+   !> Steps to 1/e of the stiffest strain that the dashpot on d/Δt lets alternate; 0 if none does.
+   !>
+   !> Where a dashpot c alone acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
+   real(wp) function ringing_of_strains(linear) result(steps)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp) :: stiffness(6, 6), values(6), vectors(6, 6), rate, root
+      type(error_type), allocatable :: error
+      integer :: b
+
+      rate = 0.0_wp
+      do b = 1, linear%n
+         if (linear%law(b) == 0) cycle
+         associate (damping => linear%damping(linear%law(b)))
+            if (.not. damping%beta > 0.0_wp) cycle
+            stiffness = 0.0_wp
+            stiffness(4:6, 4:6) = linear%given(:, :, b)
+            call block_eigen(stiffness, linear%mass(:, :, b), values, vectors, error)
+            if (allocated(error)) cycle
+            rate = max(rate, damping%alpha + damping%beta*values(6))
+         end associate
+      end do
+      rate = rate*linear%time_step
+      steps = 0.0_wp
+      root = (1.0_wp - (1.0_wp - linear%scheme%chi)*rate)/(1.0_wp + linear%scheme%chi*rate)
+      if (root < 0.0_wp) steps = -1.0_wp/log(-root)
+   end function ringing_of_strains
+
+   !> One whole number, or two.
+   pure function count_text(least, most) result(text)
+      integer, intent(in) :: least, most
+      character(len=:), allocatable :: text
+
+      text = to_text(least)
+      if (most > least) text = text//' … '//to_text(most)
+   end function count_text
+
+   !> One number, or two.
+   pure function span(least, most) result(text)
+      real(wp), intent(in) :: least, most
+      character(len=:), allocatable :: text
+
+      text = short_text(least)
+      if (short_text(most) /= text) text = text//' … '//short_text(most)
+   end function span
+
+end module dda_check_material
