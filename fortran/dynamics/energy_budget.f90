@@ -12,7 +12,7 @@ module dda_energy_budget
       energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
       energy_algorithmic, energy_dilation, energy_geometric, energy_material
    use dda_kinematics, only: kinetic_energy
-   use dda_material_damping, only: add_damping_loss, damping_energy
+   use dda_material_damping, only: damping_losses, damping_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type, momentum_weight, velocity_weight
    implicit none
@@ -85,7 +85,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: part(3, most_pieces), total(3)
+      real(wp) :: part(2, most_pieces), total(2), damped(2)
       integer :: p
 
       if (blocks%n < parallel_from) then
@@ -99,22 +99,24 @@ contains
       end if
       call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*total(1) &
          + (step%scheme%chi - 0.5_wp)*total(2))
-      call add_energy(energy, energy_material, total(3))
+      if (.not. blocks%damps) return
+      damped = damping_losses(blocks, step, d)
+      call add_energy(energy, energy_material, damped(1))
+      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*damped(2))
    end subroutine add_block_losses
 
-   !> Σ ΔσΔε of the strains, Σ ΔvᵀMΔv where χ > ½, and the loss by damping of blocks first … last.
+   !> Σ dᵀKd of the strains and, where χ > ½, Σ ΔvᵀMΔv of blocks first … last.
    pure function loss_range(blocks, step, d, first, last) result(total)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: total(3), change(6)
+      real(wp) :: total(2), change(6)
       integer :: b
 
       total = 0.0_wp
       do b = first, last
          total(1) = total(1) + strain_form(blocks%stiffness(:, :, b), d(4:6, b))
-         if (blocks%damps) call add_damping_loss(blocks, step, b, d(:, b), total(3), total(1))
          if (.not. step%scheme%chi > 0.5_wp) cycle
          change = momentum_weight(step)*d(:, b) &
             - (velocity_weight(step) + 1.0_wp)*blocks%velocity(:, b)
@@ -295,19 +297,27 @@ contains
    !> ½ A εᵀDε + A σ₀ᵀε of all blocks, and what bodies that damp store beyond it.
    real(wp) function strain_energy(blocks)
       type(blocks_type), intent(in) :: blocks  !< in their present state
+
+      strain_energy = elastic_energy(blocks)
+      if (blocks%damps) strain_energy = strain_energy + damping_energy(blocks)
+   end function strain_energy
+
+   !> ½ A εᵀDε + A σ₀ᵀε of all blocks.
+   real(wp) function elastic_energy(blocks)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp) :: part(most_pieces)
       integer :: p
 
       if (blocks%n < parallel_from) then
-         strain_energy = strain_range(blocks, 1, blocks%n)
+         elastic_energy = strain_range(blocks, 1, blocks%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(blocks%n)
          part(p) = strain_range(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
       end do
-      strain_energy = sum(part(:pieces(blocks%n)))
-   end function strain_energy
+      elastic_energy = sum(part(:pieces(blocks%n)))
+   end function elastic_energy
 
    !> Blocks first … last.
    pure real(wp) function strain_range(blocks, first, last) result(energy)
@@ -319,7 +329,6 @@ contains
       do b = first, last
          energy = energy + 0.5_wp*strain_form(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
             + blocks%area(b)*dot_product(blocks%initial_stress(:, b), blocks%position(4:6, b))
-         if (blocks%damps) energy = energy + damping_energy(blocks, b)
       end do
    end function strain_range
 

@@ -4,7 +4,7 @@ module dda_kinematics
    use dda_kinds, only: wp
    use dda_block_matrix, only: multiply_block
    use dda_blocks, only: blocks_type, update_geometry
-   use dda_material_damping, only: keep_memory
+   use dda_material_damping, only: keep_memories
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type, momentum_weight, velocity_weight
    implicit none
@@ -43,6 +43,7 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       integer :: p
 
+      if (blocks%damps) call keep_memories(blocks, step, d)
       if (blocks%n < parallel_from) then
          call integrate_range(blocks, d, step, 1, blocks%n)
       else
@@ -69,7 +70,6 @@ contains
          new = of_d*d(:, b) - of_v*blocks%velocity(:, b)
          blocks%acceleration(:, b) = (new - blocks%velocity(:, b))/step%time_step
          blocks%velocity(:, b) = new
-         if (blocks%damps) call keep_memory(blocks, step, b, d(4:6, b))
          blocks%position(:, b) = blocks%position(:, b) + d(:, b)
       end do
    end subroutine integrate_range

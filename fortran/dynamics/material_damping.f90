@@ -13,12 +13,87 @@ module dda_material_damping
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, memory_strain, has_memory
    use dda_damping, only: damping_type
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type
    implicit none
    private
-   public :: add_damping_matrix, add_damping_load, add_damping_loss, damping_energy, keep_memory
+   public :: add_damping_matrices, add_damping_loads, damping_losses, damping_energy, keep_memories
 
 contains
+
+   !> Terms of K̂ of all blocks, constants as long as the step stays.
+   subroutine add_damping_matrices(blocks, step, matrix)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      real(wp), intent(inout) :: matrix(:,:,:) !< [6,6,blocks]
+      integer :: b
+
+      do b = 1, blocks%n
+         call add_damping_matrix(blocks, step, b, matrix(:, :, b))
+      end do
+   end subroutine add_damping_matrices
+
+   !> Forces on the strains of all blocks at d = 0, beyond those of elasticity.
+   subroutine add_damping_loads(blocks, step, load)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] f̂, N/m …
+      integer :: b
+
+      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
+      do b = 1, blocks%n
+         call add_damping_load(blocks, step, b, load(4:6, b))
+      end do
+   end subroutine add_damping_loads
+
+   !> Losses of a step before it is taken: by damping, and Δσ·Δε beyond that of elasticity, J per
+   !> metre of thickness.
+   function damping_losses(blocks, step, d) result(total)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
+      real(wp) :: total(2), part(2, most_pieces)
+      integer :: p, b
+
+      part = 0.0_wp
+      !$omp parallel do schedule(static) private(b) if (blocks%n >= parallel_from)
+      do p = 1, pieces(blocks%n)
+         do b = first_of(p, blocks%n), last_of(p, blocks%n)
+            call add_damping_loss(blocks, step, b, d(:, b), part(1, p), part(2, p))
+         end do
+      end do
+      total = sum(part(:, :pieces(blocks%n)), 2)
+   end function damping_losses
+
+   !> Stored by the bodies of all blocks beyond ½ ε·Kε, J per metre of thickness.
+   real(wp) function damping_energy(blocks) result(energy)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: part(most_pieces)
+      integer :: p, b
+
+      part = 0.0_wp
+      !$omp parallel do schedule(static) private(b) if (blocks%n >= parallel_from)
+      do p = 1, pieces(blocks%n)
+         do b = first_of(p, blocks%n), last_of(p, blocks%n)
+            part(p) = part(p) + energy_of_block(blocks, b)
+         end do
+      end do
+      energy = sum(part(:pieces(blocks%n)))
+   end function damping_energy
+
+   !> ζ_l of all blocks at the end of a step, before their strains are.
+   subroutine keep_memories(blocks, step, d)
+      type(blocks_type), intent(inout) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step         !< the one being taken
+      real(wp), intent(in) :: d(:,:)              !< [6,blocks] increments of the coordinates
+      integer :: b
+
+      if (.not. has_memory(blocks)) return
+      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
+      do b = 1, blocks%n
+         call keep_memory(blocks, step, b, d(4:6, b))
+      end do
+   end subroutine keep_memories
 
    !> Terms of K̂ of block b, constants as long as the step stays.
    pure subroutine add_damping_matrix(blocks, step, b, matrix)
@@ -89,7 +164,7 @@ contains
    end subroutine add_damping_loss
 
    !> Stored by the body of block b beyond ½ ε·Kε, J per metre of thickness.
-   pure real(wp) function damping_energy(blocks, b) result(energy)
+   pure real(wp) function energy_of_block(blocks, b) result(energy)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       integer, intent(in) :: b                 !< number of the block
       real(wp) :: strain(3), sum_of(3)
@@ -110,7 +185,7 @@ contains
          energy = energy + dot_product(strain, matmul(blocks%stiffness(:, :, b), &
             0.5_wp*(damping%unrelaxed - 1.0_wp)*strain - damping%unrelaxed*sum_of))
       end associate
-   end function damping_energy
+   end function energy_of_block
 
    !> ζ_l of block b at the end of a step, before its strains are.
    pure subroutine keep_memory(blocks, step, b, d)
@@ -120,7 +195,6 @@ contains
       real(wp), intent(in) :: d(3)                !< increments of its strains
       integer :: l
 
-      if (.not. has_memory(blocks)) return
       associate (damping => blocks%damping(blocks%material(b)))
          do l = 1, damping%n
             blocks%memory(:, l, b) = blocks%memory(:, l, b) &

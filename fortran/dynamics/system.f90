@@ -10,7 +10,7 @@ module dda_system
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
    use dda_elements, only: elements_type, prepare_elements, linear_terms_of, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, coupled_blocks
-   use dda_material_damping, only: add_damping_matrix, add_damping_load
+   use dda_material_damping, only: add_damping_matrices, add_damping_loads
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_scheme, only: step_type, mass_weight, momentum_weight
@@ -117,8 +117,8 @@ contains
          system%constant(:, :, b) = weight*blocks%inertia(:, :, b)
          system%constant(4:6, 4:6, b) = system%constant(4:6, 4:6, b) &
             + step%scheme%theta*blocks%stiffness(:, :, b)
-         if (blocks%damps) call add_damping_matrix(blocks, step, b, system%constant(:, :, b))
       end do
+      if (blocks%damps) call add_damping_matrices(blocks, step, system%constant)
       system%constant_step = step
       system%constant_damps = blocks%damps
    end subroutine set_constant
@@ -141,6 +141,7 @@ contains
             call assemble_blocks(system, blocks, step, first_of(p, blocks%n), last_of(p, blocks%n))
          end do
       end if
+      if (blocks%damps) call add_damping_loads(blocks, step, system%load)
       call prepare_elements(elements, blocks, step)
       call linear_terms_of(elements, blocks, step, system%terms)
       call add_to_matrix(system%terms, step_weights(step), system%linear)
@@ -164,7 +165,6 @@ contains
          strain_load = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
             + blocks%area(b)*blocks%initial_stress(:, b)
          system%load(4:6, b) = system%load(4:6, b) - strain_load
-         if (blocks%damps) call add_damping_load(blocks, step, b, system%load(4:6, b))
       end do
    end subroutine assemble_blocks
 
