@@ -10,11 +10,11 @@ module dda_driver
    use dda_interrupts, only: stop_requested
    use dda_kinds, only: long
    use dda_messages, only: say, warn
-   use dda_model, only: model_type, run_duration
+   use dda_model, only: model_type
    use dda_output_file, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
-   use dda_simulation, only: simulation_type, summary, ending
+   use dda_simulation, only: simulation_type, end_of_run, summary, ending
    use dda_peak_check, only: peak_warning
    use dda_site_response, only: response_peak_type, amplification_peak, peak_text
    use dda_stages, only: begin_simulation
@@ -106,7 +106,7 @@ contains
                resume_command(arguments))
             return
          end if
-         call show_progress(progress, run%simulation%time, run_duration(run%simulation%model))
+         call show_progress(progress, run%simulation%time, end_of_run(run%simulation))
       end do
    end subroutine step_to_end
 

@@ -18,8 +18,8 @@ module dda_simulation
    use dda_text, only: to_text
    implicit none
    private
-   public :: simulation_type, counters_type, stop_state_type, next_step, exchange_lists, finished, &
-      stage_finished, summary, ending, block_name
+   public :: simulation_type, counters_type, stop_state_type, next_step, exchange_lists, &
+      end_of_run, finished, stage_finished, summary, ending, block_name
 
    !> What has been counted since the start.
    type :: counters_type
@@ -70,6 +70,8 @@ module dda_simulation
       real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
       logical :: resting = .false.             !< it is being brought to rest
       character(len=:), allocatable :: statics  !< static stages so far in words; blank: none
+      !> input with the changes made between steps, and these in words; blank: none
+      character(len=:), allocatable :: changed_text, changes
    end type simulation_type
 
 contains
@@ -87,6 +89,19 @@ contains
 
       simulation%now = 3 - simulation%now
    end subroutine exchange_lists
+
+   !> Time at the end of all stages, s.
+   pure real(wp) function end_of_run(simulation)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+
+      associate (stages => simulation%model%stages, control => simulation%model%control)
+         end_of_run = simulation%first_time + sum(stages(simulation%stage + 1:)%steps &
+            *stages(simulation%stage + 1:)%time_step)
+         if (simulation%stage == 0) return
+         if (.not. stages(simulation%stage)%static) end_of_run = end_of_run &
+            + real(control%steps, wp)*control%time_step
+      end associate
+   end function end_of_run
 
    !> All stages are done, or the rule of &stop has ended the run.
    pure logical function finished(simulation)
@@ -132,6 +147,7 @@ contains
          text = text//'; gravity came on suddenly in the first step '// &
             '(settle = .true. begins at rest)'
       end if
+      if (simulation%changes /= '') text = text//'; changed between steps: '//simulation%changes
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
 

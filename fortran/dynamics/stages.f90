@@ -6,9 +6,10 @@
 !> lose on the way to rest has a line of its own.
 module dda_stages
    use dda_kinds, only: wp
+   use dda_baseline, only: displacement_at
    use dda_blocks, only: change_material, place_of, remove_block
    use dda_contact, only: filter_contacts
-   use dda_elements, only: set_elements
+   use dda_elements, only: match_velocities, set_elements
    use dda_energy, only: energy_type, energy_terms, energy_values, add_energy, total_energy, &
       energy_kinetic, energy_strain, energy_contact, energy_support, energy_gravity, &
       energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
@@ -20,15 +21,14 @@ module dda_stages
    use dda_model, only: model_type
    use dda_scheme, only: scheme_named
    use dda_simulation, only: simulation_type, counters_type, next_step
-   use dda_stage, only: stage_type
+   use dda_stage, only: stage_type, never
    use dda_start, only: start
    use dda_stop_rule, only: begin_stop_rule
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: begin_simulation, begin_first_stage, begin_next_stage, restore_stages
-
-   real(wp), parameter :: never = 0.5_wp*huge(1.0_wp)  !< start of a motion to come, s
+   public :: begin_simulation, begin_first_stage, begin_next_stage, restore_stages, book, &
+      place_now
 
 contains
 
@@ -82,7 +82,8 @@ contains
    pure logical function changes_model(stage)
       type(stage_type), intent(in) :: stage
 
-      changes_model = any(stage%removed) .or. any(stage%released) .or. .not. all(stage%begins) &
+      changes_model = any(stage%removed) .or. any(stage%released) .or. any(stage%holds) &
+         .or. any(stage%loads) .or. .not. all(stage%begins) &
          .or. any(stage%added) .or. any(stage%dropped) &
          .or. replaces(stage%joint) .or. replaces(stage%material)
    end function changes_model
@@ -129,8 +130,11 @@ contains
          associate (contacts => simulation%contacts(simulation%now))
             contacts%joint(:contacts%n) = stage%joint(contacts%joint(:contacts%n))
          end associate
+         call hold_points(simulation, s)
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
             simulation%time)
+         if (any(stage%holds)) call match_velocities(simulation%elements, simulation%blocks, &
+            next_step(simulation))
          call book(simulation, energy_changed, 1.0_wp)
          call take_away(simulation, s)
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
@@ -178,6 +182,40 @@ contains
          if (k == s) simulation%model%motions(m)%curve%start = simulation%time
       end do
    end subroutine begin_motions
+
+   !> Fixed points that hold from now on do so where they stand; loads begin.
+   subroutine hold_points(simulation, s)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      integer, intent(in) :: s  !< stage
+      integer :: i
+
+      associate (model => simulation%model, stage => simulation%model%stages(s))
+         do i = 1, size(model%fixed_points)
+            if (.not. stage%holds(i)) cycle
+            model%fixed_points(i)%held = model%fixed_points(i)%waiting
+            model%fixed_points(i)%place = place_now(simulation, i)
+         end do
+         do i = 1, size(model%loads)
+            if (stage%loads(i)) model%loads(i)%start = simulation%time
+         end do
+      end associate
+   end subroutine hold_points
+
+   !> Where a fixed point stands, without the displacement that its motions prescribe now, m.
+   pure function place_now(simulation, i) result(place)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      integer, intent(in) :: i  !< fixed point
+      real(wp) :: place(2)
+      integer :: axis
+
+      associate (point => simulation%model%fixed_points(i), motions => simulation%model%motions)
+         place = place_of(simulation%blocks, point%block, point%reference)
+         do axis = 1, 2
+            if (point%motion(axis) > 0) place = place - point%axes(:, axis) &
+               *displacement_at(motions(point%motion(axis))%curve, simulation%time)
+         end do
+      end associate
+   end function place_now
 
    !> Other materials and joints for blocks that have some.
    subroutine replace_properties(simulation, s)
@@ -243,7 +281,9 @@ contains
                model%fixed_points(b)%held = .false.
          end do
          call drop_attachments(model, simulation%blocks%removed, stage)
-         model%loads = pack(model%loads, .not. simulation%blocks%removed(model%loads%block))
+         do b = 1, size(model%loads)
+            if (simulation%blocks%removed(model%loads(b)%block)) model%loads(b)%start = never
+         end do
       end associate
    end subroutine take_away
 
@@ -323,18 +363,19 @@ contains
    !> started.
    subroutine restore_stages(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp) :: time_step
-      integer :: s
+      integer :: s, i
 
-      time_step = simulation%time_step  ! of an adaptive run, not that of the stage
       do s = 1, simulation%stage
          call set_stepping(simulation, s)
          call replace_properties(simulation, s)
          call add_attachments(simulation%model, simulation%model%stages(s))
+         associate (points => simulation%model%fixed_points)
+            do i = 1, size(points)
+               if (simulation%model%stages(s)%holds(i)) points(i)%held = points(i)%waiting
+            end do
+         end associate
          call take_away(simulation, s)
       end do
-      simulation%time_step = time_step
-      call set_elements(simulation%elements, simulation%model, simulation%blocks, simulation%time)
    end subroutine restore_stages
 
 end module dda_stages

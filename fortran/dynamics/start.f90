@@ -38,6 +38,8 @@ contains
       simulation%model = model
       simulation%blocks = model%blocks
       simulation%statics = ''
+      simulation%changed_text = ''
+      simulation%changes = ''
       call prepare_stop_rule(simulation)
       simulation%time_step = model%control%time_step
       simulation%scheme = scheme_named(model%control%integration, model%control%theta)

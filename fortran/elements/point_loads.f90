@@ -70,6 +70,7 @@ contains
       do i = 1, size(self%load)
          self%load(i)%force = spread(load_at(self%load(i), time), 2, 2)
          self%load(i)%time = [-ever, ever]
+         self%load(i)%start = 0.0_wp
       end do
    end subroutine freeze
 

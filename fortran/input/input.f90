@@ -88,7 +88,8 @@ contains
       do i = 1, size(groups)
          g = findloc(input_groups%name == groups(i)%name, .true., 1)
          if (g == 0) then
-            call input_error(error, place_of_group(file, groups(i)), unknown_group(groups(i)%name))
+            call input_error(error, place_of_group(file, groups(i)), &
+               unknown_group(groups(i)%name, file))
             return
          end if
          seen(g) = seen(g) + 1

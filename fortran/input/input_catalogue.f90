@@ -11,7 +11,8 @@ module dda_input_catalogue
    implicit none
    private
    public :: variable_type, input_groups, find_variable, all_variables, range_of
-   public :: unknown_group, unknown_variable, above_zero, usable, most_blocks, most_vertices
+   public :: built_groups, unknown_group, unknown_variable, above_zero, usable, most_blocks, &
+      most_vertices
 
    !> A group of the namelist file.
    type :: group_entry_type
@@ -53,6 +54,11 @@ module dda_input_catalogue
       group_entry_type('load', .true.), group_entry_type('measured_point', .true.), &
       group_entry_type('stage', .true.), group_entry_type('amplification', .true.), &
       group_entry_type('stop', .false.)]
+
+   !> Groups that the package turns into blocks.
+   character(len=15), parameter :: built_groups(*) = [character(len=15) :: 'region', 'surface', &
+      'joint_line', 'joint_set', 'voronoi', 'hole', 'tunnel', 'excavation', 'cutting', 'arch', &
+      'pier', 'lintel', 'colonnade', 'retaining_wall', 'multi_leaf_wall', 'polygons']
 
    type(variable_type), parameter :: naming_variables(2) = [ &
       variable_type('material', 'text', '', 'the first', &
@@ -276,7 +282,7 @@ module dda_input_catalogue
    type(variable_type), parameter :: fixed_point_variables(4) = [ &
       variable_type('name', 'text', '', 'blank', 'name that stages release it by', allowed='any'), &
       variable_type('direction', 'text', '', "'xy'", &
-         'directions in which the point is held', allowed="'x', 'y', 'xy'"), &
+         'directions in which the point is held', allowed="'x', 'y', 'xy', 'none'"), &
       variable_type('motion_x', 'text', '', 'none', &
          'motion that the point follows along x', allowed='the name of a &motion'), &
       variable_type('motion_y', 'text', '', 'none', &
@@ -371,7 +377,8 @@ module dda_input_catalogue
          'of the surface or the heads at each of them'), &
       variable_type('scale', 'real list', '', '1', 'factor on the pressure at each of them')]
 
-   type(variable_type), parameter :: load_variables(3) = [ &
+   type(variable_type), parameter :: load_variables(4) = [ &
+      variable_type('name', 'text', '', 'blank', 'name that stages begin it by', allowed='any'), &
       variable_type('time', 'real list', 's', 'required', '2 to 4096 times that do not decrease'), &
       variable_type('force_x', 'real list', 'N/m', '0 at all times', &
          'force along x at each of them: linear between, zero outside'), &
@@ -403,6 +410,11 @@ module dda_input_catalogue
          'blocks that are taken out: excavation', allowed="names: 'one, two, all_*'"), &
       variable_type('release', 'text', '', 'none', &
          'fixed points that let go', allowed="names: 'one, two, all_*'"), &
+      variable_type('hold', 'text', '', 'none', &
+         'fixed points that hold from now on, where they stand', &
+         allowed="names: 'one, two, all_*'"), &
+      variable_type('loads', 'text', '', 'none', &
+         'loads whose times count from the stage', allowed="names: 'one, two, all_*'"), &
       variable_type('motions', 'text', '', 'none', &
          'motions that begin with the stage; others begin with the first dynamic one', &
          allowed="names: 'one, two, all_*'"), &
@@ -578,11 +590,17 @@ contains
    end function range_of
 
    !> The message for a group that does not exist: the closest one, or all of them.
-   pure function unknown_group(name) result(message)
+   pure function unknown_group(name, file) result(message)
       character(len=*), intent(in) :: name            !< as the input has it
+      character(len=*), intent(in) :: file            !< path of the input
       character(len=:), allocatable :: message
       integer :: g
 
+      if (any(built_groups == name)) then
+         message = "joints, regions and masonry are turned into blocks by 'sitedda build "//file// &
+            "', whose result can be run"
+         return
+      end if
       g = closest(name, input_groups%name)
       message = 'there is no such group; '
       if (g > 0) message = message//'is &'//trim(input_groups(g)%name)//' meant? '

@@ -131,14 +131,15 @@ contains
       type(load_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: x, y, time(most_times), force_x(most_times), force_y(most_times)
-      character(len=name_length) :: block
+      character(len=name_length) :: block, name
       character(len=256) :: message
       integer :: status, n
-      namelist /load/ x, y, block, time, force_x, force_y
+      namelist /load/ x, y, block, name, time, force_x, force_y
 
       x = unset
       y = unset
       block = ''
+      name = ''
       time = unset
       force_x = unset
       force_y = unset
@@ -159,6 +160,7 @@ contains
       if (any(time(2:n) < time(:n - 1))) call input_error(error, place, 'time must not decrease')
       if (allocated(error)) return
       new%reference = reference_of(blocks, new%block, [x, y])
+      new%name = name
       new%time = time(:n)
       new%force = transpose(reshape([force_x(:n), force_y(:n)], [n, 2]))
    end subroutine read_load

@@ -12,7 +12,7 @@ module dda_input_stages
    use dda_model, only: model_type
    use dda_namelist_groups, only: group_type
    use dda_settings, only: control_type
-   use dda_stage, only: stage_type
+   use dda_stage, only: stage_type, never
    use dda_text, only: quoted
    implicit none
    private
@@ -40,6 +40,7 @@ contains
          if (groups(i)%name /= 'stage') cycle
          s = s + 1
          call read_stage(groups(i)%text, place_of_group(file, groups(i)), model, s, error)
+         call check_history(model, s, place_of_group(file, groups(i)), error)
          if (allocated(error)) return
       end do
       call begin_other_motions(model%stages)
@@ -80,6 +81,8 @@ contains
 
       allocate (stage%removed(model%blocks%n), source=.false.)
       allocate (stage%released(size(model%fixed_points)), source=.false.)
+      allocate (stage%holds(size(model%fixed_points)), source=.false.)
+      allocate (stage%loads(size(model%loads)), source=.false.)
       allocate (stage%begins(size(model%motions)), source=.false.)
       allocate (stage%added(size(model%bolts) + size(model%edge_loads)), source=.false.)
       stage%dropped = stage%added
@@ -99,6 +102,29 @@ contains
             stages(dynamic)%begins(m) = .true.
       end do
    end subroutine begin_other_motions
+
+   !> What a stage adds is not there before: points do not hold, loads do not act.
+   pure subroutine wait_for_stages(model)
+      type(model_type), intent(inout) :: model  !< with all its stages
+      integer :: s, i
+
+      do s = 1, size(model%stages)
+         associate (n => size(model%bolts), added => model%stages(s)%added)
+            model%bolts%present = model%bolts%present .and. .not. added(:n)
+            model%edge_loads%present = model%edge_loads%present .and. .not. added(n + 1:)
+         end associate
+         do i = 1, size(model%fixed_points)
+            associate (point => model%fixed_points(i))
+               if (.not. model%stages(s)%holds(i)) cycle
+               point%waiting = point%held
+               point%held = .false.
+            end associate
+         end do
+         do i = 1, size(model%loads)
+            if (model%stages(s)%loads(i)) model%loads(i)%start = never
+         end do
+      end do
+   end subroutine wait_for_stages
 
    !> The settings of the first dynamic stage are those that checks see.
    pure subroutine begin_control(model)
@@ -123,14 +149,15 @@ contains
       integer, intent(in) :: s  !< number of the stage
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, kind, integration
-      character(len=list_length) :: remove, release, motions, change_joints, change_materials, &
-         add, drop
+      character(len=list_length) :: remove, release, hold, loads, motions, change_joints, &
+         change_materials, add, drop
       character(len=256) :: message
       real(wp) :: duration, steps, time_step, theta
       logical :: zero_displacements
       integer :: status
       namelist /stage/ name, kind, duration, steps, time_step, integration, theta, &
-         zero_displacements, remove, release, motions, change_joints, change_materials, add, drop
+         zero_displacements, remove, release, hold, loads, motions, change_joints, &
+         change_materials, add, drop
 
       name = ''
       kind = 'dynamic'
@@ -142,6 +169,8 @@ contains
       zero_displacements = .false.
       remove = ''
       release = ''
+      hold = ''
+      loads = ''
       motions = ''
       add = ''
       drop = ''
@@ -159,16 +188,15 @@ contains
          call change_nothing(model, stage)
          call set_stepping(stage, model%control, place, duration, steps, time_step, integration, &
             theta, error)
-         call take_lists(model, [remove, release, motions, add, drop, change_joints, &
-            change_materials], place, stage, error)
+         call take_lists(model, [remove, release, hold, loads, motions, add, drop, &
+            change_joints, change_materials], place, stage, error)
       end associate
-      call check_history(model, s, place, error)
    end subroutine read_stage
 
    !> What the lists of a stage name.
    subroutine take_lists(model, list, place, stage, error)
       type(model_type), intent(in) :: model  !< as read from the input
-      character(len=*), intent(in) :: list(7)  !< remove … change_materials, as read
+      character(len=*), intent(in) :: list(9)  !< remove … change_materials, as read
       type(place_type), intent(in) :: place  !< of the group
       type(stage_type), intent(inout) :: stage
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -178,27 +206,16 @@ contains
       names(size(model%bolts) + 1:) = model%edge_loads%name
       call mark_names(list(1), 'remove', model%block_names, place, stage%removed, error)
       call mark_names(list(2), 'release', model%fixed_points%name, place, stage%released, error)
-      call mark_names(list(3), 'motions', model%motions%name, place, stage%begins, error)
-      call mark_names(list(4), 'add', names, place, stage%added, error)
-      call mark_names(list(5), 'drop', names, place, stage%dropped, error)
-      call replace_names(list(6), 'change_joints', 'joint', model%joints%name, place, &
+      call mark_names(list(3), 'hold', model%fixed_points%name, place, stage%holds, error)
+      call mark_names(list(4), 'loads', model%loads%name, place, stage%loads, error)
+      call mark_names(list(5), 'motions', model%motions%name, place, stage%begins, error)
+      call mark_names(list(6), 'add', names, place, stage%added, error)
+      call mark_names(list(7), 'drop', names, place, stage%dropped, error)
+      call replace_names(list(8), 'change_joints', 'joint', model%joints%name, place, &
          stage%joint, error)
-      call replace_names(list(7), 'change_materials', 'material', model%materials%name, place, &
+      call replace_names(list(9), 'change_materials', 'material', model%materials%name, place, &
          stage%material, error)
    end subroutine take_lists
-
-   !> What a stage adds is not there before.
-   pure subroutine wait_for_stages(model)
-      type(model_type), intent(inout) :: model  !< with its stages
-      integer :: s
-
-      do s = 1, size(model%stages)
-         associate (n => size(model%bolts), added => model%stages(s)%added)
-            model%bolts%present = model%bolts%present .and. .not. added(:n)
-            model%edge_loads%present = model%edge_loads%present .and. .not. added(n + 1:)
-         end associate
-      end do
-   end subroutine wait_for_stages
 
    !> A stage has a name of its own.
    subroutine check_name(name, names, place, error)
@@ -293,6 +310,14 @@ contains
          i = findloc(model%stages(k)%removed .and. model%stages(s)%removed, .true., 1)
          if (i > 0) call input_error(error, place, 'remove: block '// &
             quoted(trim(model%block_names(i)))//' has been removed in stage '// &
+            quoted(trim(model%stages(k)%name)))
+         i = findloc(model%stages(k)%holds .and. model%stages(s)%holds, .true., 1)
+         if (i > 0) call input_error(error, place, 'hold: fixed point '// &
+            quoted(trim(model%fixed_points(i)%name))//' is held since stage '// &
+            quoted(trim(model%stages(k)%name)))
+         i = findloc(model%stages(k)%loads .and. model%stages(s)%loads, .true., 1)
+         if (i > 0) call input_error(error, place, 'loads: '// &
+            quoted(trim(model%loads(i)%name))//' has begun in stage '// &
             quoted(trim(model%stages(k)%name)))
          i = findloc(model%stages(k)%begins .and. model%stages(s)%begins, .true., 1)
          if (i > 0) call input_error(error, place, 'motions: '// &

@@ -4,7 +4,9 @@ module dda_stage
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: stage_type
+   public :: stage_type, never
+
+   real(wp), parameter :: never = 0.5_wp*huge(1.0_wp)  !< start of what is to come, s
 
    !> One stage (group &stage).
    type :: stage_type
@@ -19,6 +21,8 @@ module dda_stage
       logical, allocatable :: released(:)    !< [fixed points] let go
       logical, allocatable :: added(:)       !< [bolts, then edge loads] that it adds
       logical, allocatable :: dropped(:)     !< [bolts, then edge loads] that it takes away
+      logical, allocatable :: holds(:)       !< [fixed points] that hold from it on
+      logical, allocatable :: loads(:)       !< [loads] whose times count from it
       logical, allocatable :: begins(:)      !< [motions] that begin with it
       integer, allocatable :: joint(:)       !< [joints] that stands in place of each
       integer, allocatable :: material(:)    !< [materials] that stands in place of each

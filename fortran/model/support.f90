@@ -15,6 +15,8 @@ module dda_support
       !> [2,2] directions that count in its columns, unit vectors: x and y, or of an edge
       real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       logical :: held(2) = .true.                   !< along each of them
+      !> along each of them, as soon as the stage begins that holds the point
+      logical :: waiting(2) = .false.
       integer :: motion(2) = 0                      !< motion along each of them; 0: stays
    end type fixed_point_type
 
@@ -24,6 +26,8 @@ module dda_support
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
       real(wp), allocatable :: time(:)              !< s, ascending
       real(wp), allocatable :: force(:,:)           !< [2, times] N per metre of thickness
+      real(wp) :: start = 0.0_wp                    !< that its times count from, s
+      character(len=64) :: name = ''
    end type load_type
 
    !> A measured point.
@@ -41,23 +45,24 @@ contains
       type(load_type), intent(in) :: load  !< a force history
       real(wp), intent(in) :: time  !< s
       real(wp) :: force(2)
-      real(wp) :: ratio
+      real(wp) :: ratio, since
       integer :: low, high, middle
 
       force = 0.0_wp
+      since = time - load%start
       low = 1
       high = size(load%time)
-      if (time < load%time(low) .or. time > load%time(high)) return
+      if (since < load%time(low) .or. since > load%time(high)) return
       do while (high - low > 1)
          middle = (low + high)/2
-         if (load%time(middle) <= time) then
+         if (load%time(middle) <= since) then
             low = middle
          else
             high = middle
          end if
       end do
       ratio = 1.0_wp
-      if (load%time(high) > load%time(low)) ratio = (time - load%time(low))/(load%time(high) &
+      if (load%time(high) > load%time(low)) ratio = (since - load%time(low))/(load%time(high) &
          - load%time(low))
       force = load%force(:, low) + ratio*(load%force(:, high) - load%force(:, low))
    end function load_at

@@ -212,7 +212,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer :: i
 
-      bytes = overhead + 2*len(simulation%model%text) + journal%bytes &
+      bytes = overhead + 2*len(simulation%model%text) + 2*len(simulation%changes) + journal%bytes &
          + 256*size(simulation%model%points) + 64*size(simulation%model%joints) &
          + 64*size(simulation%blocks%owner) + 128*simulation%blocks%n
       do i = 1, size(simulation%model%motions)
@@ -294,6 +294,7 @@ contains
       call describe(dataset, 'block_files', block_sources(simulation%model))
       call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
+      call describe(dataset, 'changes', simulation%changes)
       call describe(dataset, 'stages', joined(simulation%model%stages%name, ', '))
       audit = audit_warning(simulation)
       if (audit == '') audit = 'balances'
@@ -340,7 +341,7 @@ contains
       dataset%file = file
       is_complete = nf90_open(file, nf90_nowrite, dataset%id) == nf90_noerr
       if (.not. is_complete) return
-      is_complete = text_of(dataset, 'complete') == 'yes' &
+      is_complete = text_of(dataset, 'complete') == 'yes' .and. text_of(dataset, 'changes') == '' &
          .and. text_of(dataset, 'input_text') == model%text &
          .and. text_of(dataset, 'block_files') == block_sources(model) &
          .and. text_of(dataset, 'motions') == sources_of(model)

@@ -6,10 +6,12 @@
 module dda_run
    use dda_kinds, only: wp, long
    use dda_byte_file, only: cut_file, close_file, flush_stream
+   use dda_changes, only: change_now
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
       load_checkpoint, has_checkpoint, remove_spare, remove_checkpoints
    use dda_errors, only: error_type
    use dda_file_system, only: remove_file
+   use dda_input, only: read_model
    use dda_journal, only: journal_type, open_journal, append_row, row_sample, row_frame, &
       journal_name
    use dda_model, only: model_type, run_steps, run_duration
@@ -25,7 +27,8 @@ module dda_run
    use dda_text, only: to_text
    implicit none
    private
-   public :: run_type, begin_run, resume_run, continue_run, flush_run, save_run, end_run, is_done
+   public :: run_type, begin_run, resume_run, change_run, continue_run, flush_run, save_run, &
+      end_run, is_done
 
    !> A simulation and the files it writes.
    type :: run_type
@@ -97,6 +100,11 @@ contains
       run%simulation%first_step = run%simulation%step &
          - run%simulation%model%stages(run%simulation%stage)%steps
       run%simulation%time = run_duration(run%simulation%model)
+      associate (last => run%simulation%model%stages(run%simulation%stage))
+         run%simulation%first_time = run%simulation%time - last%steps*last%time_step
+         run%simulation%model%control%steps = last%steps
+         run%simulation%model%control%time_step = last%time_step
+      end associate
    end subroutine skip_to_end
 
    !> Open the journal, which keeps other runs from writing the same output.
@@ -267,6 +275,24 @@ contains
       call save_checkpoint(run%checkpoints, run%simulation, run%journal, error)
       call system_clock(run%saved)
    end subroutine save_run
+
+   !> Change what may change between two steps to what a changed input says.
+   subroutine change_run(run, text, words, error)
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      character(len=*), intent(in) :: text  !< of the changed input
+      character(len=*), intent(in) :: words !< what has been changed
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(model_type) :: model
+
+      call read_model(model, run%simulation%model%file, text, error)
+      if (.not. allocated(error)) call change_now(run%simulation, model, error)
+      if (allocated(error)) return
+      associate (simulation => run%simulation)
+         simulation%changed_text = text
+         if (simulation%changes /= '') simulation%changes = simulation%changes//'; '
+         simulation%changes = simulation%changes//'t = '//to_text(simulation%time)//' s: '//words
+      end associate
+   end subroutine change_run
 
    !> The duration asked for has been reached.
    pure logical function is_done(run)

@@ -31,7 +31,7 @@ module dda_checkpoint
       has_checkpoint, remove_spare, remove_checkpoints
 
    !> of all that is written
-   character(len=*), parameter :: layout = ', checkpoints with joint laws and bolts'
+   character(len=*), parameter :: layout = ', checkpoints with changes, joint laws and bolts'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

@@ -2,12 +2,16 @@
 !> All that a run has changed since its start: written to an archive, and put back into a run just
 !> started.
 module dda_simulation_state
-   use dda_archive, only: archive_type, serialise, serialise_label, serialise_number
+   use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, serialise_number
    use dda_system, only: set_matrix_pattern
    use dda_blocks, only: blocks_type, has_memory
    use dda_contact_state, only: serialise_contacts, serialise_neighbours
-   use dda_elements, only: serialise_elements
+   use dda_changes, only: adopt_values
+   use dda_elements, only: serialise_elements, set_elements
    use dda_energy, only: energy_type
+   use dda_errors, only: error_type
+   use dda_input, only: read_model
+   use dda_model, only: model_type
    use dda_neighbours, only: find_corners
    use dda_open_close, only: open_close_type
    use dda_simulation, only: simulation_type, stop_state_type, next_step
@@ -27,6 +31,7 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       call serialise_clock(archive, simulation)
+      call serialise_changes(archive, simulation)
       call serialise_stage(archive, simulation)
       call serialise_counters(archive, simulation)
       call serialise_stop(archive, simulation%stop)
@@ -55,7 +60,6 @@ contains
       call serialise_label(archive, 'clock')
       call serialise(archive, simulation%step)
       call serialise(archive, simulation%time)
-      call serialise(archive, simulation%time_step)
       call serialise(archive, simulation%last_time_step)
       call serialise(archive, simulation%speed)
       call serialise(archive, simulation%path)
@@ -82,7 +86,56 @@ contains
          call serialise(archive, simulation%model%motions(i)%curve%start)
       end do
       if (archive%reading .and. .not. allocated(archive%failure)) call restore_stages(simulation)
+      call serialise_stepping(archive, simulation)
+      call serialise_places(archive, simulation)
+      if (archive%reading .and. .not. allocated(archive%failure)) call set_elements( &
+         simulation%elements, simulation%model, simulation%blocks, simulation%time)
    end subroutine serialise_stage
+
+   !> Steps and Δt of the present stage, which may have been changed since it began, and Δt of the
+   !> next step.
+   subroutine serialise_stepping(archive, simulation)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+
+      call serialise(archive, simulation%model%control%steps)
+      call serialise(archive, simulation%model%control%time_step)
+      call serialise(archive, simulation%time_step)
+   end subroutine serialise_stepping
+
+   !> Where fixed points are held, and when loads have begun.
+   subroutine serialise_places(archive, simulation)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      integer :: i
+
+      do i = 1, size(simulation%model%fixed_points)
+         call serialise(archive, simulation%model%fixed_points(i)%place)
+      end do
+      do i = 1, size(simulation%model%loads)
+         call serialise(archive, simulation%model%loads(i)%start)
+      end do
+   end subroutine serialise_places
+
+   !> Changes made between steps: when they are read, the input with them is read again.
+   subroutine serialise_changes(archive, simulation)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(model_type) :: model
+      type(error_type), allocatable :: error
+
+      call serialise_label(archive, 'changes')
+      call serialise(archive, simulation%changed_text)
+      call serialise(archive, simulation%changes)
+      if (.not. archive%reading .or. allocated(archive%failure) &
+         .or. simulation%changed_text == '') return
+      call read_model(model, simulation%model%file, simulation%changed_text, error)
+      if (allocated(error)) then
+         call fail_archive(archive, 'the input with its changes: '//error%message)
+      else
+         call adopt_values(simulation, model)
+      end if
+   end subroutine serialise_changes
 
    subroutine serialise_counters(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read

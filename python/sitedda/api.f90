@@ -15,21 +15,22 @@ module api
    use dda_blocks, only: stress_of
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
-   use dda_input_catalogue, only: variable_type, input_groups, all_variables, range_of
+   use dda_input_catalogue, only: variable_type, input_groups, all_variables, range_of, &
+      built_groups
    use dda_measure, only: measure_point
    use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
-   use dda_model, only: model_type, run_duration
+   use dda_model, only: model_type
    use dda_modes, only: modes_type, find_modes
    use dda_process, only: process_id
    use dda_peak_check, only: peak_warning
    use dda_record, only: record_type, read_record
-   use dda_run, only: run_type, begin_run, resume_run, continue_run, flush_run, save_run, end_run, &
-      is_done
+   use dda_run, only: run_type, begin_run, resume_run, change_run, continue_run, flush_run, &
+      save_run, end_run, is_done
    use dda_scheme, only: scheme_type, scheme_named, integration_names
    use dda_scheme_response, only: free_damping, period_elongation, forced_damping, steps_to_decay, &
       amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
-   use dda_simulation, only: summary, ending
+   use dda_simulation, only: end_of_run, summary, ending
    use dda_site_response, only: response_peak_type, amplification_peak
    use dda_start, only: set_rates
    use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, find_peak
@@ -40,8 +41,8 @@ module api
    use dda_version, only: version
    implicit none
    private
-   public :: open_run, advance_run, save_state, finish_run, close_run, run_sizes, run_clock, &
-      run_text
+   public :: open_run, advance_run, change_input, save_state, finish_run, close_run, run_sizes, &
+      run_clock, run_text
    public :: block_states, block_properties, set_block_states, vertex_places, contact_states, &
       energies, point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
@@ -149,6 +150,20 @@ contains
       call report(error, status, message)
    end subroutine advance_run
 
+   !> Change the input of a run between two steps; the words say what is changed.
+   subroutine change_input(handle, text, words, status, message)
+      integer(c_int), intent(in) :: handle
+      character(len=*), intent(in) :: text, words
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call change_run(run, text, words, error)
+      call report(error, status, message)
+   end subroutine change_input
+
    !> Write a checkpoint now, if the run writes an output.
    subroutine save_state(handle, status, message)
       integer(c_int), intent(in) :: handle
@@ -187,10 +202,11 @@ contains
       deallocate (slots(handle)%run)
    end subroutine close_run
 
-   !> Numbers of blocks, vertices, measured points and contacts.
+   !> Numbers of blocks, vertices, measured points and contacts, and of the bytes of the input with
+   !> the changes between steps.
    subroutine run_sizes(handle, sizes, status, message)
       integer(c_int), intent(in) :: handle
-      integer(c_int), intent(out) :: sizes(4)
+      integer(c_int), intent(out) :: sizes(5)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -200,14 +216,15 @@ contains
       call find_run(handle, run, error)
       if (.not. allocated(error)) sizes = [run%simulation%blocks%n, &
          size(run%simulation%blocks%owner), size(run%simulation%model%points), &
-         run%simulation%contacts(run%simulation%now)%n]
+         run%simulation%contacts(run%simulation%now)%n, len(run%simulation%changed_text)]
       call report(error, status, message)
    end subroutine run_sizes
 
-   !> Time, duration, last time step (s), steps done, and open-close iterations of the last step.
+   !> Time, duration, last time step (s), steps done, open-close iterations of the last step, and
+   !> gravity (m/s2).
    subroutine run_clock(handle, clock, status, message)
       integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: clock(5)
+      real(c_double), intent(out) :: clock(7)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -218,9 +235,9 @@ contains
       if (.not. allocated(error)) then
          associate (simulation => run%simulation)
             clock = [simulation%time, &
-               run_duration(simulation%model), &
+               end_of_run(simulation), &
                simulation%last_time_step, real(simulation%step, c_double), &
-               real(simulation%iteration%iterations, c_double)]
+               real(simulation%iteration%iterations, c_double), simulation%model%control%gravity]
          end associate
       end if
       call report(error, status, message)
@@ -228,7 +245,8 @@ contains
 
    !> A text of the run: 'output', 'title', 'summary', 'ending', 'warning', 'notice', 'solver',
    !> 'peaks' (what is wrong with the peaks of amplifications in the finished output), 'point i' or
-   !> 'block i' (from 1).
+   !> 'block i' (from 1), 'changed i' (of the input with the changes between steps, the i-th 2048
+   !> bytes).
    subroutine run_text(handle, what, which, text, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
@@ -260,6 +278,11 @@ contains
                text = audit_warning(run%simulation)
             case ('peaks')
                call find_peak_warnings(run, text)
+            case ('changed')
+               associate (whole => run%simulation%changed_text)
+                  if (which >= 1) text = whole(min(len(whole), 2048*(which - 1)) + 1: &
+                     min(len(whole), 2048*which))
+               end associate
             case ('point')
                if (which >= 1 .and. which <= size(model%points)) text = model%points(which)%name
             case ('block')
@@ -868,7 +891,8 @@ contains
    end subroutine engine_version
 
    !> Names, with blanks between: 'energies', 'phases' and 'counts' in the order of their values,
-   !> 'groups' of the input, 'single groups' those that may appear once.
+   !> 'groups' of the input, 'single groups' those that may appear once, 'built groups' those that
+   !> the package turns into blocks.
    subroutine engine_names(what, names)
       character(len=*), intent(in) :: what       !< one of these; else the names are blank
       character(len=2048), intent(out) :: names
@@ -883,6 +907,8 @@ contains
          names = 'steps iterations searches solves factors solver_iterations handed_over broken'
       case ('groups')
          names = joined(input_groups%name, ' ')
+      case ('built groups')
+         names = joined(built_groups, ' ')
       case ('single groups')
          names = joined(pack(input_groups%name, .not. input_groups%repeats), ' ')
       end select

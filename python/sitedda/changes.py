@@ -15,7 +15,18 @@ _EXCLUSIVE = {"duration": "steps", "steps": "duration"}  # giving one takes the 
 _PATH = re.compile(r"\s*(\w+)\s*(?:\[(.*?)\])?\s*(?:\.\s*(.+?))?\s*", re.DOTALL)
 
 
-def changed_input(text: str, changes: Mapping) -> str:
+# What may change while a model is stepped; all variables of loads but their names.
+BETWEEN_STEPS = {
+    "control": ("time_step", "gravity"),
+    "joint": ("friction_angle", "cohesion", "tensile_strength"),
+    "load": ("x", "y", "block", "time", "force_x", "force_y"),
+    "motion": ("file", "format", "quantity", "unit", "time_step", "values", "scale", "taper",
+               "drift_order", "channel"),
+    "fixed_point": ("direction", "motion_x", "motion_y"),
+}  # fmt: skip
+
+
+def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -> str:
     """The namelist text with variables changed; every line keeps its number.
 
     Parameters
@@ -31,6 +42,8 @@ def changed_input(text: str, changes: Mapping) -> str:
           variable ``name`` or its number from 1: ``material.clay.density``, ``load[2].x``;
           ``group[*].variable`` for all of them;
         - ``group`` or ``group.name``, with a mapping of variables and values.
+    allowed : mapping, optional
+        The variables of each group that may be changed (all).
 
     Returns
     -------
@@ -44,6 +57,9 @@ def changed_input(text: str, changes: Mapping) -> str:
     namelist = Namelist.of(text)
     for path, value in _flat(changes):
         groups, variable = _target(namelist, path)
+        if allowed is not None and variable not in allowed.get(groups[0].name, ()):
+            known = "; ".join(f"&{kind}: {', '.join(names)}" for kind, names in allowed.items())
+            raise InputError(f"{path} cannot change during a run; what can is of {known}")
         try:
             value_text(value if value is not None else "")
         except TypeError as trouble:
@@ -53,6 +69,11 @@ def changed_input(text: str, changes: Mapping) -> str:
                 group.set(_EXCLUSIVE[variable], None)
             group.set(variable, value)
     return str(namelist)
+
+
+def in_words(changes: Mapping) -> str:
+    """Changes as one line, for the output."""
+    return ", ".join(f"{path} = {value_text(value)}" for path, value in _flat(changes))
 
 
 def _flat(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:

@@ -94,7 +94,7 @@ def variables() -> dict[str, dict[str, str]]:
 
 def is_made(name: str) -> bool:
     """Whether a group is turned into blocks before the engine reads the input."""
-    return name in CUT or name in MASONRY or name == "polygons"
+    return name in engine_names("built groups")
 
 
 def nearest(word: str, known) -> str:

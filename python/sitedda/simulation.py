@@ -20,14 +20,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .building import built_text, opened_input
-from .changes import changed_input
+from .changes import BETWEEN_STEPS, changed_input, in_words
 from .engine import FILES, api, checked, engine_names
 from .errors import AuditWarning, InputError, OutputError, PeakWarning
+from .groups import checked as checked_value
+from .groups import group_text
 from .stop import Stop
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_PIECE = 2048  # bytes of a text that the engine gives at once
 _CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
 
 
@@ -61,7 +64,7 @@ class Simulation:
     Notes
     -----
     The object can be used in a ``with`` statement.  It is freed when it is closed or collected.
-    Only what is said to be settable can be set.
+    `rates`, `gravity` and `time_step` can be set, other variables with `change`; nothing else can.
     """
 
     __slots__ = (
@@ -137,6 +140,62 @@ class Simulation:
             done = self._ask("advance_run", index(steps))
         self.done = bool(done)
         return self.done
+
+    def change(self, changes: Mapping | None = None, **more) -> None:
+        """Change variables of the input from the present time on.
+
+        What can change: ``time_step`` and ``gravity`` of &control; the strengths of a &joint; a
+        &load; the record of a &motion and what is done to it; ``direction``, ``motion_x`` and
+        ``motion_y`` of a &fixed_point.  The values are checked as those of an input are.
+
+        Parameters
+        ----------
+        changes, **more
+            As for `Simulation`: ``change({"joint[bed].friction_angle": 30.0})``,
+            ``change(gravity=(0.0, -5.0))``.
+
+        Raises
+        ------
+        InputError
+            If a value cannot be used, or the variable cannot change; then nothing has changed.
+
+        Notes
+        -----
+        A point that is held anew, or follows another motion, is held where it stands.  Bonds and
+        closed contacts stay.  With another time step the time left is rounded up to whole steps.
+        Energies that come or go are in ``changed``.  The same changes at the same steps give the
+        same bits; checkpoints hold them, so that a resumed run goes on with them, and the output
+        lists them in its attribute ``changes``.
+        """
+        changes = dict(changes or {}) | more
+        text = changed_input(self._changed_text(), changes, BETWEEN_STEPS)
+        self._change(text, in_words(changes))
+
+    def add(self, kind: str, **values) -> None:
+        """Add a load or a fixed point from the present time on.
+
+        Parameters
+        ----------
+        kind : str
+            ``"load"``, whose times are those of the run, or ``"fixed_point"``, which holds where
+            it stands.
+        **values
+            Variables of the group; ``x`` and ``y`` are of the point at the start, m.
+        """
+        if kind not in ("load", "fixed_point"):
+            raise InputError(f"&{kind} cannot be added during a run, only &load and &fixed_point")
+        group = group_text(kind, {k: checked_value(kind, k, v) for k, v in values.items()})
+        self._change(f"{self._changed_text().rstrip()}\n{group}", group.strip())
+
+    def _changed_text(self) -> str:
+        """The input with the changes so far."""
+        count = -(-int(self._sizes()[4]) // _PIECE)
+        pieces = [self._ask("run_text", "changed", i + 1).ljust(_PIECE) for i in range(count)]
+        return b"".join(pieces).rstrip().decode("utf-8", "surrogateescape") or self.input_text
+
+    def _change(self, text: str, words: str) -> None:
+        with FILES:
+            self._ask("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
 
     def checkpoint(self) -> None:
         """Write a checkpoint now, beside those that the input asks for.
@@ -220,8 +279,21 @@ class Simulation:
 
     @property
     def time_step(self) -> float:
-        """Time step of the last step, s."""
+        """Time step of the last step, s; may be set, see `change`."""
         return float(self._clock()[2])
+
+    @time_step.setter
+    def time_step(self, value: float) -> None:
+        self.change(time_step=value)
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Acceleration of gravity, shape (2,), m/s²; may be set, see `change`."""
+        return self._clock()[5:]
+
+    @gravity.setter
+    def gravity(self, values) -> None:
+        self.change(gravity=tuple(map(float, values)))
 
     @property
     def steps(self) -> int:

@@ -15,8 +15,24 @@ import sitedda
 from sitedda import InputError, Model
 from sitedda.building import built_text, find_groups
 from sitedda.engine import engine_names
-from sitedda.groups import is_made, variables
+from sitedda.groups import CUT, MASONRY, is_made, variables
 from sitedda.model import Group
+
+
+def test_the_engine_knows_which_groups_are_turned_into_blocks():
+
+    assert set(engine_names("built groups")) == {*CUT, *MASONRY, "polygons"}
+
+
+def test_the_executable_says_what_turns_joints_into_blocks(native, root):
+    for name, group in (("slope", "region"), ("arch", "arch"), ("colonnade", "colonnade")):
+        file = root / "inputs" / f"{name}.nml"
+        for command in ("run", "check", "resume"):
+            done = native(command, file)
+            assert done.returncode == 1
+            assert f"group &{group} (line " in done.stderr
+            assert f"'sitedda build {file}'" in done.stderr
+            assert done.stderr.count("\n") == 1
 
 
 def small_slope(**control) -> Model:

@@ -4,6 +4,11 @@
 from __future__ import annotations
 
 import math
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -412,3 +417,181 @@ def test_a_changed_joint_lets_a_slab_slide(write_input):
     dip = math.radians(35.0)
     pull = GRAVITY * (math.sin(dip) - math.tan(math.radians(20.0)) * math.cos(dip))
     assert float(np.hypot(*moved)) == pytest.approx(0.5 * pull * 0.1**2, rel=0.03)
+
+
+# --- How gravity comes on ------------------------------------------------------------------------
+
+
+def shaken_slope(ramp: float) -> list:
+    """The slope, shaken for 1.5 s after a static stage, or after `ramp` seconds of dynamics."""
+    t = np.arange(0.0, 1.0, 0.01)
+    quake = 4.0 * np.sin(6.0 * np.pi * t) * np.sin(np.pi * t) ** 2
+    first = {"name": "ramp", "duration": ramp} if ramp else {"name": "rest", "kind": "static"}
+    groups = changed(slope(), "control", settle=None, steps=None)
+    for name, values in groups:
+        if name == "fixed_point":
+            values["motion_x"] = "quake"
+    groups.insert(3, ("motion", {"name": "quake", "quantity": "acceleration", "time_step": 0.01,
+                                 "values": quake.tolist()}))  # fmt: skip
+    shake = {"name": "shake", "duration": 1.5, "motions": "quake", "zero_displacements": True}
+    return [*groups[:-1], ("stage", first), ("stage", shake), groups[-1]]
+
+
+def shaken_by(file, ramp: float) -> np.ndarray:
+    """Final displacement of the crest; gravity grows for the first 80 % of the ramp."""
+    with sitedda.Simulation(file) as run:
+        steps = round(ramp / 1e-3)
+        for step in range(0, steps, 10):
+            share = min(1.0, (step + 10) / (0.8 * steps))
+            run.gravity = (0.0, -GRAVITY * share**2 * (3.0 - 2.0 * share))
+            run.advance(10)
+        while not run.advance(500):
+            pass
+        return run.point_motions[0, 0]
+
+
+def test_how_gravity_came_on_is_forgotten_by_the_shaken_slope(write_input):
+    """A static stage, and gravity that grows slowly, lead to the same displacement."""
+    rest = shaken_by(write_input(shaken_slope(0.0)), 0.0)
+    ramp = shaken_by(write_input(shaken_slope(1.0)), 1.0)
+    assert np.linalg.norm(rest) > 0.05
+    assert np.linalg.norm(ramp - rest) < 0.01 * np.linalg.norm(rest)
+
+
+# --- What stages add -----------------------------------------------------------------------------
+
+
+def stopped(speed: float) -> float:
+    """Energy lost when the points of the block stop: -½ (T v)ᵀ (T M⁻¹ Tᵀ)⁻¹ T v."""
+
+    def shape(x, y):
+        return np.array([[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]])
+
+    gauss = 0.5 / math.sqrt(3.0)
+    places = [(x, y) for x in (-2 * gauss, 2 * gauss) for y in (-gauss, gauss)]
+    inertia = sum(2643.0 * 0.5 * shape(*place).T @ shape(*place) for place in places)
+    t = np.concatenate([shape(-0.8, -0.3), shape(0.8, -0.3)])
+    jump = t @ (0.0, speed, 0.0, 0.0, 0.0, 0.0)
+    return -0.5 * jump @ np.linalg.solve(t @ np.linalg.solve(inertia, t.T), jump)
+
+
+def test_a_stage_holds_points_where_they_stand(write_input, tmp_path, native, same_bits):
+    """A block falls freely for 40 ms, then two points of it hold; the fall is lost."""
+    groups = changed(flying_block(gravity=[0.0, -GRAVITY]), "control", steps=None)
+    groups = changed(groups, "contact", normal_stiffness=1e12)
+    points = [("fixed_point", {"x": x, "y": 0.2, "name": f"prop_{x}"}) for x in (0.2, 1.8)]
+    stages = [{"name": "fall", "steps": 40}, {"name": "held", "steps": 60, "hold": "prop_*"}]
+    file = write_input([*groups, *points, *(("stage", stage) for stage in stages)])
+    with sitedda.Simulation(file, tmp_path / "hold.nc") as run:
+        run.advance(40)
+        fallen = run.point_motions[0, 0]
+        speed, mass = run.rates[0, 1], 2643.0 * 2.0
+        assert speed == pytest.approx(-GRAVITY * 0.04, rel=1e-12)
+        run.advance(20)  # the checkpoint is within the second stage
+        assert run.energies["changed"] == pytest.approx(stopped(speed), rel=1e-3)
+    assert sitedda.resume(file, tmp_path / "hold.nc").complete
+    with xr.open_dataset(tmp_path / "hold.nc") as data:
+        assert data.displacement.values[41:, 0] == pytest.approx(
+            np.broadcast_to(fallen, (60, 2)), abs=1e-4
+        )
+        assert abs(float(data.energy_balance[-1])) < 1e-9 * mass
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    same_bits(tmp_path / "whole.nc", tmp_path / "hold.nc")
+    assert native("run", file, "-o", tmp_path / "native.nc", "-q").returncode == 0
+    same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
+
+
+def test_a_stage_begins_loads(write_input, tmp_path):
+    """Times of a load that a stage names count from the stage: v = F t / m."""
+    groups = changed(flying_block(), "control", steps=None)
+    load = {"name": "push", "x": 1.0, "y": 0.5, "time": [0.0, 1.0], "force_x": [5e3, 5e3]}
+    stages = [{"name": "wait", "steps": 30}, {"name": "push", "steps": 30, "loads": "push"}]
+    file = write_input([*groups, ("load", load), *(("stage", stage) for stage in stages)])
+    with sitedda.Simulation(file, tmp_path / "load.nc") as run:
+        run.advance(30)
+        assert not run.rates.any()
+        run.advance(10)
+    with sitedda.Simulation(file, tmp_path / "load.nc", resume=True) as run:
+        run.advance(20)
+        assert run.rates[0, 0] == pytest.approx(5e3 * 0.03 / (2643.0 * 2.0), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("stages", "words"),
+    [
+        ([{"hold": "prob_*"}], "hold: nothing is named 'prob_*'"),
+        ([{"loads": "pull"}], "loads: nothing is named 'pull'"),
+        ([{"hold": "prop"}, {"hold": "prop"}], "fixed point 'prop' is held since stage 's0'"),
+        ([{"loads": "push"}, {"loads": "push"}], "'push' has begun in stage 's0'"),
+    ],
+)
+def test_what_a_stage_cannot_add_is_refused(stages, words, write_input):
+    groups = changed(flying_block(), "control", steps=None)
+    load = {"name": "push", "x": 1.0, "y": 0.5, "time": [0.0, 1.0]}
+    file = write_input([
+        *groups, ("load", load), ("fixed_point", {"name": "prop", "x": 1.0, "y": 0.5}),
+        *(("stage", {"name": f"s{i}", "steps": 5} | stage) for i, stage in enumerate(stages)),
+    ])  # fmt: skip
+    with pytest.raises(sitedda.InputError) as error:
+        sitedda.Simulation(file)
+    assert words in str(error.value) and "group &stage (line " in str(error.value)
+
+
+def test_a_time_step_that_has_shrunk_is_resumed(write_input, tmp_path, same_bits):
+    """A falling block, whose steps become shorter as it becomes faster."""
+    groups = flying_block(500, gravity=[0.0, -GRAVITY], time_step_control="adaptive",
+                          max_displacement_ratio=1e-4)  # fmt: skip
+    file = write_input(groups)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    with sitedda.Simulation(file, tmp_path / "parts.nc") as run:
+        run.advance(300)
+        assert run.time_step < 0.5e-3
+    sitedda.resume(file, tmp_path / "parts.nc")
+    same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
+
+
+# --- Killed in every stage -----------------------------------------------------------------------
+
+KILLED = """
+import sys, sitedda
+run = sitedda.Simulation(sys.argv[1], sys.argv[2])
+run.advance(int(sys.argv[3]))
+print("ready", flush=True)
+while True:
+    run.advance(1)
+    run.checkpoint()
+"""
+LONG = [dict(stage) | ({"steps": 200} if "steps" in stage else {}) for stage in STAGES]
+
+
+def test_killed_in_any_stage_a_run_resumes_to_the_same_bits(
+    write_input, tmp_path, native, same_bits
+):
+    """SIGKILL, of Python and of the executable; either goes on with what the other has left."""
+    groups = changed(beam(LONG), "output", checkpoint_interval=5, block_interval=50)
+    file = write_input(groups)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    begun = set()
+    for i, after in enumerate((1, 150, 199, 250)):
+        output = tmp_path / f"python_{i}.nc"
+        child = subprocess.Popen([sys.executable, "-c", KILLED, file, output, str(after)],
+                                 stdout=subprocess.PIPE)  # fmt: skip
+        assert child.stdout.readline() == b"ready\n"
+        time.sleep(0.02)
+        child.send_signal(signal.SIGKILL)
+        assert child.wait() == -signal.SIGKILL
+        done = native("resume", file, "-o", output, "-q")
+        assert done.returncode == 0, done.stderr
+        begun.add(int(done.stdout.split("resumed at step ")[1].split(",")[0]) // 200)
+        same_bits(tmp_path / "whole.nc", output)
+    assert {0, 1} <= begun
+    for i in range(4):
+        output = tmp_path / f"native_{i}.nc"
+        child = subprocess.Popen([native.path, "run", file, "-o", output, "-q"])
+        while child.poll() is None and not Path(f"{output}.checkpoint").exists():
+            time.sleep(0.001)
+        time.sleep(0.03 * i)
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        sitedda.resume(file, output)
+        same_bits(tmp_path / "whole.nc", output)

@@ -1,0 +1,218 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Changes of a model while it is being stepped: gravity, Δt, joints, loads, motions, fixed points.
+!>
+!> What a changed input says of these takes the place of what the run has, at the present time:
+!>
+!> - Bonds, the contacts that are closed and their stretch stay; the laws have the new strengths.
+!> - A point that is held anew, or moved by another motion, is held where it stands now.
+!> - A new Δt counts from now on; the time that is left is rounded up to whole steps of it.
+!> - Stored energy that comes or goes belongs to the term `changed`.
+module dda_changes
+   use dda_kinds, only: wp, long
+   use dda_baseline, only: displacement_at
+   use dda_blocks, only: place_of
+   use dda_elements, only: match_velocities, set_elements
+   use dda_energy, only: energy_changed
+   use dda_equilibrium, only: evaluate_present
+   use dda_errors, only: error_type, error_input, fail
+   use dda_friction, only: laws_type, set_laws
+   use dda_model, only: model_type
+   use dda_motion, only: motion_type
+   use dda_simulation, only: simulation_type, next_step
+   use dda_stage, only: never
+   use dda_stages, only: book
+   use dda_support, only: fixed_point_type, load_type
+   implicit none
+   private
+   public :: change_now, adopt_values
+
+contains
+
+   !> Take over what may change from a model, at the present time.
+   subroutine change_now(simulation, model, error)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(model_type), intent(in) :: model  !< of the changed input
+      type(error_type), allocatable, intent(out) :: error  !< it differs in what cannot change
+      type(fixed_point_type), allocatable :: points(:)
+      type(motion_type), allocatable :: motions(:)
+      real(wp) :: speed
+
+      call check_same(simulation%model, model, error)
+      if (allocated(error)) return
+      speed = simulation%speed
+      call evaluate_present(simulation, error)
+      simulation%speed = speed
+      if (allocated(error)) return
+      points = simulation%model%fixed_points
+      motions = simulation%model%motions
+      call adopt_values(simulation, model)
+      call hold_where_they_are(simulation, points, motions)
+      call set_time_step(simulation, model%control%time_step)
+      call set_elements(simulation%elements, simulation%model, simulation%blocks, &
+         simulation%time)
+      call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
+      call book(simulation, energy_changed, 1.0_wp)
+   end subroutine change_now
+
+   !> The model must be the same but for what can change.
+   subroutine check_same(old, new, error)
+      type(model_type), intent(in) :: old, new  !< of the run; of the changed input
+      type(error_type), allocatable, intent(out) :: error  !< it is another model
+      logical :: same
+      integer :: i
+
+      same = old%blocks%n == new%blocks%n .and. size(old%joints) == size(new%joints) &
+         .and. size(old%motions) == size(new%motions) .and. size(old%stages) == size(new%stages) &
+         .and. size(old%fixed_points) <= size(new%fixed_points) &
+         .and. size(old%loads) <= size(new%loads)
+      if (same) same = size(old%blocks%owner) == size(new%blocks%owner)
+      if (same) same = all(old%blocks%reference == new%blocks%reference)
+      if (same) same = all([(old%fixed_points(i)%block == new%fixed_points(i)%block, &
+         i=1, size(old%fixed_points))])
+      if (.not. same) call fail(error, error_input, new%file//': blocks, and the numbers of '// &
+         'joints, motions and stages, cannot change during a run, nor can fixed points be '// &
+         'added to fixed edges')
+   end subroutine check_same
+
+   !> Values that the state does not depend on; what stages have taken away stays away.
+   subroutine adopt_values(simulation, model)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(model_type), intent(in) :: model  !< of the changed input
+      type(laws_type) :: laws
+      integer :: m
+
+      associate (own => simulation%model)
+         own%control%gravity = model%control%gravity
+         simulation%iteration%weight = norm2(model%control%gravity)*maxval(own%blocks%mass)
+         own%joints = model%joints
+         call set_laws(laws, model%joints, simulation%laws%normal_stiffness, &
+            own%contact%shear_ratio)
+         laws%augmented = simulation%laws%augmented
+         laws%theta = simulation%laws%theta
+         simulation%laws = laws
+         do m = 1, size(own%motions)
+            associate (begins => own%motions(m)%curve%start)
+               own%motions(m) = begun(model%motions(m), begins)
+            end associate
+         end do
+         call adopt_loads(own, model, simulation%blocks%removed)
+         call adopt_points(own, model, simulation%blocks%removed, simulation%stage)
+      end associate
+   end subroutine adopt_values
+
+   !> A motion that begins at a time.
+   pure type(motion_type) function begun(motion, start)
+      type(motion_type), intent(in) :: motion  !< as the input says
+      real(wp), intent(in) :: start  !< s
+
+      begun = motion
+      begun%curve%start = start
+   end function begun
+
+   !> Loads, of which there may be more; their times count from where they did.
+   subroutine adopt_loads(own, model, removed)
+      type(model_type), intent(inout) :: own  !< of the run
+      type(model_type), intent(in) :: model   !< of the changed input
+      logical, intent(in) :: removed(:)       !< [blocks]
+      type(load_type), allocatable :: loads(:)
+      integer :: i, s, old
+
+      loads = model%loads
+      old = size(own%loads)
+      do i = 1, size(loads)
+         if (i <= old) loads(i)%start = own%loads(i)%start
+         if (removed(loads(i)%block)) loads(i)%start = never
+      end do
+      do s = 1, size(own%stages)
+         own%stages(s)%loads = [own%stages(s)%loads, spread(.false., 1, size(loads) - old)]
+      end do
+      call move_alloc(loads, own%loads)
+   end subroutine adopt_loads
+
+   !> Fixed points, of which there may be more, without those that stages have released.
+   subroutine adopt_points(own, model, removed, stage)
+      type(model_type), intent(inout) :: own  !< of the run
+      type(model_type), intent(in) :: model   !< of the changed input
+      logical, intent(in) :: removed(:)       !< [blocks]
+      integer, intent(in) :: stage            !< present one
+      type(fixed_point_type), allocatable :: points(:)
+      integer :: i, s, more
+
+      points = model%fixed_points
+      more = size(points) - size(own%fixed_points)
+      do i = 1, size(own%fixed_points)
+         points(i)%place = own%fixed_points(i)%place
+      end do
+      do s = 1, size(own%stages)
+         associate (stages => own%stages)
+            stages(s)%released = [stages(s)%released, spread(.false., 1, more)]
+            stages(s)%holds = [stages(s)%holds, spread(.false., 1, more)]
+            if (s > stage) cycle
+            do i = 1, size(points)
+               if (stages(s)%holds(i)) points(i)%held = points(i)%waiting
+               if (stages(s)%released(i)) points(i)%held = .false.
+            end do
+         end associate
+      end do
+      do i = 1, size(points)
+         if (removed(points(i)%block)) points(i)%held = .false.
+      end do
+      call move_alloc(points, own%fixed_points)
+   end subroutine adopt_points
+
+   !> Targets of points that are held anew, or whose motion has changed, are where these stand now;
+   !> the targets of others stay.
+   subroutine hold_where_they_are(simulation, before, motions)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(fixed_point_type), intent(in) :: before(:)  !< points before the change
+      type(motion_type), intent(in) :: motions(:)      !< before the change
+      real(wp) :: now(2), along
+      integer :: i, axis
+
+      associate (points => simulation%model%fixed_points, time => simulation%time)
+         do i = 1, size(points)
+            now = place_of(simulation%blocks, points(i)%block, points(i)%reference)
+            points(i)%place = 0.0_wp
+            do axis = 1, 2
+               associate (direction => points(i)%axes(:, axis))
+                  along = dot_product(direction, now)
+                  if (i <= size(before)) then
+                     if (before(i)%held(axis)) along = dot_product(direction, before(i)%place) &
+                        + prescribed(before(i)%motion(axis), motions, time)
+                  end if
+                  points(i)%place = points(i)%place + direction*(along &
+                     - prescribed(points(i)%motion(axis), simulation%model%motions, time))
+               end associate
+            end do
+         end do
+      end associate
+   end subroutine hold_where_they_are
+
+   !> Displacement of a motion, m; 0 without one.
+   pure real(wp) function prescribed(motion, motions, time)
+      integer, intent(in) :: motion  !< number, or 0
+      type(motion_type), intent(in) :: motions(:)  !< of the model
+      real(wp), intent(in) :: time  !< s
+
+      prescribed = 0.0_wp
+      if (motion > 0) prescribed = displacement_at(motions(motion)%curve, time)
+   end function prescribed
+
+   !> Another Δt from now on.
+   subroutine set_time_step(simulation, time_step)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      real(wp), intent(in) :: time_step  !< s
+      real(wp) :: left
+
+      associate (control => simulation%model%control)
+         if (time_step == control%time_step) return
+         left = simulation%first_time + real(control%steps, wp)*control%time_step - simulation%time
+         simulation%first_time = simulation%time
+         simulation%first_step = simulation%step
+         control%time_step = time_step
+         control%steps = max(0_long, ceiling(left/time_step - 1.0e-9_wp, long))
+         simulation%time_step = time_step
+      end associate
+   end subroutine set_time_step
+
+end module dda_changes

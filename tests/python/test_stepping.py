@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can be changed between two steps changes as closed forms say; nothing else can be set."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from model_text import DRY, ROCK, changed, flying_block, rectangle, tower
+
+import sitedda
+
+G = 9.81
+MASS = 2643.0 * 2.0  # of the flying block, kg/m
+
+
+def balanced(run, scale: float) -> bool:
+    return abs(run.energies["balance"]) < 1e-9 * scale
+
+
+def falling(**control) -> list:
+    return flying_block(gravity=[0.0, -G], steps=100, **control)
+
+
+def sliding(friction: float = 40.0, steps: int = 100) -> list:
+    """A block of 2 m x 1 m on a plane of 30°, which it is at rest on."""
+    turn = math.radians(30.0)
+    rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    plane, block = (
+        (np.reshape(rectangle(*sides), (-1, 2)) @ rotation.T).ravel().tolist()
+        for sides in ((-10.0, -1.0, 20.0, 1.0), (-1.0, 0.0, 2.0, 1.0))
+    )
+    middle = rotation @ (0.0, 0.5)
+    return [
+        ("control", {"time_step": 1e-3, "steps": steps, "gravity": [0.0, -G], "settle": True}),
+        ("material", dict(ROCK)),
+        ("joint", dict(DRY) | {"friction_angle": friction}),
+        ("block", {"name": "plane", "vertices": plane}),
+        ("block", {"name": "block", "vertices": block}),
+        *(("fixed_point", {"x": 0.9 * x, "y": 0.9 * y, "block": "plane"})
+          for x, y in (plane[:2], plane[2:4], plane[6:])),
+        ("measured_point", {"name": "block", "x": middle[0], "y": middle[1]}),
+        ("output", {"file": "slide.nc"}),
+    ]  # fmt: skip
+
+
+def test_gravity(write_input):
+    with sitedda.Simulation(write_input(falling())) as run:
+        run.advance(40)
+        run.gravity = (1.0, -2.0)
+        assert run.gravity.tolist() == [1.0, -2.0]
+        run.advance(60)
+        assert run.rates[0, :2] == pytest.approx([0.06, -G * 0.04 - 2.0 * 0.06], rel=1e-12)
+        assert balanced(run, MASS * G)
+
+
+def test_a_load_and_one_that_is_added(write_input):
+    groups = [*flying_block(steps=100), ("load", {"x": 1.0, "y": 0.5, "time": [0.0, 1.0],
+                                                  "force_x": [1000.0, 1000.0]})]  # fmt: skip
+    with sitedda.Simulation(write_input(groups)) as run:
+        run.advance(50)
+        run.change({"load.force_x": (-3000.0, -3000.0)})
+        run.add("load", x=1.0, y=0.5, time=(0.0, 1.0), force_y=(500.0, 500.0))
+        run.advance(50)
+        assert run.rates[0, 0] == pytest.approx((1000.0 - 3000.0) * 0.05 / MASS, rel=1e-9)
+        assert run.rates[0, 1] == pytest.approx(500.0 * 0.05 / MASS, rel=1e-9)
+        assert balanced(run, 1.0)
+
+
+def test_friction(write_input):
+    """The block rests at 40° and slides at 20°: a = g (sin 30° - cos 30° tan 20°)."""
+    with sitedda.Simulation(write_input(sliding())) as run:
+        run.advance(20)
+        assert np.linalg.norm(run.point_motions[0, 0]) < 1e-9
+        run.change({"joint[bedding].friction_angle": 20.0})
+        run.advance(40)
+        before = run.point_motions[1, 0]
+        run.advance(40)
+        turn = math.radians(30.0)
+        expected = G * (math.sin(turn) - math.cos(turn) * math.tan(math.radians(20.0)))
+        gained = (run.point_motions[1, 0] - before) @ (-math.cos(turn), -math.sin(turn))
+        assert gained == pytest.approx(expected * 0.04, rel=1e-3)
+        assert balanced(run, MASS * G)
+
+
+def test_time_step(write_input):
+    with sitedda.Simulation(write_input(falling())) as run:
+        run.advance(40)
+        run.time_step = 7e-4  # 60 ms are left: 86 steps
+        assert run.duration == pytest.approx(0.04 + 86 * 7e-4, rel=1e-12)
+        assert run.advance(200)
+        assert (run.steps, run.time) == (126, pytest.approx(run.duration, rel=1e-12))
+        assert run.rates[0, 1] == pytest.approx(-G * run.time, rel=1e-12)
+
+
+def test_fixity(write_input):
+    """Held blocks fall when they are let go, and stand where they are when they are held again."""
+    groups = [*falling(), *(("fixed_point", {"x": x, "y": y, "name": f"f{x}{y}"})
+                            for x, y in ((0.2, 0.2), (1.8, 0.2)))]  # fmt: skip
+    with sitedda.Simulation(write_input(groups)) as run:
+        run.advance(10)
+        held = run.point_motions[0, 0]
+        assert np.linalg.norm(held) < 1e-5  # springs of the supports
+        run.change({"fixed_point[*].direction": "none"})
+        run.advance(40)
+        fallen = run.point_motions[0, 0, 1] - held[1]
+        assert fallen == pytest.approx(-0.5 * G * 0.04**2, rel=0.05)
+        run.change({"fixed_point[*].direction": "xy"})
+        run.advance(10)
+        assert run.point_motions[0, 0, 1] - held[1] == pytest.approx(fallen, abs=2e-5)
+        run.add("fixed_point", x=1.0, y=0.8)
+        run.advance(40)
+        assert run.point_motions[0, 0, 1] - held[1] == pytest.approx(fallen, abs=2e-5)
+        assert -0.5 * MASS * (G * 0.04) ** 2 < run.energies["changed"] < 0.0
+        assert balanced(run, MASS * G)
+
+
+def test_a_support_goes_on_from_where_it_is(write_input):
+    """Another motion moves a support by its own displacement from then on."""
+    groups = changed(tower(steps=60), "motion", values=[0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06],
+                     quantity="displacement", drift_order=0)  # fmt: skip
+    with sitedda.Simulation(write_input(groups)) as run:
+        run.advance(30)
+        before = run.point_motions[0, 0, 0]
+        run.change({"motion.scale": -1.0})
+        assert run.point_motions[0, 0, 0] == before
+        run.advance(30)
+        assert run.point_motions[0, 0, 0] - before == pytest.approx(-0.03, rel=1e-3)
+
+
+def test_what_is_no_variable_cannot_be_set(write_input):
+    with sitedda.Simulation(write_input(falling())) as run:
+        for name in ("loads", "gravty", "dynamic_factor", "friction"):
+            with pytest.raises(AttributeError):
+                setattr(run, name, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"material.density": 1000.0}, "material.density cannot change during a run"),
+        ({"integration": "midpoint"}, "integration cannot change during a run"),
+        ({"joint.friction": 1.0}, "did you mean 'friction_angle'"),
+        ({"joint.friction_angle": 95.0}, "friction_angle = 95 must lie between 0 and 89"),
+        ({"time_step": -1.0}, "time_step = -1"),
+        ({"time_step": math.nan}, "time_step = NaN"),
+        ({"gravity": (0.0, math.inf)}, "gravity"),
+        ({"load.force_x": 1.0}, "no group &load"),
+    ],
+)
+def test_a_bad_change_is_refused_and_changes_nothing(change, words, write_input):
+    runs = [sitedda.Simulation(write_input(falling())) for _ in range(2)]
+    for run in runs:
+        run.advance(10)
+    with pytest.raises(sitedda.InputError) as error:
+        runs[0].change(change)
+    assert words in str(error.value)
+    for run in runs:
+        run.advance(10)
+    assert runs[0].coordinates.tobytes() == runs[1].coordinates.tobytes()
+
+
+def test_what_cannot_be_added_is_refused(write_input):
+    with sitedda.Simulation(write_input(falling())) as run:
+        with pytest.raises(sitedda.InputError, match="&block cannot be added"):
+            run.add("block", vertices=rectangle(5, 5, 1, 1))
+        with pytest.raises(sitedda.InputError, match="lies outside every block"):
+            run.add("fixed_point", x=50.0, y=0.0)
+        with pytest.raises(sitedda.InputError, match="force_z"):
+            run.add("load", x=1.0, y=0.5, force_z=1.0)
+
+
+CHANGES = {
+    20: {"gravity": (0.5, -G), "joint[bedding].friction_angle": 20.0},
+    40: {"time_step": 5e-4, "fixed_point[1].direction": "y"},
+}
+
+
+def stepped(file, output, upto: int, resume: bool = False) -> sitedda.Simulation:
+    run = sitedda.Simulation(file, output, resume=resume)
+    while run.steps < upto and not run.done:
+        run.advance(20)
+        if run.steps in CHANGES:
+            run.change(CHANGES[run.steps])
+        if run.steps == 20:
+            run.add("load", x=0.0, y=0.5, block="block", time=(0.0, 1.0), force_x=(1e3, 2e3))
+    return run
+
+
+def test_a_run_resumed_after_changes_has_the_same_bits(write_input, tmp_path, native, same_bits):
+    """Python goes on with further changes, the executable with those made so far."""
+    file = write_input(sliding(steps=80))
+    with stepped(file, tmp_path / "whole.nc", 1000) as run:
+        run.finish()
+    for upto in (20, 40):
+        stepped(file, tmp_path / "parts.nc", upto).close()
+        with stepped(file, tmp_path / "parts.nc", 1000, resume=True) as run:
+            run.finish()
+        same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
+        (tmp_path / "parts.nc").unlink()
+    stepped(file, tmp_path / "native.nc", 60).close()
+    done = native("resume", file, "-o", tmp_path / "native.nc", "-q")
+    assert done.returncode == 0, done.stderr
+    same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
+    whole = sitedda.open_output(tmp_path / "native.nc")
+    assert whole.attrs["changes"].startswith("t = 0.02 s: gravity = 0.5, -9.81, joint[bedding]")
+    assert "&load x = 0.0" in whole.attrs["changes"]
+    assert whole.attrs["input_text"] == file.read_text()
