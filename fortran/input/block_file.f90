@@ -2,10 +2,12 @@
 !> Blocks in a netCDF file: what it says, read and checked as numbers and names.
 !>
 !> Nothing is read before sizes are known to agree with each other, with the length of the file and
-!> with the free memory, so a file that lies about them takes no time and no memory.
+!> with the free memory, so a file that lies about them takes no time and no memory.  The format
+!> must be the classic one, as HDF5 crashes on some damaged files.
 module dda_block_file
+   use, intrinsic :: iso_fortran_env, only: int8
    use dda_archive, only: archive_type, serialise, write_archive
-   use dda_byte_file, only: byte_file_type, close_file, open_file, size_of_file, to_read
+   use dda_byte_file, only: byte_file_type, close_file, open_file, read_bytes, size_of_file, to_read
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: free_memory
@@ -15,16 +17,14 @@ module dda_block_file
    use dda_text, only: to_text, quoted
    use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_noerr, nf90_inq_varid, &
       nf90_inquire_variable, nf90_inquire_dimension, nf90_get_var, nf90_max_var_dims, nf90_char, &
-      nf90_double, nf90_float, nf90_int, nf90_int64, nf90_short, nf90_byte
+      nf90_double, nf90_float, nf90_int, nf90_short, nf90_byte
    implicit none
    private
    public :: block_file_type, read_block_file
 
    integer, parameter :: name_length = 64
-   !> bytes of data that a byte of a file can hold: deflate makes at most 1032 of one
-   integer(long), parameter :: most_inflated = 1032
-   integer(long), parameter :: least_file = 65536         !< bytes that any file may hold
-   integer(long), parameter :: bytes_of_number = 8
+   integer(long), parameter :: bytes_of_number = 8         !< in memory; one at least in a file
+   character(len=3), parameter :: mark = 'CDF'             !< of the classic format
 
    !> The blocks of a file.
    type :: block_file_type
@@ -38,10 +38,10 @@ module dda_block_file
       integer(long) :: checksum = 0            !< of all of these
    end type block_file_type
 
-   !> An open file and how many bytes of data its length allows.
+   !> An open file and its length.
    type :: reader_type
       type(dataset_type) :: dataset
-      integer(long) :: most_bytes = 0
+      integer(long) :: bytes = 0
    end type reader_type
 
 contains
@@ -69,19 +69,25 @@ contains
       end if
    end subroutine read_block_file
 
-   !> How much data a file of this length can hold.
+   !> The length of the file, which must be of the classic format.
    subroutine allow(reader, error)
       type(reader_type), intent(inout) :: reader  !< with the name of its file
       type(error_type), allocatable, intent(out) :: error  !< there is no such file
       type(byte_file_type) :: bytes
+      integer(int8) :: head(len(mark))
 
       call open_file(bytes, reader%dataset%file, to_read, error)
       if (allocated(error)) then
          error%kind = error_input
          return
       end if
-      reader%most_bytes = max(least_file, size_of_file(bytes))*most_inflated
+      reader%bytes = size_of_file(bytes)
+      head = 0
+      if (reader%bytes >= len(mark)) call read_bytes(bytes, head, error)
       call close_file(bytes, error)
+      if (allocated(error)) return
+      if (transfer(head, mark) /= mark) call fail(error, error_input, reader%dataset%file// &
+         ' is not of the classic format of netCDF (NETCDF3_64BIT_OFFSET)')
    end subroutine allow
 
    !> All variables; the first thing that is wrong is noted.
@@ -153,7 +159,7 @@ contains
       integer, intent(in) :: rank  !< number of dimensions that it must have
       logical, intent(in) :: text  !< it must hold characters, else numbers
       integer, intent(out) :: shape_of(2)  !< lengths; those beyond `rank` are 1
-      integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, nf90_int64, &
+      integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, &
          nf90_short, nf90_byte]
       integer :: id, kind, dimensions, of_dimension(nf90_max_var_dims), i
 
@@ -176,34 +182,25 @@ contains
          call checked(reader%dataset, nf90_inquire_dimension(reader%dataset%id, of_dimension(i), &
             len=shape_of(i)), 'describe '//name)
       end do
-      call check_bytes(reader, name, id, shape_of)
+      call check_bytes(reader, name, shape_of)
    end subroutine find_shape
 
-   !> The data of a variable, and the pieces that it is stored in, must be possible for the length
-   !> of the file, and fit into the free memory.
-   subroutine check_bytes(reader, name, id, shape_of)
+   !> The values of a variable must be possible for the length of the file, and fit into the free
+   !> memory.
+   subroutine check_bytes(reader, name, shape_of)
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: id  !< of the variable
       integer, intent(in) :: shape_of(2)  !< lengths of its dimensions
-      integer :: piece(nf90_max_var_dims)
-      logical :: contiguous
-      real(wp) :: bytes
+      real(wp) :: values
 
       if (allocated(reader%dataset%error)) return
-      bytes = product(real(shape_of, wp))
-      piece = 1
-      if (nf90_inquire_variable(reader%dataset%id, id, contiguous=contiguous, chunksizes=piece) &
-         == nf90_noerr) then
-         if (.not. contiguous) bytes = max(bytes, product(abs(real(piece(:2), wp))))
-      end if
-      bytes = bytes*bytes_of_number
-      if (any(shape_of < 0) .or. bytes > reader%most_bytes) then
-         call refuse(reader, name//' claims '//to_text(int(bytes, long))// &
-            ' bytes, more than a file of this length can hold')
-      else if (4*bytes > free_memory()) then
-         call refuse(reader, name//' takes '//to_text(int(bytes, long))// &
-            ' bytes, too many for the free memory')
+      values = product(real(shape_of, wp))
+      if (any(shape_of < 0) .or. values > reader%bytes) then
+         call refuse(reader, name//' claims '//to_text(int(values, long))// &
+            ' values, more than a file of '//to_text(reader%bytes)//' bytes can hold')
+      else if (4*bytes_of_number*values > free_memory()) then
+         call refuse(reader, name//' holds '//to_text(int(values, long))// &
+            ' values, too many for the free memory')
       end if
    end subroutine check_bytes
 

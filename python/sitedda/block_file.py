@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Block files: the blocks of a large model in netCDF, in place of megabytes of text.
 
+The format is the classic one: the library that reads netCDF-4 crashes on some damaged files.
+
 ``vertices`` (vertex, axis) holds the corners of all blocks one after the other, counter-clockwise,
 ``corners`` (block) how many each has, ``name`` (block, letter) their names.  ``material`` (block)
 and ``edge_joint`` (vertex), of the edge that begins there, are numbers from 1 into
@@ -62,7 +64,7 @@ def write_block_file(file, blocks: Sequence[dict]) -> Path:
     words = {name: _letters(list_of) for name, list_of in texts.items()}
     writing = file.with_name(file.name + ".writing")
     try:
-        with FILES, netCDF4.Dataset(writing, "w") as data:
+        with FILES, netCDF4.Dataset(writing, "w", format="NETCDF3_64BIT_OFFSET") as data:
             data.title = "blocks of a sitedda model"
             for name, (dimensions, kind, values) in numbers.items():
                 _put(data, name, kind, dimensions, values)
@@ -77,13 +79,13 @@ def write_block_file(file, blocks: Sequence[dict]) -> Path:
 
 
 def _put(data, name: str, kind: str, dimensions, values) -> None:
+    if 0 in np.shape(values):  # a dimension of length 0 would be one without limit
+        return
     for dimension, size in zip(dimensions, np.shape(values), strict=True):
         if dimension not in data.dimensions:
             data.createDimension(dimension, size)
-    data.createVariable(name, kind, dimensions, zlib=True, complevel=1, fill_value=False)
-    data[name].set_auto_mask(False)
-    if np.size(values):
-        data[name][:] = values
+    data.createVariable(name, kind, dimensions, fill_value=False)
+    data[name][:] = values
 
 
 def _edges(block: dict, edges: int) -> list[str]:

@@ -15,6 +15,7 @@ from .errors import InputError, OutputError
 
 MOST_BYTES = 64 * 2**20  # of a file
 MOST_POINTS = 2_000_000  # of all lines of a file
+MOST_OF_CURVE = 20_000
 MOST_LINES = 500_000
 DEEPEST = 8  # of blocks or collections within each other
 _FARTHEST = 1e9  # m
@@ -156,7 +157,10 @@ def _text(file: Path) -> str:
 
 def _csv(file: Path, scale):
     """One line for each run of equal names."""
-    rows = [row for row in csv.reader(_text(file).splitlines()) if row and row[0][:1] != "#"]
+    try:
+        rows = [row for row in csv.reader(_text(file).splitlines()) if row and row[0][:1] != "#"]
+    except csv.Error as trouble:
+        raise InputError(f"{file} is no CSV file that can be read: {trouble}") from None
     rows = [[cell.strip() for cell in row] for row in rows]
     if not rows:
         return
@@ -193,7 +197,7 @@ def _wkt(file: Path, scale):
             raise InputError(f"{file}, line {number}: nested too deeply")
         try:
             shape = shapely.from_wkt(line)
-        except shapely.errors.ShapelyError as trouble:
+        except (shapely.errors.ShapelyError, UnicodeError) as trouble:
             words = str(trouble).splitlines()[0][:100]
             raise InputError(f"{file}, line {number}: {words}") from None
         yield from _of_shape(file, shape, scale or 1.0, "", "")
@@ -324,7 +328,10 @@ def _of_entity(file: Path, entity, budget: list[int], depth: int):
                     yield from _of_entity(file, part, budget, depth + 1)
         elif kind in ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"):
             way = path.make_path(entity)
-            beside = _SAGITTA * max(path.bbox([way]).size.magnitude, 1e-9)
+            size = path.bbox([way]).size.magnitude
+            if not size <= 1e6 * _FARTHEST:  # in units of the file; not a number, too
+                raise InputError(f"{file}: an entity {kind} has no finite size")
+            beside = _SAGITTA * max(size, 1e-9)
             points = [(p.x, p.y) for p in _bounded(file, way.flattening(beside))]
             yield points, way.is_closed, entity.dxf.get("layer", "")
     except InputError:
@@ -335,6 +342,6 @@ def _of_entity(file: Path, entity, budget: list[int], depth: int):
 
 def _bounded(file: Path, points) -> Iterator:
     for count, point in enumerate(points):
-        if count > MOST_POINTS:
-            raise InputError(f"{file} holds more than {MOST_POINTS} points")
+        if count > MOST_OF_CURVE:
+            raise InputError(f"{file} holds a curve of more than {MOST_OF_CURVE} points")
         yield point

@@ -13,7 +13,7 @@ import pytest
 ROBUSTNESS = Path(__file__).parents[1] / "robustness"
 sys.path.insert(0, str(ROBUSTNESS))
 
-from fuzz import PYTHON_PROBE, Probe, Tally, ask_about, fuzz, fuzz_checkpoints  # noqa: E402
+from fuzz import FILES, PYTHON_PROBE, Probe, Tally, ask_about, fuzz, fuzz_checkpoints  # noqa: E402
 
 CASES = sorted((ROBUSTNESS / "cases").iterdir())
 
@@ -24,6 +24,13 @@ def test_hostile_files_are_refused_in_words_or_computed(kind, count):
     assert not tally.failures
     assert tally.answers["ok"] > count / 20
     assert tally.answers["refused"] > count / 4
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_hostile_files_of_lines_and_blocks_are_refused_in_words(kind):
+    tally = fuzz(PYTHON_PROBE, kind, range(80))
+    assert not tally.failures
+    assert tally.answers["refused"] > 10
 
 
 def test_damaged_checkpoints_are_not_taken():

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Send hostile inputs, records and checkpoints to the engine: it must refuse or compute each, soon.
+"""Send hostile files to the engine and the package: each must be refused or computed, soon.
+
+Inputs, records, files of lines and polygons, block files, checkpoints.
 
 usage: python tests/robustness/fuzz.py [options]
 
@@ -29,6 +31,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
 from model_text import changed, namelist, tower  # noqa: E402
+from mutated_files import mutated_file  # noqa: E402
 from mutations import mutated_checkpoint, mutated_input, mutated_record  # noqa: E402
 
 PYTHON_PROBE = [sys.executable, str(HERE / "probe.py")]
@@ -39,6 +42,7 @@ MEMORY_LIMIT = 2 * 1024**3  # bytes of address space of the probe
 LONGEST_MESSAGE = 2000  # bytes; a person has to read it
 
 MAKERS = {"input": mutated_input, "record": mutated_record}
+FILES = ("csv", "wkt", "geojson", "dxf", "nc")  # kinds that the package reads, by their endings
 
 
 class Probe:
@@ -189,9 +193,11 @@ def fuzz(
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder, Probe(command, limit_memory) as probe:
         for seed in seeds:
-            file = Path(folder) / f"{kind}_{seed}.{'nml' if kind == 'input' else 'dat'}"
-            file.write_bytes(MAKERS[kind](seed))
-            wrong = ask_about(probe, kind, file, tally, limit)
+            ending = kind if kind in FILES else "nml" if kind == "input" else "dat"
+            file = Path(folder) / f"{kind}_{seed}.{ending}"
+            file.write_bytes(mutated_file(kind, seed) if kind in FILES else MAKERS[kind](seed))
+            request = ("blocks" if kind == "nc" else "outlines") if kind in FILES else kind
+            wrong = ask_about(probe, request, file, tally, limit)
             if wrong and keep:
                 keep.mkdir(parents=True, exist_ok=True)
                 file.rename(keep / file.name)
@@ -246,6 +252,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--inputs", type=int, default=10_000)
     parser.add_argument("--records", type=int, default=2_000)
+    parser.add_argument("--files", type=int, default=1_000, help="of each of " + ", ".join(FILES))
     parser.add_argument("--checkpoints", type=int, default=1_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--probe")
@@ -255,9 +262,11 @@ def main() -> int:
     wanted = parser.parse_args()
     command = [wanted.probe] if wanted.probe else PYTHON_PROBE
     failed = 0
-    for kind, count in (("input", wanted.inputs), ("record", wanted.records)):
+    kinds = {"input": wanted.inputs, "record": wanted.records} | dict.fromkeys(FILES, wanted.files)
+    for kind, count in kinds.items():
         seeds = range(wanted.seed, wanted.seed + count)
-        tally = fuzz(command, kind, seeds, wanted.keep, wanted.time_limit, not wanted.any_memory)
+        asked = PYTHON_PROBE if kind in FILES else command
+        tally = fuzz(asked, kind, seeds, wanted.keep, wanted.time_limit, not wanted.any_memory)
         print(f"{count} {kind}s: {tally}", flush=True)
         failed += len(tally.failures)
     if wanted.checkpoints:

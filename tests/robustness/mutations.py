@@ -66,8 +66,8 @@ SUBSCRIPTS = [
     "%x",
     "(1)(2:3)",
 ]
-GROUPS = """run control contact material joint block layers drums wall motion fixed_point load
-measured_point amplification output unknown""".split()
+GROUPS = """run control contact material joint block blocks layers drums wall motion fixed_point
+load measured_point stage amplification output unknown""".split()
 SNIPPETS = [
     b"\0",
     b"\xff",

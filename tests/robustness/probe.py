@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The probe of fuzz.py with the installed package: requests on standard input, an answer to each.
 
-``input FILE`` and ``record FILE`` as the native probe (tests/fortran/probe.f90); ``checkpoint
+``input FILE`` and ``record FILE`` as the native probe (tests/fortran/probe.f90); ``outlines FILE``
+reads lines and polygons; ``blocks FILE`` runs a model of a block file; ``checkpoint
 FOLDER`` resumes the run ``model.nml`` to ``out.nc`` of a folder and answers ``ok`` with a digest of
 the state.
 """
@@ -52,6 +53,25 @@ def answer_record(file: str) -> str:
     return judge([found[name].values for name in (*found.data_vars, "time")])
 
 
+def answer_outlines(file: str) -> str:
+    """Read all lines."""
+    from sitedda.importing import read_outlines
+
+    return judge([one.points for one in read_outlines(file)])
+
+
+def answer_blocks(file: str) -> str:
+    """Read, set up, take a few steps."""
+    model = sitedda.Model(time_step=1e-3, steps=STEPS)
+    model.material("rock", density=2e3, young_modulus=1e9, poisson_ratio=0.2)
+    model.joint("bed", friction_angle=30.0)
+    model.blocks(file)
+    with sitedda.Simulation(model) as run:
+        if len(run.coordinates) <= MOST_BLOCKS:
+            run.advance(STEPS)
+        return judge(state(run))
+
+
 def answer_checkpoint(folder: str) -> str:
     """Resume, without a step."""
     model = Path(folder) / "model.nml"
@@ -63,6 +83,7 @@ def answer_checkpoint(folder: str) -> str:
 
 
 ANSWERS = {"input": answer_input, "record": answer_record, "checkpoint": answer_checkpoint}
+ANSWERS |= {"outlines": answer_outlines, "blocks": answer_blocks}
 
 
 def main() -> None:

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hostile files of lines, polygons and blocks: DXF, GeoJSON, CSV, WKT, netCDF."""
+
+from __future__ import annotations
+
+import io
+import json
+import random
+import struct
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from mutations import mutated_bytes, mutated_lines, mutated_number, rectangle
+
+SQUARES = np.reshape(rectangle(0.0, 0.0, 1.0, 1.0) + rectangle(2.0, 0.0, 1.0, 1.0), (-1, 2))
+DEPTHS = [2, 9, 40, 1000, 100_000]
+SIZES = [0, 1, 3, 8, 1000, 2_000_000, 1_000_000_000]
+
+
+def mutated_file(kind: str, seed: int) -> bytes:
+    """One hostile file of a kind; the same seed gives the same bytes."""
+    chance = random.Random(f"{kind} {seed}")
+    make = MAKERS[kind]
+    if chance.random() < 0.25:
+        return make[1](chance)
+    data = make[0](chance)
+    for _ in range(chance.choice([1, 1, 2, 3])):
+        changes = [mutated_bytes] if kind == "nc" else [mutated_bytes, mutated_lines,
+                                                        mutated_number]  # fmt: skip
+        data = chance.choice(changes)(chance, data)
+    return data
+
+
+# --- Text ----------------------------------------------------------------------------------------
+
+
+def good_csv(chance) -> bytes:
+    """Squares with names, or a line without."""
+    if chance.random() < 0.5:
+        return b"x, y\n0, 0\n4, 1\n9, 2\n"
+    rows = [f"s{i // 4}, {x}, {y}" for i, (x, y) in enumerate(SQUARES)]
+    return "\n".join(["name, x, y", *rows, ""]).encode()
+
+
+def huge_csv(chance) -> bytes:
+    """Quotes that stay open, endless rows, many names."""
+    return chance.choice([
+        b'a, "' + b"x" * 300_000,
+        b"1," * 200_000 + b"\n",
+        b"".join(b"n%d,%d,0\n" % (i, i) for i in range(20_000)),
+        b"x,y\n" + b"0,0\n" * 50_000,
+    ])  # fmt: skip
+
+
+def good_wkt(chance) -> bytes:
+    """A polygon, lines, a collection."""
+    ring = ", ".join(f"{x} {y}" for x, y in [*SQUARES[:4], SQUARES[0]])
+    return (
+        f"POLYGON (({ring}))\nLINESTRING (0 0, 4 1, 9 2)\n"
+        f"GEOMETRYCOLLECTION (POLYGON (({ring})), MULTILINESTRING ((0 0, 1 1), (2 2, 3 3)))\n"
+    ).encode()
+
+
+def nested_wkt(chance) -> bytes:
+    """Collections within collections."""
+    depth = chance.choice(DEPTHS)
+    inner = chance.choice(["POINT (0 0)", "LINESTRING (0 0, 1 1)", "POLYGON EMPTY", ""])
+    return ("GEOMETRYCOLLECTION (" * depth + inner + ")" * depth).encode()
+
+
+def good_geojson(chance) -> bytes:
+    """Features of several types."""
+    ring = [*SQUARES[:4].tolist(), SQUARES[0].tolist()]
+    shapes = [("Polygon", [ring]), ("LineString", ring[:3]), ("MultiPolygon", [[ring]])]
+    features = [
+        {"type": "Feature", "properties": {"name": f"f{i}", "layer": "a"},
+         "geometry": {"type": kind, "coordinates": values}}
+        for i, (kind, values) in enumerate(shapes)
+    ]  # fmt: skip
+    return json.dumps({"type": "FeatureCollection", "features": features}, indent=1).encode()
+
+
+def nested_geojson(chance) -> bytes:
+    """Brackets without end, collections within collections, wrong types."""
+    depth = chance.choice(DEPTHS)
+    wrong = chance.choice(["null", "1e999", "{}", "[[[]]]", '"x"', "[[NaN, 0], [1, 1]]", "[[1]]"])
+    return chance.choice([
+        "[" * depth + "]" * depth,
+        '{"type": "GeometryCollection", "geometries": [' * depth + "]}" * depth,
+        '{"type": "LineString", "coordinates": ' + wrong + "}",
+        '{"features": ' + wrong + "}",
+        '{"a":' * depth + "1" + "}" * depth,
+    ]).encode()  # fmt: skip
+
+
+@cache
+def _drawing() -> bytes:
+    import ezdxf
+
+    drawing = ezdxf.new("R2000")
+    space = drawing.modelspace()
+    space.add_lwpolyline(SQUARES[:4], close=True)
+    space.add_line((0, 0), (5, 5))
+    space.add_circle((1, 1), 2)
+    space.add_spline([(0, 0), (1, 2), (3, 1), (4, 4)])
+    block = drawing.blocks.new("PART")
+    block.add_line((0, 0), (1, 0))
+    block.add_blockref("PART", (1, 1))  # itself
+    space.add_blockref("PART", (2, 2), {"row_count": 3, "column_count": 2})
+    text = io.StringIO()
+    drawing.write(text)
+    return text.getvalue().encode()
+
+
+def good_dxf(chance) -> bytes:
+    """A drawing whose block inserts itself."""
+    return _drawing()
+
+
+def repeated_dxf(chance) -> bytes:
+    """Blocks inserted many times, entities without end."""
+    count = chance.choice([2, 1000, 32767, 10**9])
+    start = b"0\nSECTION\n2\nENTITIES\n"
+    line = b"0\nLINE\n8\n0\n10\n0\n20\n0\n11\n1\n21\n1\n"
+    insert = b"0\nINSERT\n8\n0\n2\nPART\n10\n0\n20\n0\n70\n%d\n71\n%d\n" % (count, count)
+    part = b"0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n8\n0\n2\nPART\n70\n0\n10\n0\n20\n0\n3\nPART\n1\n\n"
+    blocks = part + line + b"0\nENDBLK\n8\n0\n0\nENDSEC\n"
+    body = chance.choice([line * 5000, insert, insert * 100, line[:-4], b"0\nARC\n40\n1e300\n"])
+    return blocks + start + body + b"0\nENDSEC\n0\nEOF\n"
+
+
+# --- Block files ---------------------------------------------------------------------------------
+
+
+@cache
+def _block_file() -> bytes:
+    from sitedda.block_file import write_block_file
+
+    with tempfile.TemporaryDirectory() as folder:
+        blocks = [{"name": f"b{i}", "material": "rock", "joint": "bed", "vertices": half}
+                  for i, half in enumerate(np.split(SQUARES, 2))]  # fmt: skip
+        return write_block_file(Path(folder) / "good.nc", blocks).read_bytes()
+
+
+def good_blocks(chance) -> bytes:
+    """Two squares."""
+    return _block_file()
+
+
+def lying_blocks(chance) -> bytes:
+    """Variables whose kinds, dimensions and values are not as they should be."""
+    import netCDF4
+
+    good = {
+        "vertices": ("f8", SQUARES),
+        "corners": ("i4", np.array([4, 4])),
+        "material": ("i4", np.array([1, 0])),
+        "edge_joint": ("i4", np.array([1, 0, 0, 0, 0, 0, 0, 1])),
+        "material_name": ("S1", np.array([list("rock")], dtype="S1")),
+        "joint_name": ("S1", np.array([list("bed")], dtype="S1")),
+        "name": ("S1", np.array([list("a"), list("b")], dtype="S1")),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "lies.nc"
+        form = chance.choice(["NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"])
+        with netCDF4.Dataset(file, "w", format=form) as data:
+            for name, (kind, values) in good.items():
+                if chance.random() < 0.05:
+                    continue
+                if chance.random() < 0.15:
+                    _lie(chance, data, name)
+                    continue
+                values = values.copy()
+                if kind != "S1" and chance.random() < 0.3:
+                    new = float(chance.choice(["nan", "inf", "-1", "0", "3", "1e30", "1e9", "5"]))
+                    if kind == "f8" or np.isfinite(new) and abs(new) < 2**31:
+                        values.flat[chance.randrange(values.size)] = new
+                _define(data, name, kind, values.shape)[:] = values
+        whole = bytearray(file.read_bytes())
+    if chance.random() < 0.5:  # a length or an offset in the header
+        at = 4 * chance.randrange(1, 60)
+        number = chance.choice([*SIZES, -1, 2**31 - 1, 2**30])
+        whole[at : at + 4] = struct.pack(">i", number)
+    return bytes(whole)
+
+
+def _lie(chance, data, name: str) -> None:
+    """A variable of another kind and shape, in which nothing is written."""
+    shape = [chance.choice([1, 2, 3, 4, 8, 1000]) for _ in range(chance.choice([0, 1, 1, 2, 2, 3]))]
+    _define(data, name, chance.choice(["f8", "f4", "i4", "i2", "i1", "S1"]), shape[-2:])
+
+
+def _define(data, name: str, kind, shape):
+    for i, size in enumerate(shape):
+        data.createDimension(f"{name}_{i}", size)
+    return data.createVariable(name, kind, [f"{name}_{i}" for i in range(len(shape))])
+
+
+MAKERS = {
+    "csv": (good_csv, huge_csv),
+    "wkt": (good_wkt, nested_wkt),
+    "geojson": (good_geojson, nested_geojson),
+    "dxf": (good_dxf, repeated_dxf),
+    "nc": (good_blocks, lying_blocks),
+}
