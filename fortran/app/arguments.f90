@@ -7,11 +7,14 @@ module dda_arguments
    private
    public :: arguments_type, read_arguments, resume_command, usage
 
+   integer, parameter :: longest_change = 1024
+
    !> The command line.
    type :: arguments_type
       character(len=:), allocatable :: command   !< 'run', 'resume', 'check', 'help' or 'version'
       character(len=:), allocatable :: file      !< input file
       character(len=:), allocatable :: output    !< '' or the output file, in place of the input's
+      character(len=longest_change), allocatable :: changes(:)  !< 'NAME=VALUE' each
       logical :: quiet = .false.                 !< no progress lines
       logical :: check_first = .false.           !< run only if the check does not fail
    end type arguments_type
@@ -28,6 +31,7 @@ contains
       arguments%command = ''
       arguments%file = ''
       arguments%output = ''
+      allocate (arguments%changes(0))
       i = 1
       do while (i <= command_argument_count())
          word = argument(i)
@@ -46,6 +50,9 @@ contains
             i = i + 1
             arguments%output = argument(i)
             if (arguments%output == '') call fail(error, error_input, '--output needs a file name')
+         case ('--set')
+            i = i + 1
+            call take_change(arguments, argument(i), error)
          case default
             call take_word(arguments, word, error)
          end select
@@ -56,6 +63,19 @@ contains
       if (arguments%command /= 'help' .and. arguments%file == '') call fail(error, error_input, &
          arguments%command//' needs an input file')
    end subroutine read_arguments
+
+   !> A change of the input.
+   subroutine take_change(arguments, word, error)
+      type(arguments_type), intent(inout) :: arguments  !< of the command line so far
+      character(len=*), intent(in) :: word  !< 'NAME=VALUE'
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      character(len=longest_change) :: change
+
+      if (word == '' .or. len(word) > longest_change) call fail(error, error_input, &
+         '--set needs NAME=VALUE')
+      change = word
+      arguments%changes = [arguments%changes, change]
+   end subroutine take_change
 
    !> The command, then the input file.
    subroutine take_word(arguments, word, error)
@@ -90,9 +110,13 @@ contains
    pure function resume_command(arguments) result(text)
       type(arguments_type), intent(in) :: arguments  !< of the command line
       character(len=:), allocatable :: text
+      integer :: i
 
       text = 'sitedda-native resume '//arguments%file
       if (arguments%output /= '') text = text//' --output '//arguments%output
+      do i = 1, size(arguments%changes)
+         text = text//" --set '"//trim(arguments%changes(i))//"'"
+      end do
    end function resume_command
 
    !> The text of --help.
@@ -104,6 +128,8 @@ contains
          '       sitedda-native check FILE.nml              what the run will meet', &
          'options:', &
          '  -o, --output FILE.nc   the output, in place of the one that the input names', &
+         '      --set NAME=VALUE   a variable of the input changed: time_step=5e-4,', &
+         '                         material.clay.density=1900, joint[*].cohesion=0', &
          '      --check            check first, and do not start if the check fails', &
          '  -q, --quiet            no progress lines', &
          '  -h, --help             this text', &

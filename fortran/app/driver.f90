@@ -37,23 +37,23 @@ contains
       case ('version')
          call say('sitedda-native '//version)
       case ('check')
-         call check_input(arguments%file, error)
+         call check_input(arguments, error)
       case ('run', 'resume')
-         if (arguments%check_first) call check_input(arguments%file, error)
+         if (arguments%check_first) call check_input(arguments, error)
          if (.not. allocated(error)) call run_input(arguments, error)
       end select
    end subroutine act
 
    !> Print the check of an input; an error if it fails.
-   subroutine check_input(file, error)
-      character(len=*), intent(in) :: file                 !< path of the input
+   subroutine check_input(arguments, error)
+      type(arguments_type), intent(in) :: arguments        !< of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(model_type) :: model
       type(simulation_type), allocatable :: simulation
       type(report_type), allocatable :: report
       character(len=:), allocatable :: text
 
-      call read_model_file(model, file, error)
+      call read_model_file(model, arguments%file, error, arguments%changes)
       if (allocated(error)) return
       allocate (simulation, report)
       call begin_simulation(simulation, model, error)
@@ -61,7 +61,8 @@ contains
       if (allocated(error)) return
       text = report_text(report)
       call say(text(:len(text) - 1))
-      if (report%worst == verdict_fail) call fail(error, error_check, file//': the check fails')
+      if (report%worst == verdict_fail) call fail(error, error_check, &
+         arguments%file//': the check fails')
    end subroutine check_input
 
    !> Run an input file to its end and print the results that it asks for.
@@ -71,7 +72,7 @@ contains
       type(model_type) :: model
       type(run_type), allocatable :: run
 
-      call read_model_file(model, arguments%file, error)
+      call read_model_file(model, arguments%file, error, arguments%changes)
       if (allocated(error)) return
       if (arguments%output /= '') model%output%file = arguments%output
       allocate (run)

@@ -6,6 +6,7 @@ module dda_input
    use dda_input_group, only: place_type, place_of_group, input_error, require_name, &
       name_length
    use dda_input_catalogue, only: input_groups, unknown_group
+   use dda_input_changes, only: change_text
    use dda_input_bodies, only: read_bodies
    use dda_input_bolts, only: read_bolts
    use dda_input_boundaries, only: read_boundaries, check_rest
@@ -33,14 +34,21 @@ module dda_input
 
 contains
 
-   !> Read a model from a file.
-   subroutine read_model_file(model, file, error)
+   !> Read a model from a file, with changes made to its text.
+   subroutine read_model_file(model, file, error, changes)
       type(model_type), intent(out) :: model  !< as the input says
       character(len=*), intent(in) :: file  !< path
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      character(len=*), intent(in), optional :: changes(:) !< 'NAME=VALUE' each
       character(len=:), allocatable :: text
+      integer :: i
 
       call read_text_file(file, text, largest_input, error)
+      if (present(changes)) then
+         do i = 1, size(changes)
+            if (.not. allocated(error)) call change_text(text, trim(changes(i)), error)
+         end do
+      end if
       if (.not. allocated(error)) call read_model(model, file, text, error)
    end subroutine read_model_file
 

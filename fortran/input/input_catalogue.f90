@@ -377,7 +377,7 @@ module dda_input_catalogue
          'of the surface or the heads at each of them'), &
       variable_type('scale', 'real list', '', '1', 'factor on the pressure at each of them')]
 
-   type(variable_type), parameter :: load_variables(4) = [ &
+   type(variable_type), parameter :: load_variables(*) = [ &
       variable_type('name', 'text', '', 'blank', 'name that stages begin it by', allowed='any'), &
       variable_type('time', 'real list', 's', 'required', '2 to 4096 times that do not decrease'), &
       variable_type('force_x', 'real list', 'N/m', '0 at all times', &
@@ -389,7 +389,7 @@ module dda_input_catalogue
       variable_type('name', 'text', '', 'required', &
          'name of the point in the output', allowed='any, used once')]
 
-   type(variable_type), parameter :: stage_variables(15) = [ &
+   type(variable_type), parameter :: stage_variables(*) = [ &
       variable_type('name', 'text', '', 'required', &
          'name of the stage in the output', allowed='any, used once'), &
       variable_type('kind', 'text', '', "'dynamic'", &

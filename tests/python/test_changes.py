@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Variables changed by name: what is meant is found, everything else of the text stays."""
 
+import ast
 import re
 
 import numpy as np
@@ -27,6 +28,70 @@ TEXT = """! head: / & ' "
 &load x=1, y=2, force_x = 0, 1, 0 /
 &load x=3, y=2, force_x = 0, 1, 0 /
 """
+
+
+NATIVE = [
+    ["time_step=5e-4", "gravity=0,-5", "settle=True"],
+    ["joint[cross].friction_angle=33", "joint.cross.cohesion=7e3", "duration=0.01"],
+    ["joint[2].cohesion=8", "joint[*].tensile_strength=10", "output.block_interval=5"],
+    ["material.density=1900", "contact.normal_stiffness=1e10", "title='It''s /&! new'"],
+]
+COMMENTED = """! a & b / 'c'
+&control time_step = 1e-3, ! s / x & y
+  steps = 10, gravity = 0, -9.81  ! comment
+/
+&run title = 'old' / ! and new
+&joint name = 'bed''s', friction_angle=30 /
+&joint name='cross', friction_angle = 20., cohesion = 1 ! c = 3
+/
+&material name='rock', density=2000, young_modulus=1e9, poisson_ratio=.2 /
+&layers width = 2, thickness = 1, joint = 'cross', count = 3 /
+&fixed_point x = 0.5, y = 0.1 / &fixed_point x = 1.5, y = 0.1 /
+&measured_point name = 'top', x = 1, y = 3 /
+&output file = 'o.nc' /
+"""
+
+
+@pytest.mark.parametrize("changes", NATIVE, ids=" ".join)
+def test_the_executable_makes_the_same_changes(changes, write_input, native, tmp_path, same_bits):
+    file = write_input(COMMENTED)
+    words = [word for change in changes for word in ("--set", change)]
+    for command in ("run", "resume"):
+        done = native(command, file, *words, "-q", "-o", "native.nc", folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+    assert "is complete" in done.stdout
+    given = dict(change.split("=", 1) for change in changes)
+    for name, value in given.items():
+        try:
+            given[name] = ast.literal_eval(value)
+        except (ValueError, SyntaxError):
+            pass
+    if "title" in given:
+        given["title"] = "It's /&! new"
+    sitedda.run(file, output=tmp_path / "python.nc", changes=given)
+    same_bits(tmp_path / "python.nc", tmp_path / "native.nc", ("title", "step_control"))
+    assert native("check", file, *words).stdout != native("check", file).stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("joint.friction_angle=3", "the input has 2 groups &joint; name one"),
+        ("joint[crss].cohesion=3", "no &joint named 'crss'; did you mean 'cross'?"),
+        ("frction_angle=3", "no group has this variable; did you mean 'friction_angle'?"),
+        ("jont.cohesion=1", "no group &jont; did you mean 'joint'?"),
+        ("joint[1].cohesin=1", "no variable 'cohesin'; did you mean 'cohesion'?"),
+        ("x=3", "a variable of several groups"),
+        ("load.x=1", "the input has no group &load to change"),
+        ("foo", "must read NAME=VALUE"),
+        ("time_step=-1", "group &control (line 2): time_step = -1"),
+        ("joint[2].cohesion=-1", "group &joint (line 7): cohesion = -1"),
+    ],
+)
+def test_the_executable_refuses_changes_with_the_nearest_name(change, words, write_input, native):
+    done = native("check", write_input(COMMENTED), "--set", change)
+    assert done.returncode == 1
+    assert words in done.stderr and done.stderr.count("\n") == 1
 
 
 def read(text: str) -> list[tuple[str, dict[str, str]]]:
