@@ -491,7 +491,7 @@
       gl.viewport(0, 0, camera.width, camera.height);
       gl.clearColor(...rgb(variable("--card")).map((c) => c / 255), 1);
       gl.clear(gl.COLOR_BUFFER_BIT);
-      gl.enable(gl.BLEND);
+      gl.disable(gl.BLEND);
       gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
       gl.useProgram(this.program);
       gl.uniform4f(this.uniform.view, camera.x, camera.y,
@@ -503,6 +503,7 @@
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.faces);
       gl.drawElements(gl.TRIANGLES, this.triangles.length, gl.UNSIGNED_INT, 0);
       if (edgeAlpha > 0) {
+        gl.enable(gl.BLEND);
         gl.uniform1f(this.uniform.dark, 1);
         gl.uniform1f(this.uniform.alpha, edgeAlpha);
         gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.lines);
