@@ -116,6 +116,7 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
     data.cells = {
         "block": np.arange(scene.blocks, dtype="<i4"),
         "material": scene.material.astype("<i4"),
+        "removed": scene.removed(frame).astype("<i4"),
         "displacement": np.column_stack([moved, np.zeros(scene.blocks)]),
         "rotation": now[:, 2] - scene.coordinates(0)[:, 2],
         "velocity": np.column_stack([scene.rates(frame)[:, :2], np.zeros(scene.blocks)]),

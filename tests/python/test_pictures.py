@@ -420,6 +420,9 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
     drawn = [np.isfinite(path.vertices).all() and len(path.vertices) > 0 for path in paths]
     assert drawn[:2] == [True, True] and (len(drawn) == 2 or not drawn[2])
     assert "1 removed" in axes.texts[-1].get_text()
+    from sitedda.vtk import blocks_of
+
+    assert blocks_of(scene, scene.frames - 1).cells["removed"].tolist() == [0, 0, 1]
     figure = run_picture(run.history)
     texts = [t.get_text() for a in figure.subfigs[1].axes for t in a.texts]
     assert {"shake", "after <b>"} <= set(texts)

@@ -73,6 +73,7 @@ REMADE = {
     ("elements", "fixed_points_type"): {"point": "the input", "stiffness": "the input"},
     ("elements", "energy_type"): {},
     ("dynamics", "counters_type"): {},
+    ("dynamics", "stop_state_type"): {},
     ("output", "journal_type"): {"file": "opened anew"},
 }
 
