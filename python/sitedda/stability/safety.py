@@ -22,7 +22,7 @@ from .strength import Rest, come_to_rest, released, static_model
 VERDICTS = ("stable", "slides", "topples")
 _STRONGEST, _WEAKEST = 2.0**-12, 2.0**12  # factors that are looked at
 _BEYOND = 1.02  # over the factor at failure, of the motion that the mechanism is taken from
-_SETTLEMENT = 0.2  # of the median radius: largest way to the first state of rest
+_SETTLEMENT = 0.2  # of its radius: largest way of a block to the first state of rest
 _UNDISTURBED = 0.1  # of that way: the state of rest that the mechanism begins from
 _STILL = 0.02  # of the largest displacement: the block is stable
 _TURNING = 0.03  # rotation × radius over displacement: the block topples
@@ -202,7 +202,7 @@ class _Trials:
     @property
     def way(self) -> float:
         """Displacement that counts as failure, m."""
-        return self.share * float(np.median(self.radii))
+        return self.share * float(np.quantile(self.radii, 0.5, method="lower"))
 
     def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Displacement and radius × rotation of each block, shape (blocks,), m."""
@@ -214,11 +214,11 @@ class _Trials:
         rest = come_to_rest(self.model, factor)
         if rest.stands:
             first = self.reference is None
-            most = float(
-                self.moved(rest.coordinates, self.start if first else self.reference).max()
-            )
-            allowed = self.way * (max(1.0, _SETTLEMENT / self.share) if first else 1.0)
-            words = f"{rest.words}; a block has moved by {most:.3g} m, allowed {allowed:.3g} m"
+            moved = self.moved(rest.coordinates, self.start if first else self.reference)
+            most, allowed, unit = float(moved.max()), self.way, "m"
+            if first:
+                most, allowed, unit = float((moved / self.radii).max()), _SETTLEMENT, "radii"
+            words = f"{rest.words}; a block has moved by {most:.3g} {unit}, allowed {allowed:.3g}"
             rest = Rest(factor, most <= allowed, words, rest.coordinates)
         if rest.stands and self.reference is None:
             self.reference = rest.coordinates
