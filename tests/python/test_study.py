@@ -127,6 +127,15 @@ def test_histories_of_uneven_steps_come_to_equal_ones(file, threads):
     assert np.allclose(found["displacement[surface].x"][1], expected, rtol=0, atol=1e-15)
 
 
+def test_histories_that_end_early_end_with_nothing(file, threads):
+    steps = {"control.steps": [20, 60, 40]}
+    found = sitedda.study(file, steps, ["displacement[surface].x"], executor=threads)
+    history = found["displacement[surface].x"].values
+    assert history.shape == (3, 61) and "comment" not in found.time.attrs
+    assert np.sum(np.isnan(history), axis=1).tolist() == [40, 0, 20]
+    assert np.array_equal(history[0, :21], history[1, :21])
+
+
 @pytest.mark.parametrize("name", ["table.nc", "table.zarr"])
 def test_a_table_on_the_disk_is_that_in_memory(file, tmp_path, threads, name):
     study = tmp_path / "study"

@@ -249,18 +249,18 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     from ..scene import Scene
 
     found = words.Verdict()
-    names = dict.fromkeys([*_BLOCKS, *(name for part in parts for name in _NEEDS.get(part, ()))])
-    data = output.dataset(names)
-    scene = Scene.of(data)
     if "amplification" not in str(output.attributes.get("input_text", "")).lower():
         parts = [part for part in parts if part != "_damping"]
-    for part in parts:
-        if part == _WRITTEN:
-            given = output.attributes
-            found.values.update({n: given[n] for n in _TOPICS[part] if n in given})
-            continue
-        of_history = _NEEDS.get(part) is _HISTORY
-        getattr(words, part)(found, data if of_history else scene)
+    given = output.attributes
+    if _WRITTEN in parts:
+        found.values.update({n: given[n] for n in _TOPICS[_WRITTEN] if n in given})
+    read = [part for part in parts if part != _WRITTEN]
+    if read:
+        names = [*_BLOCKS, *(name for part in read for name in _NEEDS.get(part, ()))]
+        data = output.dataset(dict.fromkeys(names))
+        scene = Scene.of(data)
+    for part in read:
+        getattr(words, part)(found, data if _NEEDS.get(part) is _HISTORY else scene)
     return {name: 0.0 for p in parts for name in _TOPICS[p] if name in _ZERO} | found.values
 
 

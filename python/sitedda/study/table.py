@@ -130,9 +130,12 @@ class _Results:
                 here = arrays.get(f"{name}|{dim}")
                 if here is None:
                     continue
-                if dim in first and not np.array_equal(here, first[dim]):
+                known = first.setdefault(dim, here)
+                both = min(len(known), len(here))
+                if not np.array_equal(here[:both], known[:both]):
                     self.uneven.add(dim)
-                first.setdefault(dim, here)
+                if len(here) > len(known):  # another may have ended early
+                    first[dim] = here
                 step = (here[-1] - here[0]) / max(len(here) - 1, 1)
                 ends.setdefault(dim, []).append((here[0], here[-1], step))
         for dim in self.uneven:
@@ -151,15 +154,17 @@ class _Results:
         """An array of a case on the common coordinates; NaN beyond its ends."""
         values = arrays[name]
         for axis, dim in enumerate(self.arrays[name]["dims"]):
+            common, here = self.coordinates[dim], arrays[f"{name}|{dim}"]
             if dim in self.uneven:
-                here = arrays[f"{name}|{dim}"]
-                values = np.apply_along_axis(
-                    lambda v, x=here, d=dim: np.interp(
-                        self.coordinates[d], x, v, left=np.nan, right=np.nan
-                    ),
-                    axis,
-                    values,
-                )
+
+                def brought(v, x=here, to=common):
+                    return np.interp(to, x, v, left=np.nan, right=np.nan)
+
+                values = np.apply_along_axis(brought, axis, values)
+            elif len(here) < len(common):
+                room = [(0, 0)] * values.ndim
+                room[axis] = (0, len(common) - len(here))
+                values = np.pad(values, room, constant_values=np.nan)
         return values
 
     def fill(self, targets: dict) -> None:

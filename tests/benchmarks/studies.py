@@ -1,0 +1,172 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What studies cost: beside bare runs, on two workers, and for very many cases.
+
+usage: python tests/benchmarks/studies.py [--cases N] [--planned N] [--workers N] [--folder FOLDER]
+
+Columns of ten drums under 12 s of a record, one for each friction angle: as bare runs (the engine
+with its output, one after the other in one process), and as studies of one and of more workers.
+Both the time of the clock and the processor time of all processes are printed; on a machine that
+others use as well only the latter says something of overhead.  Then the time and memory to plan and
+to collect very many cases, whose results are made up, each with 14 numbers and a history.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+RECORD = Path(__file__).parents[2] / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
+RESULTS = ["largest_tilt_rad", "displacement[top].x.largest", "displacement[top].x"]
+COLUMN = """&run title = 'Column of ten drums under a record' /
+&control time_step = 1.0e-3, duration = 12.0, gravity = 0.0, -9.81 /
+&contact normal_stiffness = 4.0e8 /
+&material name = 'limestone', density = 2250.0, young_modulus = 17.0e9, poisson_ratio = 0.22 /
+&joint name = 'drums', friction_angle = 35.0 /
+&layers name = 'foundation', left = -1.0, bottom = -0.5, width = 2.0, thickness = 0.5 /
+&drums name = 'drum', bottom = 0.0, width = 0.6, height = 0.5, count = 10 /
+&motion name = 'quake', file = '{record}' /
+&fixed_point x = -0.9, y = -0.4, motion_x = 'quake' /
+&fixed_point x = 0.9, y = -0.4, motion_x = 'quake' /
+&measured_point name = 'top', x = 0.0, y = 5.0, block = 'drum_10' /
+&output file = 'column.nc', history_interval = 5, block_interval = 500 /
+"""
+
+
+def angles(count: int) -> dict[str, list[float]]:
+    """The parameter of a study of so many cases."""
+    return {"joint.friction_angle": [20.0 + 20.0 * i / count for i in range(count)]}
+
+
+def bare(file: Path, count: int, folder: Path) -> None:
+    """The runs without a study."""
+    import sitedda
+
+    for i, angle in enumerate(angles(count)["joint.friction_angle"]):
+        changes = {"joint.friction_angle": angle}
+        with sitedda.Simulation(file, folder / f"{i}.nc", changes=changes) as run:
+            while not run.advance(10000):
+                pass
+            run.finish()
+
+
+def as_study(file: Path, count: int, folder: Path, workers: int) -> None:
+    """The same as a study."""
+    import sitedda
+
+    sitedda.study(file, angles(count), RESULTS, folder=folder, workers=workers)
+
+
+def measured(words: list[str]) -> tuple[float, float]:
+    """Seconds of the clock, and of processors, of this program with arguments."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begun = time.perf_counter()
+    subprocess.run([sys.executable, __file__, *words], check=True)
+    wall = time.perf_counter() - begun
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return wall, cpu
+
+
+def compare(count: int, workers: int, folder: Path) -> None:
+    """Bare runs, one worker, more workers; each less what nothing but one case costs."""
+    file = folder / "column.nml"
+    file.write_text(COLUMN.format(record=RECORD))
+    rows = {}
+    for name in ("bare", "1", str(workers)):
+        words = ["--mode", name, "--file", str(file), "--folder", str(folder / f"of_{name}")]
+        rows[name] = measured([*words, "--cases", str(count)])
+        print(f"{name:>5s} workers: {rows[name][0]:8.1f} s of the clock, {rows[name][1]:8.1f} s of "
+              "processors", flush=True)  # fmt: skip
+    for name in ("1", str(workers)):
+        more = 100 * (rows[name][1] / rows["bare"][1] - 1)
+        print(f"overhead of {name} workers beside bare runs: {more:.1f} % of the processor time")
+    print(f"clock of one worker over {workers}: {rows['1'][0] / rows[str(workers)][0]:.2f}")
+
+
+def many(count: int, folder: Path) -> None:
+    """Plan and collect very many cases; results are made up between."""
+    for step in ("plan", "fill", "collect"):
+        words = ["--mode", step, "--cases", str(count), "--folder", str(folder)]
+        subprocess.run([sys.executable, __file__, *words], check=True)
+
+
+def _plan(count: int, folder: Path):
+    from sitedda.study.plan import make_plan
+
+    file = folder / "column.nml"
+    file.write_text(COLUMN.format(record=RECORD))
+    return make_plan(file, angles(count), RESULTS, folder / "many")
+
+
+def one_of_many(mode: str, count: int, folder: Path) -> None:
+    """One step, with its time and peak memory."""
+    plan, begun = _plan(count, folder), time.perf_counter()
+    if mode == "plan":
+        plan.write()
+    elif mode == "fill":
+        _fill(folder / "many")
+        return
+    else:
+        from sitedda.study import collect
+
+        table = collect(folder / "many", folder / "many.nc")
+        print(f"table: {dict(table.sizes)}, {len(table.data_vars)} variables")
+    wall, cpu = time.perf_counter() - begun, time.process_time()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"{mode} of {count} cases: {wall:.1f} s of the clock, {cpu:.1f} s of processors, peak "
+          f"memory {peak:.0f} MiB", flush=True)  # fmt: skip
+
+
+def _fill(study: Path) -> None:
+    import numpy as np
+
+    from sitedda.study.store import case_folder, write_result
+
+    keys = json.loads((study / "study.json").read_text())["cases"]
+    time_axis = np.arange(2401) * 0.005
+    for number, key in enumerate(keys):
+        history = np.sin(time_axis + number)
+        numbers = {f"number_{i}": float(number + i) for i in range(14)}
+        shape = {"dims": ["time"], "shape": [2401], "units": "m"}
+        arrays = {"top": history, "top|time": time_axis}
+        about = {"numbers": numbers, "warning": "", "seconds": 1.0, "shapes": {"top": shape}}
+        write_result(case_folder(study, key), "complete", arrays=arrays, **about)
+
+
+def main() -> None:
+    """Read the command line and measure."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--cases", type=int, default=1000)
+    parser.add_argument("--planned", type=int, default=10000)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--folder", type=Path)
+    parser.add_argument("--file", type=Path)
+    parser.add_argument("--mode", default="all", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = options.folder or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        if options.mode == "bare":
+            bare(options.file, options.cases, folder)
+        elif options.mode.isdecimal():
+            as_study(options.file, options.cases, folder, int(options.mode))
+        elif options.mode != "all":
+            one_of_many(options.mode, options.cases, folder)
+        else:
+            if options.cases:
+                compare(options.cases, options.workers, folder)
+            if options.planned:
+                many(options.planned, folder)
+
+
+if __name__ == "__main__":
+    main()

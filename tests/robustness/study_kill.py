@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Kill studies at random moments – client, worker, scheduler, job array – and compare the tables.
+
+usage: python tests/robustness/study_kill.py [--kills N] [--seed S] [--cases N] [--duration S]
+
+Each study is one of columns of ten drums. Somebody of it is killed (SIGKILL) at a random moment;
+then it is started again, killed again one time in three, until it ends.  Its table must have the
+same bits as that of a study left alone.  Ends with status 1 if any differs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import xarray as xr
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "python"))
+import slurm_stand_in  # noqa: E402
+from dask_cluster import Cluster  # noqa: E402
+from interrupted import INPUTS, native_program  # noqa: E402
+
+STUDY = """model = "{model}"
+folder = "{folder}"
+results = ["displacement[top].y", "largest_tilt_rad", "energy_balance.last"]
+[fixed]
+"control.duration" = {duration}
+"output.checkpoint_interval" = 100
+[parameters]
+"joint[drums].friction_angle" = {{from = 20, to = 40, count = {cases}}}
+[slurm]
+program = "{program}"
+each = 2
+"""
+VICTIMS = ("client", "worker", "dask client", "dask worker", "scheduler", "job array")
+
+
+class Trial:
+    """One study that is killed."""
+
+    def __init__(self, victim: str, folder: Path, options, chance: random.Random):
+        self.victim, self.folder, self.chance = victim, folder, chance
+        self.study = folder / "study"
+        self.file = folder / "study.toml"
+        values = {"model": INPUTS / "column.nml", "folder": self.study, "cases": options.cases}
+        self.file.write_text(STUDY.format(duration=options.duration, program=native_program(),
+                                          **values))  # fmt: skip
+        self.cluster = Cluster(folder) if victim in VICTIMS[2:5] else None
+
+    def command(self) -> tuple[list[str], dict[str, str]]:
+        """What is started, and its environment."""
+        words = [sys.executable, "-m", "sitedda", "study", "run", str(self.file), "-q"]
+        if self.victim == "job array":
+            path = slurm_stand_in.install(self.folder / "bin")
+            seed = str(self.chance.randrange(1000))
+            path = f"{path}{os.pathsep}{os.environ['PATH']}"
+            return [*words, "--slurm"], os.environ | {"PATH": path, "STAND_IN_SEED": seed}
+        where = ["--dask", self.cluster.address] if self.cluster else ["--workers", "2"]
+        return words + where, dict(os.environ)
+
+    def start(self) -> subprocess.Popen:
+        """The client, as a group of processes of its own."""
+        words, environment = self.command()
+        return subprocess.Popen(words, start_new_session=True, env=environment,
+                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)  # fmt: skip
+
+    def kill(self, client: subprocess.Popen) -> None:
+        """Kill the victim."""
+        if self.victim == "job array":
+            os.killpg(client.pid, signal.SIGKILL)
+        elif self.victim in ("client", "dask client"):
+            client.kill()
+        elif self.victim == "worker":
+            children = Path(f"/proc/{client.pid}/task/{client.pid}/children")
+            threads = Path(f"/proc/{client.pid}/task").glob("*/children")
+            found = [int(pid) for file in [children, *threads] for pid in file.read_text().split()]
+            if found:
+                os.kill(self.chance.choice(found), signal.SIGKILL)
+        elif self.victim == "dask worker":
+            which = self.chance.randrange(len(self.cluster.workers))
+            self.cluster.workers[which].kill()
+            self.cluster.workers[which].wait()
+            self.cluster.workers[which] = self.cluster.new_worker()
+        else:
+            self.cluster.stop()
+            client.kill()  # without its scheduler it would wait for its time-out, then end
+            self.cluster.start(2)
+
+    def begun(self, client: subprocess.Popen) -> bool:
+        """Wait for the first case to be worked on; False if the study ends before."""
+        while client.poll() is None:
+            if next(self.study.glob("cases/*/*/lock"), None):
+                return True
+            time.sleep(0.01)
+        return False
+
+    def carry_out(self, patience: float) -> int:
+        """Kill, start again, to the end; how often it was killed."""
+        kills, again = 0, True
+        while True:
+            client = self.start()
+            if again and self.begun(client):
+                time.sleep(self.chance.uniform(0.0, patience))
+                if client.poll() is None:
+                    self.kill(client)
+                    kills += 1
+                    again = self.chance.random() < 0.33
+            _, words = client.communicate()
+            if client.returncode == 0:
+                break
+            if client.returncode > 0 and not kills:
+                raise SystemExit(f"{self.victim}: {words.decode()}")
+        if self.cluster:
+            self.cluster.stop()
+        return kills
+
+    def table(self) -> xr.Dataset:
+        """What came out."""
+        from sitedda.study import collect, gather
+
+        if self.victim == "job array":
+            gather(self.study, 1)
+        return collect(self.study).drop_vars("seconds").load()
+
+
+def main() -> int:
+    """Kill and compare."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--kills", type=int, default=30)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--cases", type=int, default=6)
+    parser.add_argument("--duration", type=float, default=4.0)
+    options = parser.parse_args()
+    chance = random.Random(options.seed)
+    os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    kills, studies, wrong = 0, 0, 0
+    with tempfile.TemporaryDirectory() as scratch:
+        left_alone = Trial("client", Path(scratch), options, chance)
+        begun = time.monotonic()
+        subprocess.run(left_alone.command()[0], check=True, stdout=subprocess.DEVNULL)
+        whole, reference = time.monotonic() - begun, left_alone.table()
+        print(f"left alone: {whole:.1f} s", flush=True)
+        while kills < options.kills:
+            victim = VICTIMS[studies % len(VICTIMS)]
+            folder = Path(scratch) / f"trial {studies}"
+            folder.mkdir()
+            trial = Trial(victim, folder, options, chance)
+            count = trial.carry_out(0.5 * whole)
+            same = reference.identical(trial.table())
+            kills, studies, wrong = kills + count, studies + 1, wrong + (not same)
+            print(f"{victim:12s} {count} kills: {'same bits' if same else 'DIFFERS'}", flush=True)
+            shutil.rmtree(folder)
+    print(f"{kills} kills, {studies} studies, {wrong} tables differ")
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
