@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+import sitedda
 from sitedda.validation.model import (
     block,
     contact,
@@ -214,3 +215,23 @@ def test_lengths_follow_a_block_that_slides_off():
         assert total == pytest.approx(WIDTH, rel=0.03)
     assert np.abs(data.energy_length).max() > 0
     assert residual(data) < 1e-6
+
+
+def test_tangent_at_the_weight(tmp_path):
+    """The vertical mode of a heavy block on a closed joint: k = k_ni (1 − δ/V_m)⁻²."""
+    stress, stiffness, closure = 5e6, 2e10, 1.4e-4
+    law = {**ROUGH, "normal_stiffness_per_area": stiffness, "max_closure": closure}
+    file = tmp_path / "model.nml"
+    file.write_text(pressed(stress, **law))
+    settled = stress / (stiffness + stress / closure)
+    tangent = stiffness / (1 - settled / closure) ** 2
+    expected = np.sqrt(tangent / (stress / GRAVITY)) / (2 * np.pi)
+    frequencies = sitedda.modes(file, 3).frequency
+    assert np.abs(np.array(frequencies) / expected - 1).min() < 1e-3
+
+
+def test_laws_in_a_model(tmp_path):
+    """`Model.joint` takes the variables of the laws."""
+    model = sitedda.Model()
+    model.joint("rough", friction_angle=30.0, law="barton_bandis", jrc=10.0, jcs=1e8)
+    assert "barton_bandis" in model.write(tmp_path / "model.nml").read_text()

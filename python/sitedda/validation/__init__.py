@@ -12,6 +12,7 @@ from . import (
     damping,
     flight,
     integration,
+    joints,
     masonry_limits,
     packing,
     rocking,
@@ -26,7 +27,18 @@ from .report import write_report
 
 __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "write_report"]
 
-_FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
+_FAMILIES = (
+    sliding,
+    flight,
+    settlement,
+    rocking,
+    waves,
+    joints,
+    damping,
+    integration,
+    stability,
+    packing,
+)
 _FAMILIES += (slopes, masonry_limits)
 
 
