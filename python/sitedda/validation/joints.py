@@ -236,7 +236,7 @@ def joints_in_series(short: bool) -> Outcome:
     spacings = (0.1,) if short else (0.02, 0.1, 0.3, 0.5)
     rows, kept = [], {}
     for spacing in spacings:
-        # Far joints send the wave to and fro for long: fewer blocks in a wave, more waves in the bar.
+        # Far joints send the wave to and fro for long: fewer blocks in a wave, more of them.
         wave, length = (50, 130 if short else 250) if spacing < 0.2 else (20, 400)
         bar = Bar("P", before=length, after=length)
         stiffness = 2 * np.pi * bar.speed / (wave * bar.size) * bar.impedance
