@@ -431,7 +431,7 @@ def released_slope(short: bool) -> Outcome:
         if short
         else (
             (30.0, 40.0, 20.0),
-            (25.0, 26.0, 24.0),
+            (25.0, 32.0, 22.0),
             (40.0, 45.0, 15.0),
         )
     ):
