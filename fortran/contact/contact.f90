@@ -13,10 +13,18 @@ module dda_contact
    private
    public :: contacts_type, operation_type, for_each_variable, reserve, swap_gradients, &
       filter_contacts, copy_history, contact_open, contact_slide, contact_stick
+   public :: not_damped, is_damped, is_struck, is_carried, is_lifted
 
    integer, parameter :: contact_open = 0   !< no force
    integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
    integer, parameter :: contact_stick = 2  !< normal and shear spring
+
+   ! How its springs act in this step, see dda_contact_damping.
+   integer, parameter :: not_damped = 0     !< as springs alone
+   integer, parameter :: is_damped = 1      !< with dashpots
+   integer, parameter :: is_struck = 2      !< by the impact law: it is hit in this step
+   integer, parameter :: is_carried = 3     !< by the impact law: one of its blocks is hit
+   integer, parameter :: is_lifted = 4      !< the impact opens it: a share of its force, no more
 
    !> A list of contacts as structure of arrays; entries 1 … n count.
    type :: contacts_type
@@ -55,6 +63,17 @@ module dda_contact
       real(wp), allocatable :: was_weakened(:) !< at the start of the step
       real(wp), allocatable :: tangent(:)      !< slope of the normal force, N/m
       real(wp), allocatable :: normal_free(:)  !< assumed normal force at no gap, N/m
+      ! Damping and impacts; only where joints ask for them
+      integer, allocatable :: damping(:)       !< how it acts in this step
+      real(wp), allocatable :: gap_rate(:)     !< velocity of the gap at the start of the step, m/s
+      real(wp), allocatable :: slip_rate(:)    !< velocity of the slip then, m/s
+      real(wp), allocatable :: lead(:)         !< s: its spring acts at gap + lead × gap_rate
+      real(wp), allocatable :: spring_gap(:)   !< where that is at the start of the step, m
+      real(wp), allocatable :: held_force(:)   !< that it holds, without impulses, N/m
+      real(wp), allocatable :: normal_gain(:)  !< change of the acting gap by that of the gap
+      real(wp), allocatable :: shear_gain(:)   !< the same of the stretch by the slip
+      real(wp), allocatable :: normal_shift(:) !< of the acting gap, m
+      real(wp), allocatable :: shear_shift(:)  !< of the acting stretch, m
       ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
@@ -133,6 +152,16 @@ contains
       call operation%apply(reals=contacts%bond_length)
       call operation%apply(reals=contacts%multiplier)
       call operation%apply(reals=contacts%stretch)
+      call operation%apply(integers=contacts%damping)
+      call operation%apply(reals=contacts%gap_rate)
+      call operation%apply(reals=contacts%slip_rate)
+      call operation%apply(reals=contacts%lead)
+      call operation%apply(reals=contacts%spring_gap)
+      call operation%apply(reals=contacts%held_force)
+      call operation%apply(reals=contacts%normal_gain)
+      call operation%apply(reals=contacts%shear_gain)
+      call operation%apply(reals=contacts%normal_shift)
+      call operation%apply(reals=contacts%shear_shift)
       call operation%apply(reals=contacts%slide_force)
       call operation%apply(reals=contacts%slip_sign)
       call operation%apply(reals=contacts%slide_slip)
@@ -174,6 +203,7 @@ contains
       new%bond_length(first:last) = old%bond_length(from:to)
       new%stretch(first:last) = old%stretch(from:to)
       new%multiplier(first:last) = old%multiplier(from:to)
+      new%held_force(first:last) = old%held_force(from:to)
       new%slide_force(first:last) = old%slide_force(from:to)
       new%slip_sign(first:last) = old%slip_sign(from:to)
       if (.not. new%with_laws) return

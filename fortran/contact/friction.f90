@@ -6,7 +6,8 @@
 !> since the contact stuck, up to a bound that follows the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick, is_carried, &
+      is_struck
    use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
@@ -22,6 +23,9 @@ module dda_friction
       real(wp) :: shear_stiffness = 0.0_wp      !< k_s, N/m per metre of thickness
       logical :: augmented = .false.            !< augmented Lagrangian: with multipliers
       real(wp) :: theta = 1.0_wp                !< share of the step at which bonded joints act
+      logical :: damped = .false.               !< some joints are, see dda_contact_damping
+      real(wp), allocatable :: restitution(:)   !< [joints] of impacts; negative: not prescribed
+      real(wp), allocatable :: damping(:)       !< [joints] normal dashpot, N s/m per metre
       real(wp), allocatable :: friction_angle(:) !< [joints] φ, degrees
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
@@ -58,6 +62,9 @@ contains
       laws%friction = tan(joints%friction_angle*pi/180.0_wp)
       laws%cohesion = joints%cohesion
       laws%tension = joints%tensile_strength
+      laws%restitution = joints%restitution
+      laws%damping = joints%damping
+      laws%damped = any(joints%restitution >= 0.0_wp .or. joints%damping > 0.0_wp)
       do j = 1, size(joints)
          laws%plain = laws%plain .and. joints(j)%is_plain()
       end do
@@ -188,6 +195,9 @@ contains
       acting_stretch = stretch
       if (acts_at_theta(contacts, laws, c)) &
          acting_stretch = contacts%stretch(c) + laws%theta*(stretch - contacts%stretch(c))
+      if (.not. laws%damped .or. contacts%bonded(c)) return
+      acting_stretch = contacts%stretch(c) + contacts%shear_gain(c) &
+         *(stretch - contacts%stretch(c)) + contacts%shear_shift(c)
    end function acting_stretch
 
    !> The gap at which contact c acts, m.
@@ -200,9 +210,13 @@ contains
       acting_gap = gap
       if (acts_at_theta(contacts, laws, c)) &
          acting_gap = contacts%gap(c) + laws%theta*(gap - contacts%gap(c))
+      if (.not. laws%damped .or. contacts%bonded(c)) return
+      acting_gap = contacts%gap(c) + contacts%normal_gain(c)*(gap - contacts%gap(c)) &
+         + contacts%normal_shift(c)
    end function acting_gap
 
-   !> Elastic stretch of the shear spring of contact c after the converged step, m.
+   !> Elastic stretch of the shear spring of contact c after the converged step, m.  Impacts are no
+   !> force of springs.
    elemental real(wp) function end_stretch(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -211,6 +225,11 @@ contains
       end_stretch = contacts%shear_force(c)/shear_stiffness_of(contacts, laws, c)
       if (acts_at_theta(contacts, laws, c)) &
          end_stretch = contacts%stretch(c) + contacts%slip(c)
+      if (.not. laws%damped) return
+      if (contacts%damping(c) < is_struck) return
+      end_stretch = 0.0_wp
+      if (contacts%damping(c) == is_carried .and. contacts%normal_force(c) > 0.0_wp) &
+         end_stretch = contacts%stretch(c)
    end function end_stretch
 
    !> States and stretches at the end of the converged step.

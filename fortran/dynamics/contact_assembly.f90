@@ -122,6 +122,7 @@ contains
             if (held%shear(c) < 0.0_wp) cycle
             k_n = merge(normal(2), normal(1), contacts%bonded(c))
             if (contacts%with_laws) k_n = held%normal(c)
+            if (held%damped) k_n = contacts%normal_gain(c)*k_n
             if (contacts%block_v(c) == i) then
                call add_sides(dirty_i, dirty_j, k_n, held%shear(c), held%normal_offset(c), &
                   held%shear_offset(c), contacts%normal_v(:, c), contacts%shear_v(:, c), &

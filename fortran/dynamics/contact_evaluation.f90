@@ -121,7 +121,7 @@ contains
       real(wp) :: gap
 
       gap = contacts%new_gap(c)
-      if (contacts%bonded(c)) gap = acting_gap(contacts, laws, c, gap)
+      if (contacts%bonded(c) .or. laws%damped) gap = acting_gap(contacts, laws, c, gap)
       assumed_normal = 0.0_wp
       if (contacts%state(c) == contact_open) return
       assumed_normal = contacts%multiplier(c) - laws%normal_stiffness*gap
@@ -137,10 +137,11 @@ contains
       real(wp) :: stretch, stiffness
 
       stretch = contacts%stretch(c) + contacts%slip(c)
-      if (contacts%bonded(c)) stretch = acting_stretch(contacts, laws, c, stretch)
+      if (contacts%bonded(c) .or. laws%damped) stretch = acting_stretch(contacts, laws, c, stretch)
       assumed_shear = 0.0_wp
       stiffness = shear_stiffness_of(contacts, laws, c)
       if (contacts%state(c) == contact_stick) assumed_shear = stiffness*stretch
+      if (laws%damped) stiffness = contacts%shear_gain(c)*stiffness
       if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c) &
          + retained*stiffness*(contacts%slip(c) - contacts%slide_slip(c))
    end function assumed_shear

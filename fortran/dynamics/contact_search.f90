@@ -6,6 +6,7 @@ module dda_contact_search
    use dda_system, only: set_matrix_pattern
    use dda_energy_budget, only: update_geometric
    use dda_contact, only: contacts_type, reserve, swap_gradients, contact_open
+   use dda_contact_damping, only: damp_contacts
    use dda_contact_joints, only: set_joints
    use dda_energy, only: add_energy, energy_length, energy_geometric
    use dda_joint_contact, only: closure_of
@@ -83,6 +84,8 @@ contains
          call bound_history(simulation%history, simulation%detection)
          call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
          call set_joints(contacts, simulation%blocks, simulation%laws, simulation%detection)
+         if (simulation%laws%damped) call damp_contacts(contacts, simulation%laws, &
+            simulation%blocks, next_step(simulation))
          contacts%was_closed(:contacts%n) = contacts%gap(:contacts%n) < 0.0_wp
          if (simulation%model%contact%original_rules) &
             contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open

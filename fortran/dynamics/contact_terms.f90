@@ -23,6 +23,7 @@ module dda_contact_terms
    !> Springs and forces as they were last assembled.
    type :: contact_terms_type
       logical :: rebuild = .true.                !< the contacts or the linear part are others
+      logical :: damped = .false.                !< some springs have a gain
       integer, allocatable :: dirty(:)           !< [blocks] what has to be assembled again
       integer, allocatable :: changed(:)         !< [contacts] what that is for
       real(wp), allocatable :: shear(:)          !< [contacts] spring, N/m; negative: it is open
@@ -53,6 +54,7 @@ contains
 
       if (size(held%changed) < contacts%n) call make_room(held, size(contacts%state), &
          contacts%with_laws)
+      held%damped = laws%damped
       if (contacts%n < parallel_from) then
          call hold_range(held, contacts, laws, retained, 1, contacts%n)
       else
@@ -100,6 +102,7 @@ contains
          shear = no_spring
          if (contacts%state(c) /= contact_open) shear = shear_spring(contacts, laws, c, &
             contacts%state(c), contacts%bonded(c), retained)
+         if (laws%damped .and. shear > 0.0_wp) shear = contacts%shear_gain(c)*shear
          call forces_at_rest(contacts, laws, retained, c, normal_offset, shear_offset)
          held%changed(c) = is_clean
          if (.not. (same_bits(normal_offset, held%normal_offset(c)) .and. &
@@ -192,6 +195,12 @@ contains
       shear_offset = stiffness*contacts%stretch(c)
       if (contacts%state(c) == contact_slide) shear_offset = contacts%slide_force(c) &
          - retained*stiffness*contacts%slide_slip(c)
+      if (.not. laws%damped .or. contacts%bonded(c)) return
+      normal_offset = contacts%multiplier(c) - laws%normal_stiffness*(contacts%gap(c) &
+         + contacts%normal_shift(c))
+      shear_offset = laws%shear_stiffness*(contacts%stretch(c) + contacts%shear_shift(c))
+      if (contacts%state(c) == contact_slide) shear_offset = contacts%slide_force(c) &
+         - retained*laws%shear_stiffness*contacts%shear_gain(c)*contacts%slide_slip(c)
    end subroutine forces_at_rest
 
 end module dda_contact_terms

@@ -3,14 +3,16 @@
 module dda_energy_budget
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type, contact_slide
+   use dda_contact, only: contacts_type, contact_slide, not_damped
+   use dda_contact_damping, only: losses_type, losses_of, spring_energy
    use dda_friction, only: end_stretch, inelastic_slip, laws_type
    use dda_joint_contact, only: closure_of, joint_energy, state_of
    use dda_joint_law, only: joint_state_type
    use dda_elements, only: elements_type, update_stored, account_elements
    use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
       energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
-      energy_algorithmic, energy_dilation, energy_geometric, energy_material
+      energy_algorithmic, energy_damping, energy_dilation, energy_geometric, energy_impact, &
+      energy_material
    use dda_kinematics, only: kinetic_energy
    use dda_material_damping, only: damping_losses, damping_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
@@ -65,7 +67,7 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
 
-      call update_contacts(energy, contacts, laws)
+      call update_contacts(energy, contacts, laws, step)
       call add_block_losses(energy, blocks, step, d)
       call account_elements(elements, blocks, step, d, energy)
    end subroutine update_step
@@ -133,19 +135,20 @@ contains
    end function strain_form
 
    !> Stored energy at the end of the step and losses of all contacts.
-   subroutine update_contacts(energy, contacts, laws)
+   subroutine update_contacts(energy, contacts, laws, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp) :: part(5, most_pieces), total(5)
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp) :: part(7, most_pieces), total(7)
       integer :: p
 
       if (contacts%n < parallel_from) then
-         total = contact_range(contacts, laws, 1, contacts%n)
+         total = contact_range(contacts, laws, step, 1, contacts%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(contacts%n)
-            part(:, p) = contact_range(contacts, laws, first_of(p, contacts%n), &
+            part(:, p) = contact_range(contacts, laws, step, first_of(p, contacts%n), &
                last_of(p, contacts%n))
          end do
          total = sum(part(:, :pieces(contacts%n)), 2)
@@ -155,28 +158,46 @@ contains
       call add_energy(energy, energy_fracture, total(3))
       call add_energy(energy, energy_algorithmic, total(4))
       call add_energy(energy, energy_dilation, total(5))
+      call add_energy(energy, energy_damping, total(6))
+      call add_energy(energy, energy_impact, total(7))
    end subroutine update_contacts
 
-   !> Stored energy, losses by slip, fracture and scheme, and gain by dilation, of contacts first …
-   !> last.
-   pure function contact_range(contacts, laws, first, last) result(total)
+   !> Stored energy, losses by slip, fracture and scheme, gain by dilation, losses in dashpots and
+   !> in impacts, of contacts first … last.
+   pure function contact_range(contacts, laws, step, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(step_type), intent(in) :: step  !< the one being taken
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: total(5)
+      real(wp) :: total(7)
+      type(losses_type) :: losses
       integer :: c
 
       total = 0.0_wp
       do c = first, last
-         if (laws%plain) then
-            call add_contact(total, contacts, laws, c)
+         if (is_damped(contacts, laws, c)) then
+            losses = losses_of(contacts, laws, step, c)
+            total = total + [losses%stored, losses%friction, 0.0_wp, losses%algorithmic, 0.0_wp, &
+               losses%damping, losses%impact]
+         else if (laws%plain) then
+            call add_contact(total(:5), contacts, laws, c)
          else
-            call add_joint_contact(total, contacts, laws, c)
+            call add_joint_contact(total(:5), contacts, laws, c)
          end if
       end do
    end function contact_range
 
-   !> The same of one contact.
+   !> The contact does not act as springs alone.
+   pure logical function is_damped(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+
+      is_damped = laws%damped
+      if (is_damped) is_damped = contacts%damping(c) /= not_damped
+   end function is_damped
+
+   !> Stored energy, and losses by slip, by fracture and by the scheme, of one contact.
    pure subroutine add_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< this step's list
@@ -289,6 +310,10 @@ contains
          return
       end if
       do c = first, last
+         if (is_damped(contacts, laws, c)) then
+            stored_range = stored_range + spring_energy(contacts, laws, c)
+            cycle
+         end if
          stored_range = stored_range + stored(laws, contacts%gap(c), contacts%was_closed(c), &
             contacts%bonded(c), contacts%stretch(c))
       end do

@@ -10,6 +10,7 @@ module dda_simulation
    use dda_energy, only: energy_type
    use dda_friction, only: laws_type
    use dda_history, only: history_type
+   use dda_impact, only: impacts_type
    use dda_model, only: model_type
    use dda_neighbours, only: neighbours_type
    use dda_open_close, only: open_close_type
@@ -55,6 +56,7 @@ module dda_simulation
       type(system_type) :: system
       type(solver_type) :: solver
       type(open_close_type) :: iteration
+      type(impacts_type) :: impacts
       type(energy_type) :: energy
       type(counters_type) :: counters
       type(stop_state_type) :: stop

@@ -10,7 +10,7 @@ module dda_slide_forces
    use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_slide
    use dda_contact_assembly, only: add_normal_force, add_shear_force
-   use dda_friction, only: laws_type
+   use dda_friction, only: acting_gap, laws_type
    use dda_joint_contact, only: slide_response
    implicit none
    private
@@ -82,6 +82,7 @@ contains
             if (slides%dilating) slides%response(slides%n + i) = lifted
             cycle
          end if
+         if (laws%damped) gap = acting_gap(contacts, laws, c, gap)
          slides%response(i) = contacts%slip_sign(c)*laws%friction(contacts%joint(c)) &
             *max(0.0_wp, contacts%multiplier(c) - laws%normal_stiffness*gap)
       end do

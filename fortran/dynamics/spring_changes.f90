@@ -24,6 +24,7 @@ contains
 
       change = springs_of(contacts, laws, c, state, bonded) &
          - springs_of(contacts, laws, c, contacts%state(c), contacts%bonded(c))
+      if (laws%damped) change = change*[contacts%normal_gain(c), contacts%shear_gain(c)]
       call note_difference(changes, contacts, c, change)
    end subroutine note_change
 

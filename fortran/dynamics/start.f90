@@ -13,6 +13,7 @@ module dda_start
    use dda_detection, only: prepare_detection
    use dda_friction, only: set_laws
    use dda_history, only: prepare_history
+   use dda_impact, only: prepare_impacts
    use dda_model, only: model_type, half_size, contact_distance, force_noise
    use dda_kinematics, only: kinetic_energy, farthest_move
    use dda_original_rules, only: lock_touching
@@ -53,6 +54,7 @@ contains
       call prepare_history(simulation%history, size(simulation%blocks%owner), &
          touching*half_size(simulation%blocks))
       call prepare_system(simulation%system, simulation%blocks%n)
+      call prepare_impacts(simulation%impacts, simulation%blocks%n)
       gravity = norm2(model%control%gravity)
       simulation%iteration%max_iterations = model%contact%max_iterations
       simulation%iteration%penetration_tolerance = model%contact%penetration_tolerance

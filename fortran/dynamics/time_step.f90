@@ -4,12 +4,14 @@
 module dda_time_step
    use dda_kinds, only: wp
    use dda_friction, only: accept_contacts
+   use dda_contact_damping, only: hold_forces
    use dda_contact_search, only: find_contacts
    use dda_diagnostics, only: explain, check_state
    use dda_elements, only: accept_elements, revise_elements
-   use dda_energy, only: add_energy, energy_kinetic_damping
+   use dda_energy, only: add_energy, energy_impact, energy_input, energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
    use dda_errors, only: error_type, error_convergence, fail
+   use dda_impact, only: resolve_impacts
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_linear_solver, only: weigh_loads
    use dda_model, only: half_size
@@ -107,6 +109,10 @@ contains
          else
             call close_contacts(simulation%iteration, simulation%system, simulation%solver, &
                contacts, simulation%laws, error)
+            if (simulation%laws%damped .and. .not. allocated(error)) &
+               call resolve_impacts(simulation%impacts, simulation%iteration, simulation%system, &
+               simulation%solver, contacts, simulation%laws, simulation%blocks, &
+               next_step(simulation), norm2(simulation%model%control%gravity), error)
          end if
       end associate
    end subroutine close_step
@@ -182,10 +188,15 @@ contains
          step => next_step(simulation))
          call update_step(simulation%energy, simulation%blocks, contacts, simulation%laws, &
             simulation%elements, step, d)
+         if (simulation%laws%damped) then
+            call add_energy(simulation%energy, energy_input, simulation%impacts%work)
+            call add_energy(simulation%energy, energy_impact, simulation%impacts%lost)
+         end if
          call accept_elements(simulation%elements, simulation%blocks, step, d)
          call integrate(simulation%blocks, d, step)
          call update_state(simulation%energy, simulation%blocks)
          call accept_contacts(contacts, simulation%laws)
+         if (simulation%laws%damped) call hold_forces(contacts)
          simulation%neighbours%travel = simulation%neighbours%travel + path
          simulation%path = simulation%path + path
          call note_changes(simulation)

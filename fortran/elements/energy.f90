@@ -17,7 +17,7 @@ module dda_energy
       energy_support, energy_gravity, energy_input, energy_friction, energy_fracture, &
       energy_algorithmic, energy_kinetic_damping, energy_damping, energy_geometric, &
       energy_balance, energy_static, energy_removed, energy_changed, energy_zeroed, &
-      energy_material, energy_dilation, energy_length, energy_yield
+      energy_material, energy_dilation, energy_length, energy_yield, energy_impact
 
    integer, parameter :: energy_kinetic = 1, energy_strain = 2, energy_contact = 3, &
       energy_support = 4, energy_gravity = 5, energy_initial = 6, energy_input = 7, &
@@ -25,7 +25,7 @@ module dda_energy
       energy_kinetic_damping = 12, energy_damping = 13, energy_static = 14, &
       energy_removed = 15, energy_changed = 16, energy_zeroed = 17, &
       energy_material = 18, energy_dilation = 19, energy_length = 20, energy_yield = 21, &
-      energy_balance = 22
+      energy_impact = 22, energy_balance = 23
 
    integer, parameter :: is_stored = 1, is_gain = 2, is_loss = 3, is_remainder = 4
 
@@ -38,7 +38,7 @@ module dda_energy
 
    !> All terms, J per metre of thickness; stored ones are present, the others summed over the
    !> steps.
-   type(energy_term_type), parameter :: energy_terms(22) = [ &
+   type(energy_term_type), parameter :: energy_terms(23) = [ &
       energy_term_type('kinetic', 'v·Mv/2', is_stored), &
       energy_term_type('strain', 'elastic energy of the blocks', is_stored), &
       energy_term_type('contact', 'springs of contacts', is_stored), &
@@ -60,6 +60,7 @@ module dda_energy
       energy_term_type('dilation', 'work of normal forces given back by slip', is_gain), &
       energy_term_type('length', 'gain by changed tributary lengths', is_gain), &
       energy_term_type('yield', 'loss by yielding and rupture of bolts', is_loss), &
+      energy_term_type('impact', 'loss in impacts of joints with a restitution', is_loss), &
       energy_term_type('balance', 'what is left over', is_remainder)]
 
    !> Value of each term but the balance, J per metre of thickness.

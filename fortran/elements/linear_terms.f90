@@ -12,7 +12,7 @@ module dda_linear_terms
    implicit none
    private
    public :: linear_term_type, linear_terms_type, clear_terms, add_term, stretch_of, &
-      add_to_matrix, step_weights, scale_penalty, coupled_blocks
+      add_to_matrix, add_product, step_weights, scale_penalty, coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
       term_kinds, term_names
@@ -158,7 +158,8 @@ contains
    !> block += c a bᵀ
    pure subroutine add_product(block, c, a, b)
       real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
-      real(wp), intent(in) :: c, a(6), b(6)  !< factor, and the rows of the two blocks
+      real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
+      real(wp), intent(in) :: a(6), b(6)  !< rows of the two blocks
       integer :: column
 
       do column = 1, 6

@@ -212,6 +212,7 @@ contains
                call read_joint(text, place, model%joints(j), error)
                call check_rules(place, model%joints(j), model%contact, error)
                call check_new_name(place, model%joints(:j)%name, error)
+               call refuse_damping(place, model%joints(:j), model%contact, error)
             case ('motion')
                k = k + 1
                call read_motion(text, place, folder, model%motions(k), error)
@@ -239,6 +240,30 @@ contains
          'a law or stiffness of its own closes by what its load asks for: it does not go with '// &
          'penetration_tolerance')
    end subroutine check_rules
+
+   !> Restitution and dashpots of a joint need contacts of the own rules with springs.
+   subroutine refuse_damping(place, joints, contact, error)
+      type(place_type), intent(in) :: place  !< of the group
+      type(joint_type), intent(in) :: joints(:)  !< so far
+      type(contact_settings_type), intent(in) :: contact  !< of the same input
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=:), allocatable :: variable
+      integer :: j
+
+      if (.not. any(joints%restitution >= 0.0_wp .or. joints%damping > 0.0_wp)) return
+      variable = 'damping'
+      if (any(joints%restitution >= 0.0_wp)) variable = 'restitution'
+      do j = 1, size(joints)
+         if (.not. joints(j)%is_plain()) call input_error(error, place, variable//' of a joint '// &
+            'does not go with a law or stiffness per area, of this or another joint: leave out '// &
+            'one of them')
+      end do
+      if (contact%original_rules) call input_error(error, place, variable// &
+         " does not go with contact_rules = 'original' of &contact: leave out one of them")
+      if (contact%penetration_tolerance > 0.0_wp) call input_error(error, place, variable// &
+         ' does not go with penetration_tolerance of &contact, whose contacts have no springs: '// &
+         'leave out one of them')
+   end subroutine refuse_damping
 
    !> A model that begins at rest has no first velocities.
    subroutine refuse_velocities(file, model, error)

@@ -180,7 +180,7 @@ module dda_input_catalogue
       variable_type('initial_velocity', 'real list', 'm/s, rad/s', '0, 0, 0', &
          'velocity of its blocks at the start: x, y, rotation')]
 
-   type(variable_type), parameter :: joint_variables(17) = [ &
+   type(variable_type), parameter :: joint_variables(19) = [ &
       variable_type('name', 'text', '', 'blank', &
          'name that block groups refer to', allowed='any, used once'), &
       variable_type('friction_angle', 'real', 'degrees', 'required', &
@@ -218,7 +218,13 @@ module dda_input_catalogue
          'barton_bandis: σ_c of the rock, which with jrc and jcs gives k_ni and V_m where they '// &
          'are not given', 1.0_wp, 1.0e12_wp), &
       variable_type('max_closure', 'real', 'm', 'from compressive_strength', &
-         'barton_bandis: largest closure V_m', 1.0e-12_wp, 1.0e3_wp)]
+         'barton_bandis: largest closure V_m', 1.0e-12_wp, 1.0e3_wp), &
+      variable_type('restitution', 'real', '', 'none: as the scheme and the step make it', &
+         'velocity after an impact over that before it; its unbonded contacts do not ring', &
+         0.0_wp, 1.0_wp), &
+      variable_type('damping', 'real', 'N s/m', '0', &
+         'normal dashpot of each of its closed, unbonded contacts, per metre of thickness; its '// &
+         'force is never tensile', 0.0_wp, 1.0e18_wp)]
 
    type(variable_type), parameter :: motion_variables(11) = [ &
       variable_type('name', 'text', '', 'required', &

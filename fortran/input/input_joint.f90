@@ -25,13 +25,13 @@ contains
       real(wp) :: friction_angle, cohesion, tensile_strength, normal_stiffness_per_area, &
          shear_stiffness_per_area, residual_friction_angle, residual_cohesion, &
          residual_tensile_strength, weakening_slip, dilation_angle, dilation_slip, jrc, jcs, &
-         compressive_strength, max_closure
+         compressive_strength, max_closure, restitution, damping
       character(len=256) :: message
       integer :: status
       namelist /joint/ name, friction_angle, cohesion, tensile_strength, law, &
          normal_stiffness_per_area, shear_stiffness_per_area, residual_friction_angle, &
          residual_cohesion, residual_tensile_strength, weakening_slip, dilation_angle, &
-         dilation_slip, jrc, jcs, compressive_strength, max_closure
+         dilation_slip, jrc, jcs, compressive_strength, max_closure, restitution, damping
 
       name = ''
       law = 'coulomb'
@@ -50,14 +50,19 @@ contains
       jcs = unset
       compressive_strength = unset
       max_closure = unset
+      restitution = unset
+      damping = 0.0_wp
       read (group, nml=joint, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
-      call require(error, place, 'friction_angle', [friction_angle])
+      call require(error, place, 'friction_angle damping', [friction_angle, damping])
+      if (is_set(restitution)) call require(error, place, 'restitution', [restitution])
       call require_choice(error, place, 'law', law)
       if (allocated(error)) return
       new%name = name
       new%law = law
       new%friction_angle = friction_angle
+      new%damping = damping
+      if (is_set(restitution)) new%restitution = restitution
       call read_stiffness(error, place, new, normal_stiffness_per_area, shear_stiffness_per_area)
       call read_law(error, place, new, [cohesion, tensile_strength], [residual_friction_angle, &
          residual_cohesion, residual_tensile_strength, weakening_slip, dilation_angle, &

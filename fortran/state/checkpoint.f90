@@ -31,7 +31,8 @@ module dda_checkpoint
       has_checkpoint, remove_spare, remove_checkpoints
 
    !> of all that is written
-   character(len=*), parameter :: layout = ', checkpoints with changes, joint laws and bolts'
+   character(len=*), parameter :: layout = &
+      ', checkpoints with changes, joint laws, bolts and impacts'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

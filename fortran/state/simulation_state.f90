@@ -151,6 +151,11 @@ contains
          call serialise(archive, counters%changes)
          call serialise(archive, counters%most_iterations)
       end associate
+      associate (impacts => simulation%impacts)
+         call serialise(archive, impacts%steps)
+         call serialise(archive, impacts%contacts)
+         call serialise(archive, impacts%reduced)
+      end associate
    end subroutine serialise_counters
 
    !> What the rule of &stop keeps.

@@ -445,7 +445,7 @@ contains
    !> Energies in the order of the output file.
    subroutine energies(handle, values, status, message)
       integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: values(22)  !< of `energy_terms`
+      real(c_double), intent(out) :: values(23)  !< of `energy_terms`
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error

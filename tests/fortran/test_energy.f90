@@ -24,8 +24,9 @@ contains
          + of('support') + of('gravity'), 'total')
       call check_close(balance(energy), total_energy(energy) + of('friction') + of('fracture') &
          + of('algorithmic') + of('kinetic_damping') + of('damping') + of('static') &
-         + of('removed') + of('material_damping') + of('yield') - of('changed') - of('zeroed') &
-         - of('input') - of('dilation') - of('length') - of('geometric') - of('initial'), 'balance')
+         + of('removed') + of('material_damping') + of('yield') + of('impact') - of('changed') &
+         - of('zeroed') - of('input') - of('dilation') - of('length') - of('geometric') &
+         - of('initial'), 'balance')
       call check_close(turnover(energy), sum(energy%value) - of('geometric'), 'turnover')
       call case('names and values')
       values = energy_values(energy)

@@ -1,0 +1,350 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Impacts: restitution as a property of the joint, at any stiffness and any Δt.
+!>
+!> The step is first solved with the contacts as `damp_contacts` left them, which stops what closes.
+!> Contacts that closed in it at more than the velocity that gravity gives in a step are hit: the
+!> step is solved again with
+!>
+!>     v⁺ = v_free + M̂⁻¹ (N p + T t),  0 ≤ p ⊥ Nᵀ(v⁺ + e v⁻) ≥ 0,  |t| ≤ μ p,  Tᵀv⁺ = 0 if stuck,
+!>
+!> in the form of contacts that are rigid on velocities, by the same open–close iteration.  In such
+!> a step the blocks that are hit are rigid, and neither their other closed contacts nor their
+!> supports yield; bonds act as ever.  Where that hits further contacts they join, until none is
+!> left.  Contacts that the impact opens, like the corner about which a block has rocked, keep their
+!> force for the share of the step before the impact.
+!>
+!> With e = 0 the contact first goes to its touch, v⁺ = −z₀/Δt, and stops in the step after.
+module dda_impact
+   use dda_kinds, only: wp, long
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type, contact_open, is_carried, is_damped, is_lifted, is_struck
+   use dda_contact_damping, only: losses_type, carry, is_approached, lift, losses_of, strike
+   use dda_errors, only: error_type
+   use dda_friction, only: laws_type
+   use dda_linear_solver, only: solver_type
+   use dda_linear_terms, only: linear_term_type, add_product, at_end, term_support
+   use dda_open_close, only: open_close_type, close_contacts
+   use dda_scheme, only: step_type
+   use dda_system, only: system_type
+   implicit none
+   private
+   public :: impacts_type, prepare_impacts, resolve_impacts
+
+   !> of the velocity that gravity gives in a step: what is slower is stopped by the dashpots
+   real(wp), parameter :: slow = 2.0_wp
+   real(wp), parameter :: short_way = 0.01_wp   !< of a step's way, not worth going to the touch
+   real(wp), parameter :: rigid = 1.0e8_wp      !< strains of a block that is hit, over their K̂
+   real(wp), parameter :: unyielding = 1.0e7_wp !< its supports, over the inertia in K̂
+   integer, parameter :: most_rounds = 20       !< in which further contacts are hit
+   real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< of the energies in play: rounding
+
+   !> Impacts of a step, and how many there have been.
+   type :: impacts_type
+      logical, allocatable :: hit(:)      !< [blocks] in this step
+      logical, allocatable :: stiff(:)    !< [blocks] their part of K̂ has been made so
+      real(wp), allocatable :: before(:)  !< [blocks] share of the step before they are hit
+      logical :: lifting = .true.         !< contacts that open keep their force until the impact
+      real(wp) :: share = 1.0_wp          !< of the restitution, that gains no energy
+      real(wp) :: work = 0.0_wp           !< of the supports that do not yield, J per metre
+      real(wp) :: lost = 0.0_wp           !< to the strains that are kept, J per metre
+      integer(long) :: steps = 0          !< with impacts, so far
+      integer(long) :: contacts = 0       !< struck so far
+      integer(long) :: reduced = 0        !< steps whose restitution would have gained energy
+   end type impacts_type
+
+contains
+
+   !> For n blocks.
+   subroutine prepare_impacts(impacts, n)
+      type(impacts_type), intent(out) :: impacts  !< none so far
+      integer, intent(in) :: n  !< blocks
+
+      allocate (impacts%hit(n), impacts%stiff(n), source=.false.)
+      allocate (impacts%before(n), source=0.0_wp)
+   end subroutine prepare_impacts
+
+   !> After the step has been solved: find what was hit in it, and solve it again by the impact law.
+   subroutine resolve_impacts(impacts, iteration, system, solver, contacts, laws, blocks, step, &
+      gravity, error)
+      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: gravity  !< m/s²
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer :: round, found, struck, lifted
+
+      struck = 0
+      impacts%share = 1.0_wp
+      impacts%lifting = .true.
+      impacts%work = 0.0_wp
+      impacts%lost = 0.0_wp
+      do round = 1, most_rounds
+         if (gains_energy(contacts, laws, step) .and. impacts%share > 0.0_wp) then
+            call reduce(impacts, contacts, laws, blocks, step)
+         else
+            call strike_closing(impacts, iteration, contacts, laws, blocks, step, &
+               slow*gravity*step%time_step, struck == 0, found)
+            call lift_opened(impacts, contacts, laws, lifted)
+            if (found + lifted == 0) exit
+            struck = struck + found
+            call carry_neighbours(impacts, contacts, laws, blocks, step)
+            if (found > 0) call stiffen(impacts, system, blocks, step, struck == found)
+         end if
+         call solve_again(iteration, system, solver, contacts, laws, error)
+         if (allocated(error)) return
+      end do
+      if (struck == 0) return
+      impacts%work = work_of_supports(impacts, system, blocks, step)
+      impacts%lost = loss_of_strains(impacts, system)
+      impacts%steps = impacts%steps + 1
+      impacts%contacts = impacts%contacts + struck
+      if (impacts%share < 1.0_wp) impacts%reduced = impacts%reduced + 1
+   end subroutine resolve_impacts
+
+   !> Strike the contacts that have closed in the solution faster than `slowest`.
+   pure subroutine strike_closing(impacts, iteration, contacts, laws, blocks, step, slowest, &
+      first, found)
+      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(open_close_type), intent(in) :: iteration  !< converged
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: slowest  !< velocity of an impact, m/s
+      logical, intent(in) :: first  !< nothing has been struck in this step
+      integer, intent(out) :: found  !< contacts struck
+      integer :: c
+
+      found = 0
+      do c = 1, contacts%n
+         if (contacts%damping(c) /= is_damped) cycle
+         if (contacts%normal_force(c) <= iteration%tolerance) cycle
+         if (contacts%gap_rate(c) >= -slowest .or. .not. is_approached(contacts, step, c)) cycle
+         if (laws%restitution(contacts%joint(c)) < 0.0_wp) cycle
+         if (first .and. found == 0) impacts%hit = .false.
+         found = found + 1
+         call strike(contacts, laws, blocks, step, c, target_of(impacts, contacts, laws, step, c))
+         call note_hit(impacts, contacts%block_v(c), share_before(contacts, step, c))
+         call note_hit(impacts, contacts%block_e(c), share_before(contacts, step, c))
+      end do
+   end subroutine strike_closing
+
+   !> A block is hit after a share of the step.
+   pure subroutine note_hit(impacts, b, share)
+      type(impacts_type), intent(inout) :: impacts  !< of this step
+      integer, intent(in) :: b  !< number of the block
+      real(wp), intent(in) :: share  !< of the step
+
+      if (.not. impacts%hit(b)) impacts%before(b) = 0.0_wp
+      impacts%hit(b) = .true.
+      impacts%before(b) = max(impacts%before(b), share)
+   end subroutine note_hit
+
+   !> Share of the step before contact c touches at its present velocity; 0 if it touched before.
+   pure real(wp) function share_before(contacts, step, c) result(share)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(step_type), intent(in) :: step  !< the one being taken
+      integer, intent(in) :: c  !< number of the contact
+
+      share = 0.0_wp
+      associate (way => -step%time_step*contacts%gap_rate(c))
+         if (contacts%spring_gap(c) > short_way*way) share = min(1.0_wp, contacts%gap(c)/way)
+      end associate
+   end function share_before
+
+   !> Contacts that do not stay closed in the solution keep their force until the impact.
+   pure subroutine lift_opened(impacts, contacts, laws, lifted)
+      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(out) :: lifted  !< contacts
+      real(wp) :: share
+      integer :: c
+
+      lifted = 0
+      do c = 1, contacts%n
+         if (contacts%damping(c) /= is_carried .or. contacts%trial_state(c) /= contact_open) cycle
+         share = 0.0_wp
+         if (impacts%hit(contacts%block_v(c))) share = impacts%before(contacts%block_v(c))
+         if (impacts%hit(contacts%block_e(c))) &
+            share = max(share, impacts%before(contacts%block_e(c)))
+         if (.not. (share > 0.0_wp .and. impacts%lifting)) cycle
+         call lift(contacts, laws, c, share)
+         lifted = lifted + 1
+      end do
+   end subroutine lift_opened
+
+   !> Velocity at which a contact that is hit opens, m/s.
+   pure real(wp) function target_of(impacts, contacts, laws, step, c) result(target)
+      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(step_type), intent(in) :: step  !< the one being taken
+      integer, intent(in) :: c  !< number of the contact
+
+      associate (rate => contacts%gap_rate(c), ahead => contacts%spring_gap(c))
+         target = -impacts%share*laws%restitution(contacts%joint(c))*rate
+         if (target > 0.0_wp .or. impacts%share < 1.0_wp) return
+         if (ahead > -short_way*step%time_step*rate) target = -ahead/step%time_step
+      end associate
+   end function target_of
+
+   !> The other closed contacts of the blocks that are hit do not yield.
+   pure subroutine carry_neighbours(impacts, contacts, laws, blocks, step)
+      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      integer :: c
+
+      do c = 1, contacts%n
+         if (contacts%damping(c) /= is_damped .or. .not. contacts%held_force(c) > 0.0_wp) cycle
+         if (laws%restitution(contacts%joint(c)) < 0.0_wp) cycle
+         if (impacts%hit(contacts%block_v(c)) .or. impacts%hit(contacts%block_e(c))) &
+            call carry(contacts, laws, blocks, step, c)
+      end do
+   end subroutine carry_neighbours
+
+   !> Blocks that are hit keep their strains in this step, and the velocities of their supports.
+   pure subroutine stiffen(impacts, system, blocks, step, first)
+      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      logical, intent(in) :: first  !< time in this step
+      real(wp) :: k, way
+      integer :: b, i
+
+      if (first) impacts%stiff = .false.
+      do i = 1, system%terms%n
+         associate (term => system%terms%term(i), b => system%terms%term(i)%block_a)
+            if (.not. yields_else(impacts, term)) cycle
+            k = unyielding*system%constant(1, 1, b)
+            way = step%time_step*dot_product(term%row_a, blocks%velocity(:, b))
+            call add_product(system%linear%diagonal(:, :, b), k, term%row_a, term%row_a)
+            system%load(:, b) = system%load(:, b) + k*way*term%row_a
+         end associate
+      end do
+      do b = 1, system%linear%n
+         if (.not. impacts%hit(b) .or. impacts%stiff(b)) cycle
+         impacts%stiff(b) = .true.
+         do i = 4, 6
+            system%linear%diagonal(i, i, b) = system%linear%diagonal(i, i, b) &
+               + rigid*system%constant(i, i, b)
+         end do
+      end do
+   end subroutine stiffen
+
+   !> A support of a block that is hit, which has not been made rigid in this step.
+   pure logical function yields_else(impacts, term)
+      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
+
+      yields_else = term%kind == term_support .and. term%instant == at_end .and. &
+         term%block_b == 0 .and. impacts%hit(term%block_a) .and. .not. impacts%stiff(term%block_a)
+   end function yields_else
+
+   !> Energy that keeping the strains of the blocks that are hit has taken, J per metre.
+   pure real(wp) function loss_of_strains(impacts, system) result(loss)
+      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(system_type), intent(in) :: system  !< equations of the step, solved
+      integer :: b, i
+
+      loss = 0.0_wp
+      do b = 1, system%linear%n
+         if (.not. impacts%stiff(b)) cycle
+         do i = 4, 6
+            loss = loss + rigid*system%constant(i, i, b)*system%d(i, b)**2
+         end do
+      end do
+   end function loss_of_strains
+
+   !> Work that the supports of blocks that are hit do in a step, by not yielding, J per metre.
+   pure real(wp) function work_of_supports(impacts, system, blocks, step) result(work)
+      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(system_type), intent(in) :: system  !< equations of the step, solved
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp) :: moved
+      integer :: i
+
+      work = 0.0_wp
+      do i = 1, system%terms%n
+         associate (term => system%terms%term(i), b => system%terms%term(i)%block_a)
+            if (term%kind /= term_support .or. term%instant /= at_end .or. term%block_b /= 0) cycle
+            if (.not. impacts%stiff(b)) cycle
+            moved = dot_product(term%row_a, system%d(:, b))
+            work = work - unyielding*system%constant(1, 1, b)*(moved - step%time_step &
+               *dot_product(term%row_a, blocks%velocity(:, b)))*moved
+         end associate
+      end do
+   end function work_of_supports
+
+   !> The open–close iteration with the contacts as they now act.
+   subroutine solve_again(iteration, system, solver, contacts, laws, error)
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer :: iterations, changes, broken
+
+      iterations = iteration%iterations
+      changes = iteration%changes
+      broken = iteration%broken
+      contacts%state(:contacts%n) = contacts%trial_state(:contacts%n)
+      system%held%rebuild = .true.
+      call close_contacts(iteration, system, solver, contacts, laws, error)
+      iteration%iterations = iteration%iterations + iterations
+      iteration%changes = iteration%changes + changes
+      iteration%broken = iteration%broken + broken
+   end subroutine solve_again
+
+   !> The impacts of the solution give more energy than they take: with friction, Newton's law may.
+   pure logical function gains_energy(contacts, laws, step)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, solved
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(step_type), intent(in) :: step  !< the one being taken
+      type(losses_type) :: losses
+      real(wp) :: lost, scale
+      integer :: c
+
+      lost = 0.0_wp
+      scale = 0.0_wp
+      do c = 1, contacts%n
+         if (contacts%damping(c) < is_struck) cycle
+         losses = losses_of(contacts, laws, step, c)
+         lost = lost + losses%impact
+         scale = scale + step%time_step*(abs(contacts%normal_force(c)*contacts%gap_rate(c)) &
+            + abs(contacts%shear_force(c)*contacts%slip_rate(c)))
+      end do
+      gains_energy = lost < -gain_allowed*scale
+   end function gains_energy
+
+   !> No forces until the impact; then half the restitution, or none, for all that are struck.
+   pure subroutine reduce(impacts, contacts, laws, blocks, step)
+      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, solved
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step  !< the one being taken
+      integer :: c
+
+      if (.not. impacts%lifting) &
+         impacts%share = merge(0.5_wp*impacts%share, 0.0_wp, impacts%share > 0.2_wp)
+      impacts%lifting = .false.
+      do c = 1, contacts%n
+         if (contacts%damping(c) == is_lifted) call carry(contacts, laws, blocks, step, c)
+         if (contacts%damping(c) == is_struck) call strike(contacts, laws, blocks, step, c, &
+            target_of(impacts, contacts, laws, step, c))
+      end do
+   end subroutine reduce
+
+end module dda_impact

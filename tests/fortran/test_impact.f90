@@ -1,0 +1,236 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Impacts: restitution as a property of the joint, at any stiffness and phase; energy; dashpots.
+module test_impact
+   use dda_kinds, only: wp, pi
+   use dda_energy, only: energy_impact, energy_type, total_energy
+   use dda_errors, only: error_type
+   use dda_simulation, only: simulation_type
+   use dda_start, only: set_rates
+   use dda_time_step, only: advance
+   use models, only: begin, begin_or_fail, block_text, contact_text, control_text, number, random, &
+      rectangle, relative_balance, rock, run, sow
+   use testing, only: case, check, check_close, check_fails, check_no_error
+   implicit none
+   private
+   public :: impact_suite
+
+   real(wp), parameter :: mass = 2500.0_wp  !< of the block of 1 m, kg per metre
+
+contains
+
+   subroutine impact_suite()
+      call bounce_off_the_ground()
+      call bounce_off_each_other()
+      call random_piles()
+      call resolved_dashpot()
+      call what_is_refused()
+   end subroutine impact_suite
+
+   !> A joint with a restitution, or any other variables.
+   pure function joint_of(variables) result(text)
+      character(len=*), intent(in) :: variables
+      character(len=:), allocatable :: text
+
+      text = ' &joint friction_angle = 30.0 '//variables//' /'
+   end function joint_of
+
+   !> A block of 1 m falls flat on a supported one at 1 m/s, at any Ω and phase of the step.
+   subroutine bounce_off_the_ground()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: e(4) = [0.0_wp, 0.2_wp, 0.5_wp, 0.8_wp]
+      real(wp), parameter :: omega(4) = [0.05_wp, 0.7_wp, 5.0_wp, 300.0_wp]
+      real(wp) :: worst, growth, unexplained
+      integer :: i, j, k
+
+      call case('bounces at random phases')
+      call sow(3)
+      do i = 1, size(e)
+         worst = 0.0_wp
+         growth = 0.0_wp
+         unexplained = 0.0_wp
+         do j = 1, size(omega)
+            do k = 1, 5
+               call begin_drop(simulation, omega(j), random(0.0_wp, 1.0_wp), &
+                  'restitution = '//number(e(i)))
+               call follow(simulation, 10, growth)
+               worst = max(worst, abs(simulation%blocks%velocity(2, 2) - e(i)))
+               unexplained = max(unexplained, relative_balance(simulation%energy))
+            end do
+         end do
+         call check(worst < 2.0e-4_wp, 'restitution '//number(e(i))//', off by '//number(worst))
+         call check(growth < 1.0e-9_wp, 'no energy comes in: '//number(growth))
+         call check(unexplained < 1.0e-6_wp, 'audit: '//number(unexplained))
+      end do
+   end subroutine bounce_off_the_ground
+
+   !> The block falls from a phase of a step of 1 ms; Ω is that of its two corners.
+   subroutine begin_drop(simulation, omega, phase, joint)
+      type(simulation_type), intent(out) :: simulation
+      real(wp), intent(in) :: omega, phase
+      character(len=*), intent(in) :: joint
+      real(wp), parameter :: time_step = 1.0e-3_wp
+      real(wp) :: rates(6, 2)
+      type(error_type), allocatable :: error
+
+      call begin(simulation, control_text(time_step, 1000, 'max_displacement_ratio = 0.05')// &
+         contact_text(0.5_wp*mass*(omega/time_step)**2, '')//rock//joint_of(joint)// &
+         block_text('ground', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('stone', rectangle(-0.5_wp, (2.0_wp + phase)*time_step, &
+         0.5_wp, 1.0_wp + (2.0_wp + phase)*time_step))// &
+         ' &fixed_point x = -2.0 y = -1.0 / &fixed_point x = 2.0 y = -1.0 /'// &
+         ' &fixed_point x = -2.0 y = 0.0 / &fixed_point x = 2.0 y = 0.0 /')
+      rates = 0.0_wp
+      rates(2, 2) = -1.0_wp
+      call set_rates(simulation, rates, error)
+      call check_no_error(error, 'rates')
+   end subroutine begin_drop
+
+   !> Take steps; the largest growth of the energy in one of them, of the first energy.
+   subroutine follow(simulation, steps, growth)
+      type(simulation_type), intent(inout) :: simulation
+      integer, intent(in) :: steps
+      real(wp), intent(inout) :: growth
+      type(error_type), allocatable :: error
+      real(wp) :: before, first
+      integer :: i
+
+      first = total_energy(simulation%energy)
+      do i = 1, steps
+         before = total_energy(simulation%energy)
+         call advance(simulation, error)
+         if (allocated(error)) exit
+         growth = max(growth, (total_energy(simulation%energy) - before)/first)
+      end do
+      call check_no_error(error, 'all steps close')
+   end subroutine follow
+
+   !> Two free blocks: momentum stays, the relative velocity is e of what it was.
+   subroutine bounce_off_each_other()
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+      real(wp) :: rates(6, 2)
+
+      call case('free blocks of two masses')
+      call begin(simulation, control_text(1.0e-3_wp, 1000, 'max_displacement_ratio = 0.05')// &
+         contact_text(1.0e8_wp, '')//rock//joint_of('restitution = 0.6')// &
+         block_text('left', rectangle(-1.0023_wp, 0.0_wp, -0.0023_wp, 1.0_wp))// &
+         block_text('right', rectangle(0.0_wp, -0.5_wp, 2.0_wp, 1.5_wp)))
+      rates = 0.0_wp
+      rates(1, 1) = 1.0_wp
+      call set_rates(simulation, rates, error)
+      call run(simulation, 12)
+      associate (v => simulation%blocks%velocity)
+         call check_close(v(1, 1) + 4.0_wp*v(1, 2), 1.0_wp, 'momentum', relative=1.0e-9_wp)
+         call check_close(v(1, 2) - v(1, 1), 0.6_wp, 'relative velocity', relative=1.0e-3_wp)
+         call check_close(simulation%energy%value(energy_impact), 0.5_wp*mass*0.8_wp*(1.0_wp &
+            - 0.36_wp), 'half the reduced mass × (1 − e²)', relative=1.0e-3_wp)
+      end associate
+   end subroutine bounce_off_each_other
+
+   !> Turned blocks that fall on each other with friction: no step gains energy, all is explained.
+   subroutine random_piles()
+      type(simulation_type) :: simulation
+      real(wp) :: growth, unexplained, lost, highest, first, before
+      integer :: pile, i
+
+      call case('random piles')
+      call sow(11)
+      growth = 0.0_wp
+      unexplained = 0.0_wp
+      lost = 0.0_wp
+      highest = 0.0_wp
+      do pile = 1, 12
+         call begin_pile(simulation)
+         first = total_energy(simulation%energy)
+         do i = 1, 60
+            before = total_energy(simulation%energy)
+            call run(simulation, 1)
+            growth = max(growth, (total_energy(simulation%energy) - before)/first)
+            highest = max(highest, total_energy(simulation%energy)/first)
+         end do
+         unexplained = max(unexplained, relative_balance(simulation%energy))
+         lost = max(lost, simulation%energy%value(energy_impact)/mass)
+      end do
+      ! Dashpots store at a place ahead by half a step: what comes back is of second order in it.
+      call check(growth < 1.0e-4_wp, 'steps gain next to nothing: '//number(growth))
+      call check(highest <= 1.0_wp + 1.0e-9_wp, 'never above the first: '//number(highest))
+      call check(unexplained < 1.0e-6_wp, 'audit: '//number(unexplained))
+      call check(lost > 0.1_wp, 'impacts take energy')
+   end subroutine random_piles
+
+   !> Three squares above each other, each thrown down with a spin.
+   subroutine begin_pile(simulation)
+      type(simulation_type), intent(out) :: simulation
+      type(error_type), allocatable :: error
+      real(wp) :: rates(6, 4), left, bottom
+      character(len=:), allocatable :: text
+      integer :: b
+
+      text = control_text(1.0e-3_wp, 1000, 'max_displacement_ratio = 0.05')// &
+         contact_text(10.0_wp**random(6.0_wp, 13.0_wp), '')//rock// &
+         joint_of('restitution = '//number(random(0.0_wp, 1.0_wp)))// &
+         block_text('ground', rectangle(-4.0_wp, -1.0_wp, 4.0_wp, 0.0_wp))// &
+         ' &fixed_point x = -4.0 y = -1.0 / &fixed_point x = 4.0 y = -1.0 /'
+      rates = 0.0_wp
+      do b = 1, 3
+         left = random(-0.9_wp, -0.1_wp)
+         bottom = 1.01_wp*(b - 1) + 0.01_wp
+         text = text//block_text('b'//achar(48 + b), rectangle(left, bottom, left + 1.0_wp, &
+            bottom + 1.0_wp))
+         rates(1:3, b + 1) = [random(-1.0_wp, 1.0_wp), -random(0.5_wp, 1.0_wp)*b, &
+            random(-0.5_wp, 0.5_wp)]
+      end do
+      call begin(simulation, text)
+      call set_rates(simulation, rates, error)
+      call check_no_error(error, 'rates')
+   end subroutine begin_pile
+
+   !> A dashpot alone: free bounce with the force clipped where it would be tensile, for Δt → 0.
+   subroutine resolved_dashpot()
+      type(simulation_type) :: simulation
+      real(wp), parameter :: omega = 0.01_wp
+      real(wp) :: ratio, expected, growth
+
+      call case('a dashpot')
+      ratio = 0.3_wp  ! of the critical one, for the two corners together
+      growth = 0.0_wp
+      call begin_drop(simulation, omega, 0.3_wp, &
+         'damping = '//number(ratio*mass*omega/1.0e-3_wp))
+      call follow(simulation, 700, growth)
+      ! Schwager and Pöschel (2007), with what the scheme adds, ωΔt/4
+      ratio = ratio + 0.25_wp*omega
+      expected = exp(-ratio/sqrt(1.0_wp - ratio**2)*(pi - atan(2.0_wp*ratio*sqrt(1.0_wp &
+         - ratio**2)/(1.0_wp - 2.0_wp*ratio**2))))
+      call check_close(simulation%blocks%velocity(2, 2), expected, 'restitution', &
+         absolute=3.0e-3_wp)
+   end subroutine resolved_dashpot
+
+   subroutine what_is_refused()
+      type(simulation_type) :: simulation
+      type(error_type), allocatable :: error
+
+      call case('what is refused')
+      call begin_or_fail(simulation, model('restitution = 1.5', ''), error)
+      call check_fails(error, 'restitution = 1.5')
+      call begin_or_fail(simulation, model('restitution = -0.1', ''), error)
+      call check_fails(error, '&joint')
+      call begin_or_fail(simulation, model('damping = -1.0', ''), error)
+      call check_fails(error, 'damping = -1')
+      call begin_or_fail(simulation, model('restitution = 0.5', "contact_rules = 'original'"), &
+         error)
+      call check_fails(error, "restitution does not go with contact_rules = 'original'")
+      call begin_or_fail(simulation, model('damping = 5.0', 'penetration_tolerance = 1e-6'), &
+         error)
+      call check_fails(error, 'damping does not go with penetration_tolerance')
+   end subroutine what_is_refused
+
+   !> One block on a joint and with settings of the contacts.
+   function model(joint, contact) result(text)
+      character(len=*), intent(in) :: joint, contact
+      character(len=:), allocatable :: text
+
+      text = control_text(1.0e-3_wp, 1, '')//contact_text(1.0e9_wp, contact)//rock// &
+         joint_of(joint)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))
+   end function model
+
+end module test_impact
