@@ -11,6 +11,7 @@ module dda_check_simulation
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
       strain_energy, at_frequency, unrelaxed
+   use dda_impact_regime, only: impact_regime_type, find_impact_regime
    use dda_model, only: run_steps
    use dda_modes, only: modes_type, find_modes
    use dda_omega_max, only: find_omega_max
@@ -47,6 +48,7 @@ contains
       call check_contacts(linear, report)
       call check_highest(stiff, report)
       call check_ringing(stiff, report)
+      call check_impacts(simulation, linear, report)
       call check_modes(linear, report)
       if (report%has_modes) call at_frequency(linear, report%modes%frequency(1))
       call check_penalty(simulation, stiff%modulus, linear, report)
@@ -141,6 +143,18 @@ contains
          'ringing', ringing%words, 'roots of the scheme', advice_if(ringing%steps > most_ringing, &
          ringing%advice))
    end subroutine check_ringing
+
+   !> What impacts leave of a velocity, and what that hangs on.
+   subroutine check_impacts(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
+      type(impact_regime_type) :: regime
+
+      call find_impact_regime(linear, simulation, regime)
+      if (regime%words /= '') call add_line(report, verdict_ok, 'impacts', regime%words, &
+         'closed forms', regime%advice)
+   end subroutine check_impacts
 
    !> The lowest modes, and whether the time step lets the first one swing.
    subroutine check_modes(linear, report)

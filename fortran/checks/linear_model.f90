@@ -20,8 +20,8 @@ module dda_linear_model
    use dda_equilibrium, only: equilibrium_type, equilibrate
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, stretch_of, &
-      add_to_matrix, coupled_blocks, scale_penalty, at_theta, at_end, instants, term_normal, &
-      term_shear, term_boundary, term_tie, term_bolt, term_kinds, term_names
+      add_to_matrix, coupled_blocks, scale_penalty, at_theta, at_end, end_dashpot, instants, &
+      term_normal, term_shear, term_boundary, term_tie, term_bolt, term_kinds, term_names
    use dda_scheme, only: scheme_type
    use dda_simulation, only: simulation_type, next_step
    use dda_support, only: point_type
@@ -244,6 +244,8 @@ contains
             term%block_b = e
             term%place = simulation%blocks%vertex(:, contacts%vertex(c))
             term%instant = merge(at_theta, at_end, contacts%bonded(c))
+            term%damped = .not. contacts%bonded(c) .and. &
+               simulation%laws%restitution(contacts%joint(c)) >= 0.0_wp
             normal = simulation%laws%normal_stiffness
             if (contacts%with_laws) call take_law(simulation%laws, contacts, c, term, normal)
             call add_spring(linear, term, term_normal, normal, contacts%normal_v(:, c), &
@@ -275,19 +277,25 @@ contains
       end associate
    end subroutine take_law
 
-   !> Append the normal or shear spring of a contact.
+   !> Append the normal or shear spring of a contact, with its dashpot if it is damped.
    subroutine add_spring(linear, term, kind, stiffness, row_v, row_e)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(linear_term_type), intent(inout) :: term  !< one of the list
       integer, intent(in) :: kind           !< term_normal or term_shear
       real(wp), intent(in) :: stiffness     !< N/m per metre of thickness
       real(wp), intent(in) :: row_v(6), row_e(6)
+      type(linear_term_type) :: dashpot
 
       term%kind = kind
       term%coefficient = stiffness
       term%row_a = row_v
       term%row_b = row_e
       call add_term(linear%terms, term)
+      if (.not. term%damped) return
+      dashpot = term
+      dashpot%instant = end_dashpot
+      dashpot%coefficient = (1.0_wp - linear%scheme%chi)*linear%time_step*stiffness
+      call add_term(linear%terms, dashpot)
    end subroutine add_spring
 
    !> Another normal stiffness; shear springs and supports keep their ratios to it.

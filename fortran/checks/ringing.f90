@@ -62,7 +62,7 @@ contains
       end function energy_shares
    end subroutine find_ringing
 
-   !> The model without springs to the ground.
+   !> The model without springs to the ground and those that dashpots keep from ringing.
    subroutine remove_ground(linear, free)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: free  !< rigid motions of loose parts
@@ -71,7 +71,7 @@ contains
       free = linear
       do i = 1, free%terms%n
          associate (term => free%terms%term(i))
-            if (term%block_b == 0) term%coefficient = 0.0_wp
+            if (term%block_b == 0 .or. term%damped) term%coefficient = 0.0_wp
          end associate
       end do
       call set_penalty(free, linear%normal_stiffness)

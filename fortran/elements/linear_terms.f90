@@ -42,6 +42,7 @@ module dda_linear_terms
       integer :: block_a = 0                !< first block
       integer :: block_b = 0                !< second block; 0: the ground
       integer :: motion = 0                 !< that the ground follows; 0: it stays
+      logical :: damped = .false.           !< a dashpot keeps it from ringing
       logical :: of_penalty = .false.       !< in proportion to the normal stiffness k_n
       real(wp) :: coefficient = 0.0_wp      !< c, N/m or N s/m per metre of thickness
       real(wp) :: row_a(6) = 0.0_wp         !< of u

@@ -1,0 +1,104 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What is left of a velocity in impacts: by the joint, by the scheme, or by the phase of the step.
+!>
+!> A contact without `restitution` is resolved up to Ω = ωΔt of about ½, and leaves exp(−πχΩ/2);
+!> beyond, anything up to 1/χ − 1 is left, by the phase at which the step meets it.
+module dda_impact_regime
+   use dda_kinds, only: wp, pi
+   use dda_contact, only: contacts_type
+   use dda_linear_model, only: linear_model_type
+   use dda_simulation, only: simulation_type
+   use dda_text, only: short_text, to_text
+   implicit none
+   private
+   public :: impact_regime_type, find_impact_regime
+
+   real(wp), parameter :: resolved = 0.5_wp  !< Ω up to which the phase does not matter
+
+   !> Unbonded contacts in the list of a simulation.
+   type :: impact_regime_type
+      integer :: prescribed = 0              !< whose joint has a restitution
+      integer :: others = 0                  !< whose joint has none
+      real(wp) :: lowest = huge(1.0_wp)      !< Ω of the others
+      real(wp) :: highest = 0.0_wp           !< Ω of the others
+      character(len=:), allocatable :: words   !< blank: there are none
+      character(len=:), allocatable :: advice
+   end type impact_regime_type
+
+contains
+
+   !> Look at all contacts that are listed, closed or not.
+   subroutine find_impact_regime(linear, simulation, regime)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(impact_regime_type), intent(out) :: regime  !< of its contacts
+      real(wp) :: omega
+      integer :: c
+
+      associate (contacts => simulation%contacts(simulation%now), laws => simulation%laws)
+         do c = 1, contacts%n
+            if (contacts%bonded(c)) cycle
+            if (laws%restitution(contacts%joint(c)) >= 0.0_wp) then
+               regime%prescribed = regime%prescribed + 1
+               cycle
+            end if
+            regime%others = regime%others + 1
+            omega = linear%time_step*sqrt(laws%normal_stiffness*softness_of(linear, contacts, c))
+            regime%lowest = min(regime%lowest, omega)
+            regime%highest = max(regime%highest, omega)
+         end do
+      end associate
+      call put_in_words(regime, linear)
+   end subroutine find_impact_regime
+
+   !> Inverse of the mass that a contact sees of its two blocks, 1/kg per metre.
+   pure real(wp) function softness_of(linear, contacts, c) result(softness)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(contacts_type), intent(in) :: contacts  !< list of a simulation
+      integer, intent(in) :: c  !< number of the contact
+      integer :: i
+
+      softness = 0.0_wp
+      do i = 1, 3
+         softness = softness &
+            + contacts%normal_v(i, c)**2/linear%mass(i, i, contacts%block_v(c)) &
+            + contacts%normal_e(i, c)**2/linear%mass(i, i, contacts%block_e(c))
+      end do
+   end function softness_of
+
+   subroutine put_in_words(regime, linear)
+      type(impact_regime_type), intent(inout) :: regime  !< of the contacts
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp) :: most
+
+      regime%words = ''
+      regime%advice = ''
+      if (regime%prescribed > 0) regime%words = to_text(regime%prescribed)// &
+         ' unbonded contacts have the restitution of their joint, at any time_step and penalty'
+      if (regime%others == 0) return
+      if (regime%words /= '') regime%words = regime%words//'; '
+      regime%words = regime%words//to_text(regime%others)//' have none, omega dt '// &
+         short_text(regime%lowest)//' … '//short_text(regime%highest)//': '
+      most = 1.0_wp/linear%scheme%chi - 1.0_wp
+      if (regime%highest <= resolved) then
+         regime%words = regime%words//'impacts are resolved and leave '// &
+            short_text(left_of(linear, regime%highest))//' … '// &
+            short_text(left_of(linear, regime%lowest))//' of a velocity, by the scheme'
+      else if (most > 0.0_wp) then
+         regime%words = regime%words//'impacts leave anything from 0 to '//short_text(most)// &
+            ' of a velocity, by the phase of the step'
+         regime%advice = 'restitution of &joint, where blocks hit each other'
+      else
+         regime%words = regime%words//'impacts leave nothing of a velocity'
+      end if
+   end subroutine put_in_words
+
+   !> exp(−πζ) at Ω, with the damping ratio [(χ − ½) + ½] Ω/2 of unilateral contacts.
+   pure real(wp) function left_of(linear, omega) result(left)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp), intent(in) :: omega  !< Ω
+
+      left = exp(-0.5_wp*pi*linear%scheme%chi*omega)
+   end function left_of
+
+end module dda_impact_regime
