@@ -81,8 +81,9 @@ def test_a_resumed_run_has_the_bits_of_one_left_alone(write_input, tmp_path, sam
         {"contact": {"contact_rules": "original"}},
         {"contact": {"penetration_tolerance": 1e-7}},
         {"material": {"damping_ratio": 0.05}},
+        {"joint": {"restitution": 0.2, "cohesion": 0.0, "tensile_strength": 0.0}},
     ],
-    ids=["adaptive", "damped", "original", "augmented", "memory of the material"],
+    ids=["adaptive", "damped", "original", "augmented", "memory of the material", "impacts"],
 )
 def test_the_same_for_other_ways_of_stepping(write_input, tmp_path, same_bits, control):
     file = write_input(shaken_tower())

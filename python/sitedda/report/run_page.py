@@ -20,7 +20,8 @@ from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Table
 from .provenance import provenance
 
 _ENERGIES = ("kinetic", "strain", "contact", "support", "gravity", "input", "friction", "fracture",
-             "algorithmic", "kinetic_damping", "geometric", "balance")  # fmt: skip
+             "algorithmic", "kinetic_damping", "damping", "impact", "geometric",
+             "balance")  # fmt: skip
 _PICTURES = 1_500_000  # bytes of a page that its pictures may take
 
 

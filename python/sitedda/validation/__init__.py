@@ -11,6 +11,7 @@ from __future__ import annotations
 from . import (
     damping,
     flight,
+    impacts,
     integration,
     joints,
     masonry_limits,
@@ -27,19 +28,8 @@ from .report import write_report
 
 __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "write_report"]
 
-_FAMILIES = (
-    sliding,
-    flight,
-    settlement,
-    rocking,
-    waves,
-    joints,
-    damping,
-    integration,
-    stability,
-    packing,
-)
-_FAMILIES += (slopes, masonry_limits)
+_FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
+_FAMILIES += (slopes, masonry_limits, joints, impacts)
 
 
 def run_case(name: str, short: bool = False) -> Result:
