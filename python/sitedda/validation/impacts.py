@@ -85,10 +85,10 @@ def _bounce(omega, asked, phase, stiff) -> tuple[float, float, float]:
 @case(
     "rocking_times",
     "Rocking block: impact times and shortest overturning pulse with e = 0",
-    "Housner: p² = 3g/4R, each impact leaves 1 − 1.5 sin² α of the angular velocity. Impacts of a "
-    "block of 0.25 m x 1.0 m let go at α/2: 0.34917, 0.91745, 1.39964, 1.81777 s; all lengths "
-    "twice, times √2. Shortest rectangular pulse of the base that overturns it, at a/(g tan α) 1.5 and 3: "
-    "0.290795 and 0.107748 s. Penalty over three decades, Δt over one.",
+    "Housner: p² = 3g/4R, each impact leaves 1 − 1.5 sin² α of the angular velocity. Impacts "
+    "of a block of 0.25 m x 1.0 m let go at α/2: 0.34917, 0.91745, 1.39964, 1.81777 s; all "
+    "lengths twice, times √2. Shortest rectangular pulse of the base that overturns it, at "
+    "a/(g tan α) 1.5 and 3: 0.290795 and 0.107748 s. Penalty over three decades, Δt over one.",
     "Housner (1963), Bull. Seism. Soc. Am. 53(2).",
 )
 def rocking_times(short: bool) -> Outcome:
