@@ -152,16 +152,7 @@ contains
       call operation%apply(reals=contacts%bond_length)
       call operation%apply(reals=contacts%multiplier)
       call operation%apply(reals=contacts%stretch)
-      call operation%apply(integers=contacts%damping)
-      call operation%apply(reals=contacts%gap_rate)
-      call operation%apply(reals=contacts%slip_rate)
-      call operation%apply(reals=contacts%lead)
-      call operation%apply(reals=contacts%spring_gap)
-      call operation%apply(reals=contacts%held_force)
-      call operation%apply(reals=contacts%normal_gain)
-      call operation%apply(reals=contacts%shear_gain)
-      call operation%apply(reals=contacts%normal_shift)
-      call operation%apply(reals=contacts%shear_shift)
+      call for_each_of_damping(contacts, operation)
       call operation%apply(reals=contacts%slide_force)
       call operation%apply(reals=contacts%slip_sign)
       call operation%apply(reals=contacts%slide_slip)
@@ -183,6 +174,23 @@ contains
       call operation%apply(reals=contacts%tangent)
       call operation%apply(reals=contacts%normal_free)
    end subroutine for_each_variable
+
+   !> Apply an operation to the variables of damping and impacts.
+   subroutine for_each_of_damping(contacts, operation)
+      type(contacts_type), intent(inout) :: contacts            !< list operated on
+      class(operation_type), intent(inout) :: operation         !< called for one array at a time
+
+      call operation%apply(integers=contacts%damping)
+      call operation%apply(reals=contacts%gap_rate)
+      call operation%apply(reals=contacts%slip_rate)
+      call operation%apply(reals=contacts%lead)
+      call operation%apply(reals=contacts%spring_gap)
+      call operation%apply(reals=contacts%held_force)
+      call operation%apply(reals=contacts%normal_gain)
+      call operation%apply(reals=contacts%shear_gain)
+      call operation%apply(reals=contacts%normal_shift)
+      call operation%apply(reals=contacts%shear_shift)
+   end subroutine for_each_of_damping
 
    !> Copy the history of contacts from place `from` of the old list to `first` … `last` of the new.
    !>

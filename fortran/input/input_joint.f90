@@ -54,20 +54,31 @@ contains
       damping = 0.0_wp
       read (group, nml=joint, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
-      call require(error, place, 'friction_angle damping', [friction_angle, damping])
-      if (is_set(restitution)) call require(error, place, 'restitution', [restitution])
+      call require(error, place, 'friction_angle', [friction_angle])
       call require_choice(error, place, 'law', law)
       if (allocated(error)) return
-      new%name = name
-      new%law = law
-      new%friction_angle = friction_angle
-      new%damping = damping
-      if (is_set(restitution)) new%restitution = restitution
+      new = joint_type(name, friction_angle, law=law)
+      call read_damping(error, place, new, restitution, damping)
       call read_stiffness(error, place, new, normal_stiffness_per_area, shear_stiffness_per_area)
       call read_law(error, place, new, [cohesion, tensile_strength], [residual_friction_angle, &
          residual_cohesion, residual_tensile_strength, weakening_slip, dilation_angle, &
          dilation_slip], [jrc, jcs, compressive_strength, max_closure])
    end subroutine read_joint
+
+   !> What impacts leave of a velocity, and the dashpot.
+   subroutine read_damping(error, place, new, restitution, damping)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place  !< of the group
+      type(joint_type), intent(inout) :: new  !< gets both
+      real(wp), intent(in) :: restitution  !< 0 … 1, or unset
+      real(wp), intent(in) :: damping  !< N s/m per metre of thickness
+
+      call require(error, place, 'damping', [damping])
+      if (is_set(restitution)) call require(error, place, 'restitution', [restitution])
+      if (allocated(error)) return
+      new%damping = damping
+      if (is_set(restitution)) new%restitution = restitution
+   end subroutine read_damping
 
    !> What the law of the joint has, and nothing of another law.
    subroutine read_law(error, place, new, strength, after, rough)
