@@ -146,6 +146,7 @@ contains
                   stage%removed(contacts%block_e(i))), i=1, contacts%n)])
             end associate
             simulation%neighbours%reach = 0.0_wp  ! search anew
+            simulation%detection%opposite = 0
          end if
          call book(simulation, energy_removed, -1.0_wp)
       end associate

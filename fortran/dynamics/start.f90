@@ -7,8 +7,8 @@ module dda_start
    use dda_elements, only: set_elements, match_velocities, update_stored
    use dda_energy, only: add_energy, total_energy, energy_kinetic, energy_initial, energy_input
    use dda_energy_budget, only: start_energy_budget
-   use dda_bonds, only: bond_contacts
-   use dda_contact, only: reserve
+   use dda_bonds, only: bond_contacts, find_opposites
+   use dda_contact, only: reserve, filter_contacts
    use dda_contact_search, only: find_contacts
    use dda_detection, only: prepare_detection
    use dda_friction, only: set_laws
@@ -73,12 +73,27 @@ contains
          contacts%new_gap(:contacts%n) = contacts%gap(:contacts%n)
       end associate
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
+      if (.not. model%contact%original_rules) call skip_opposites(simulation)
       if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), &
          half_size(model%blocks))
       call start_energy_budget(simulation%energy, simulation%blocks, &
          simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
          next_step(simulation))
    end subroutine start
+
+   !> Corners across a place where four bonded corners meet have no contact.
+   subroutine skip_opposites(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< with its first contacts
+
+      associate (contacts => simulation%contacts(simulation%now))
+         block
+            logical :: across(contacts%n)
+
+            call find_opposites(contacts, simulation%detection%opposite, across)
+            if (any(across)) call filter_contacts(contacts, .not. across)
+         end block
+      end associate
+   end subroutine skip_opposites
 
    !> Set the rates of all blocks, but what supports hold; the energy that this brings is input, or
    !> part of the first state.

@@ -3,6 +3,7 @@
 !> and may.
 module dda_time_step
    use dda_kinds, only: wp
+   use dda_bonds, only: part_opposites
    use dda_friction, only: accept_contacts
    use dda_contact_damping, only: hold_forces
    use dda_contact_search, only: find_contacts
@@ -195,6 +196,8 @@ contains
          call accept_elements(simulation%elements, simulation%blocks, step, d)
          call integrate(simulation%blocks, d, step)
          call update_state(simulation%energy, simulation%blocks)
+         if (simulation%iteration%broken > 0) call part_opposites(contacts, &
+            simulation%detection%opposite)
          call accept_contacts(contacts, simulation%laws)
          if (simulation%laws%damped) call hold_forces(contacts)
          simulation%neighbours%travel = simulation%neighbours%travel + path

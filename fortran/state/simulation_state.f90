@@ -37,6 +37,8 @@ contains
       call serialise_stop(archive, simulation%stop)
       call serialise_energy(archive, simulation%energy)
       call serialise_blocks(archive, simulation%blocks)
+      call serialise_label(archive, 'corners')
+      call serialise(archive, simulation%detection%opposite)
       call serialise_label(archive, 'elements')
       call serialise_elements(simulation%elements, archive)
       call serialise_neighbours(archive, simulation%neighbours, simulation%blocks)

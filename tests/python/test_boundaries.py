@@ -191,3 +191,81 @@ def test_weight_on_dashpots_needs_a_static_stage():
     model.control.settle = None
     with pytest.raises(sitedda.InputError, match="dashpots do not carry weight"):
         model.check()
+
+
+def lattice(sides: str, along="x", columns=10, rows=3, order=1, acceleration=1.0, **control):
+    """Three layers of square blocks on a compliant base under a pulse, without gravity."""
+    control = {"time_step": 1e-3, "duration": 0.15, "analysis": "plane_strain"} | control
+    model = sitedda.Model("lattice", **control)
+    model.contact(normal_stiffness=40 * MODULUS, force_tolerance=1e-14)
+    model.joint("glue", friction_angle=40.0, cohesion=1e12, tensile_strength=1e12)
+    for j in range(rows):
+        name = f"layer_{j}"
+        model.material(
+            name,
+            density=DENSITY + 100 * j,
+            young_modulus=MODULUS * (2 - 0.5 * j),
+            poisson_ratio=POISSON,
+        )
+        for i in range(columns)[::order]:
+            model.block([i, j, i + 1, j, i + 1, j + 1, i, j + 1], name=f"b_{i}_{j}", material=name)
+    time = np.arange(0.0, 0.06, 1e-3)
+    pulse = acceleration * np.sin(np.pi * time / 0.06) ** 2 * np.sin(2 * np.pi * time / 0.06)
+    model.motion("rock", pulse, 1e-3, "acceleration", drift_order=0)
+    model.boundary("base", "compliant", side="bottom", **{f"motion_{along}": "rock"}, **ROCK)
+    if sides == "tied":
+        model.boundary(kind="tied")
+    return model
+
+
+def moved(model, columns: int = 10, rows: int = 3) -> np.ndarray:
+    """Displacements of the blocks at every tenth step, shape (n, rows, columns, 2), m."""
+    found = []
+    with sitedda.Simulation(model) as simulation:
+        names = list(simulation.block_names)
+        order = [names.index(f"b_{i}_{j}") for j in range(rows) for i in range(columns)]
+        first = simulation.coordinates.copy()
+        done = False
+        while not done:
+            done = simulation.advance(10)
+            found.append((simulation.coordinates - first)[order, :2].reshape(rows, columns, 2))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
+@pytest.mark.parametrize("along", ["x", "y"])
+def test_tied_sides_make_level_ground_of_any_width(integration, along):
+    """All columns move alike, to 1e-8 of the peak; with free sides they do not."""
+    tied = moved(lattice("tied", along, integration=integration))
+    peak = abs(tied).max()
+    assert abs(tied - tied[:, :, :1]).max() < 1e-8 * peak
+    if integration == "dda":
+        free = moved(lattice("free", along))
+        assert abs(free - free[:, :, :1]).max() > 0.01 * peak
+
+
+def test_a_mirrored_model_moves_as_a_mirror_image():
+    here = moved(lattice("free", columns=4), columns=4)
+    there = moved(lattice("free", columns=4, order=-1, acceleration=-1.0), columns=4)
+    np.testing.assert_allclose(here, there[:, :, ::-1] * [-1, 1], atol=1e-10 * abs(here).max())
+
+
+def test_energy_of_ties_balances():
+    history = lattice("tied", acceleration=1.0).run().history
+    turned = history.energy_damping.values[-1] + history.energy_input.values[-1]
+    assert abs(history.energy_balance.values).max() < 1e-6 * turned
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"side": "left"}, "takes the left and the right side"),
+        ({"direction": "x"}, "has no direction"),
+        ({"density": 2000.0}, "no half-space"),
+    ],
+)
+def test_bad_ties_are_refused_in_words(values, words):
+    model = lattice("free", columns=3)
+    model.boundary(kind="tied", **values)
+    with pytest.raises(sitedda.InputError, match=words):
+        model.check()
