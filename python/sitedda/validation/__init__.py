@@ -9,6 +9,7 @@ down with their pictures.  From the command line:
 from __future__ import annotations
 
 from . import (
+    boundaries,
     damping,
     flight,
     impacts,
@@ -29,7 +30,7 @@ from .report import write_report
 __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "write_report"]
 
 _FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
-_FAMILIES += (slopes, masonry_limits, joints, impacts)
+_FAMILIES += (slopes, masonry_limits, joints, impacts, boundaries)
 
 
 def run_case(name: str, short: bool = False) -> Result:
