@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 
 from .errors import InputError
-from .groups import single_groups, variables
+from .groups import is_made, single_groups, variables
 from .namelist import Group, Namelist, value_text
 
 _EXCLUSIVE = {"duration": "steps", "steps": "duration"}  # giving one takes the other out
@@ -118,9 +118,8 @@ def _bare(namelist: Namelist, variable: str) -> tuple[list[Group], str]:
             raise InputError(f"{variable!r} is a group: name a variable of it, such as {known}")
         names = sorted({name for names in variables().values() for name in names})
         raise InputError(f"no group has a variable {variable!r}{_nearest(variable, names)}")
-    if len(homes) > 1:  # groups that repeat count where the input has one
-        once = single_groups()
-        homes = [kind for kind in homes if kind in once or namelist.named(kind)] or homes
+    if any(not is_made(kind) for kind in homes):  # joints and masonry count where there are any
+        homes = [kind for kind in homes if not is_made(kind) or namelist.named(kind)]
     if len(homes) > 1:
         paths = " or ".join(f"{kind}.{variable}" for kind in homes)
         raise InputError(f"{variable!r} is a variable of several groups: name one, as {paths}")
