@@ -435,7 +435,7 @@ def released_slope(short: bool) -> Outcome:
     ):
         slope = np.radians(angle)
         shape = turned(rectangle(0, 0, 2, 1), -slope)
-        push = 0.5 * 9.81 * 2 * DENSITY * np.array([np.cos(slope), -np.sin(slope)])
+        push = 0.8 * 9.81 * 2 * DENSITY * np.array([np.cos(slope), -np.sin(slope)])
         text = "".join(
             (
                 control(1e-3, 1000, settle=True, max_displacement_ratio=0.05),
