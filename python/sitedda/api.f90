@@ -806,7 +806,7 @@ contains
    subroutine scheme_vibration(theta, chi, time_step, n, frequency, values, roots)
       integer(c_int), intent(in) :: n
       real(c_double), intent(in) :: theta, chi, time_step, frequency(n)
-      real(c_double), intent(out) :: values(7, n)
+      real(c_double), intent(out) :: values(4, n)
       complex(c_double_complex), intent(out) :: roots(2, n)
       type(scheme_type) :: scheme
       integer :: i

@@ -539,7 +539,7 @@ EVERYTHING = [
             "padding": 2,
         },
     ),
-    ("output", {"file": "everything.nc", "history_interval": 1, "block_interval": 0}),
+    ("output", {"file": "everything.nc", "history_seconds": 1e-3, "block_interval": 0}),
 ]
 
 NO_NUMBERS = ["NaN", "Inf", "-Infinity", "1e400", "-1e400", "''", "word", ".true.", "(1.0,2.0)"]

@@ -119,7 +119,8 @@ def test_set_changes_the_input(python_program, write_input, tmp_path):
 
 def test_set_reaches_every_group(main, write_input, tmp_path):
     file = write_input(tower(steps=3))
-    changes = ["output.file=other.nc", "joint[bedding].friction_angle=30", "density=2000"]
+    changes = ["output.file=other.nc", "joint[bedding].friction_angle=30"]
+    changes.append("material[*].density=2000")
     words = [word for change in changes for word in ("--set", change)]
     done = main("run", file, "-q", *words, folder=tmp_path)
     assert done.returncode == 0, done.stderr

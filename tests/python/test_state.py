@@ -13,13 +13,14 @@ REMADE = {
         "laws": "the input",
         "scheme": "the input, by the stage",
         "history": "where old contacts are: made in each step",
+        "resting": "only within a static stage, between whose steps nothing is saved",
     },
     ("model", "blocks_type"): {
         name: "the input"
         for name in (
             *("n", "first", "owner", "next", "previous", "material", "joint", "reference"),
             *("radius", "area", "mass", "inertia", "stiffness", "half_size"),
-            *("mixed", "removed"),
+            *("mixed", "removed", "damps", "damping"),
         )
     },
     ("contact", "neighbours_type"): {
@@ -37,6 +38,7 @@ REMADE = {
         "held": "made anew in each step",
         "constant": "made for a new time step",
         "constant_step": "made for a new time step",
+        "constant_damps": "made with `constant`",
         "linear": "made in each step",
         "linear_entry": "the pattern",
         "terms": "made in each step",
@@ -99,7 +101,7 @@ def serialised(root):
     journal = (root / "fortran" / "output" / "journal.f90").read_text()
     mark = re.search(r"subroutine serialise_mark.*?end subroutine", journal, re.S)[0]
     contact = (root / "fortran" / "contact" / "contact.f90").read_text()
-    listed = re.search(r"subroutine for_each_variable.*?end subroutine", contact, re.S)[0]
+    listed = "".join(re.findall(r"subroutine for_each_\w+.*?end subroutine", contact, re.S))
     folders = ("state", "algebra/solvers", "elements")
     parts = [
         path.read_text() for name in folders for path in (root / "fortran" / name).glob("*.f90")

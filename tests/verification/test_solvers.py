@@ -50,7 +50,8 @@ def wall(folder, bricks, courses, solver="auto", penalty=1e12, step=1e-3, bond=0
 def test_solvers_agree_on_every_input(file, solver):
     start, direct = moved(file, "direct")
     _, other = moved(file, solver)
-    allowed = 1e-8 * np.abs(direct - start).max()
+    # a residual of 1e-11 in directions that only inertia holds, and the rounding of places
+    allowed = 3e-8 * np.abs(direct - start).max() + 4e-16 * np.abs(direct).max()
     with sitedda.Simulation(file) as run:
         run.advance(STEPS)
         if set(run.contacts["state"]) & {0, 1}:
