@@ -80,7 +80,8 @@ __all__ = [
 ]
 # Read when asked for.
 _MODULES = (
-    "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "study",
+    "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "site",
+    "study",
 )  # fmt: skip
 # Of modules that are.
 _FUNCTIONS = {

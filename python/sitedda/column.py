@@ -379,20 +379,8 @@ class Column:
             If an argument is out of range, or the ratio is infinite (an undamped resonance).
         """
         values = not_negative("frequencies", frequencies)
-        ravelled = values.ravel()
-
-        def modulus_of(medium: HalfSpace) -> NDArray[np.complex128]:
-            if isinstance(medium.damping, MaterialDamping):
-                return medium.shear_modulus * medium.damping.factors(ravelled)[0]
-            damping = medium.damping_at(ravelled)
-            return complex_modulus(medium.shear_modulus, damping, self.convention)
-
-        return self._ratio(
-            2 * np.pi * ravelled,
-            modulus_of,
-            (top, bottom, motion),
-            lambda damping: damping.factors(ravelled)[1],
-        ).reshape(values.shape)
+        waves = Waves.damped(values.ravel(), self.convention)
+        return self._ratio(waves, (top, bottom, motion)).reshape(values.shape)
 
     def scheme_transfer(
         self,
@@ -437,25 +425,8 @@ class Column:
             rule, which has no damping).
         """
         values = not_negative("frequencies", frequencies)
-        scheme = Scheme.named(integration, theta)
-        factors = scheme.steady(values.ravel(), time_step)
-
-        def of_material(damping: MaterialDamping) -> tuple:
-            return damping.scheme_factors(values.ravel(), factors, scheme, float(time_step))
-
-        def modulus_of(medium: HalfSpace) -> NDArray[np.complex128]:
-            if isinstance(medium.damping, MaterialDamping):
-                return medium.shear_modulus * of_material(medium.damping)[0]
-            return complex_modulus(medium.shear_modulus, 0.0)
-
-        # A complex frequency with the modulus of the materials: only ω²/G and ratios of moduli
-        # matter.
-        return self._ratio(
-            np.sqrt(-factors.inertia),
-            modulus_of,
-            (top, bottom, motion),
-            lambda damping: of_material(damping)[1],
-        ).reshape(values.shape)
+        waves = Waves.stepped(values.ravel(), time_step, Scheme.named(integration, theta))
+        return self._ratio(waves, (top, bottom, motion)).reshape(values.shape)
 
     def peak(
         self,
@@ -503,28 +474,15 @@ class Column:
         )
 
     def _ratio(
-        self,
-        omega: NDArray[np.complex128],
-        modulus_of: Callable[[HalfSpace], NDArray[np.complex128]],
-        place: tuple[float, float | None, str],
-        density_of: Callable[[MaterialDamping], NDArray[np.complex128]],
+        self, waves: Waves, place: tuple[float, float | None, str]
     ) -> NDArray[np.complex128]:
-        """Response at one depth over reference motion at another, shape of ``omega``.
-
-        ``density_of`` is the complex density over the given one that damping goes with.
-        """
+        """Response at one depth over reference motion at another, shape of ``waves.omega``."""
         top, bottom, motion = place
         _one_of("motion", motion, ("within", "outcrop"))
         upper, lower = self._depths(top, bottom)
-        media, thicknesses, (first, last) = self._cut_at(upper, lower)
-        densities = {
-            id(medium): medium.density * density_of(medium.damping)
-            if isinstance(medium.damping, MaterialDamping)
-            else medium.density
-            for medium in media
-            if medium is not None
-        }
-        steps, reflections = _recursion(omega, media, thicknesses, modulus_of, densities)
+        media, depths = self.cut_at([upper, lower])
+        first, last = np.searchsorted(depths, [upper, lower])
+        steps, reflections = recursion(waves, media, np.diff(depths))
         reference = 2.0 if motion == "outcrop" else 1 + reflections[last]
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.prod(steps[first:last], axis=0) * (1 + reflections[first]) / reference
@@ -532,7 +490,7 @@ class Column:
         if np.any(unbounded):
             raise ValueError(
                 "frequencies meet a resonance of the undamped column, where the ratio is infinite,"
-                f" at {first_of(abs(omega), unbounded) / (2 * np.pi):g} Hz"
+                f" at {first_of(abs(waves.omega), unbounded) / (2 * np.pi):g} Hz"
             )
         return ratio
 
@@ -545,34 +503,130 @@ class Column:
             raise ValueError(f"top must not lie below bottom, got {upper:g} m and {lower:g} m")
         return upper, lower
 
-    def _cut_at(
-        self, upper: float, lower: float
-    ) -> tuple[list[HalfSpace | None], NDArray[np.float64], tuple[int, int]]:
-        """The layers cut so that both depths are interfaces, their thicknesses, both indices.
+    def cut_at(self, depths: ArrayLike) -> tuple[list[HalfSpace | None], NDArray[np.float64]]:
+        """The layers cut so that depths are interfaces.
 
-        The media are those below each interface; the last is the base, ``None`` if rigid.
+        Parameters
+        ----------
+        depths : array_like, shape (n,)
+            m, from the surface to the base.
+
+        Returns
+        -------
+        media : list of HalfSpace, length m
+            Those below each interface; the last is the base, ``None`` if rigid.
+        interfaces : ndarray, shape (m,)
+            Depths, m, from the surface to the base.
+
+        Raises
+        ------
+        ValueError
+            If a depth lies outside the column.
         """
         interfaces = self._interfaces
-        depths = np.union1d(interfaces, [upper, lower])
-        middles = (depths[:-1] + depths[1:]) / 2
-        owners = np.searchsorted(interfaces, middles) - 1
+        cuts = np.union1d(interfaces, [_snapped("depth", depth, interfaces) for depth in depths])
+        owners = np.searchsorted(interfaces, (cuts[:-1] + cuts[1:]) / 2) - 1
         base = self.base if isinstance(self.base, HalfSpace) else None
-        media = [*(self.layers[owner] for owner in owners), base]
-        first, last = np.searchsorted(depths, [upper, lower])
-        return media, np.diff(depths), (int(first), int(last))
+        return [*(self.layers[owner] for owner in owners), base], cuts
+
+    def response(
+        self,
+        motion,
+        time_step: float | None = None,
+        *,
+        bottom: float | None = None,
+        kind: str = "outcrop",
+    ):
+        """The column under a motion: histories at any depth, profiles, spectra.
+
+        Parameters
+        ----------
+        motion : xarray.Dataset or array_like, shape (samples,)
+            As :func:`sitedda.read_record` returns it, or ground acceleration, m/s².
+        time_step : float, optional
+            s between samples of an array.
+        bottom : float, optional
+            Depth of the motion, m; by default the base.
+        kind : {'outcrop', 'within'}
+            What the motion is, as in :meth:`transfer`.
+
+        Returns
+        -------
+        sitedda.site.ColumnResponse
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range.
+        """
+        from .site.response import ColumnResponse
+
+        return ColumnResponse.of(self, motion, time_step, bottom=bottom, kind=kind)
 
 
-def _recursion(
-    omega: NDArray[np.complex128],
-    media: Sequence[HalfSpace | None],
-    thicknesses: NDArray[np.float64],
-    modulus_of: Callable[[HalfSpace], NDArray[np.complex128]],
-    densities: dict | None = None,
+@dataclass(frozen=True)
+class Waves:
+    """How shear waves travel in media, at some frequencies.
+
+    Attributes
+    ----------
+    omega : ndarray, shape (n,)
+        Angular frequencies, rad/s; complex ones carry the damping of a time integration.
+    properties : callable
+        Of a medium: its complex shear modulus, Pa, and density, kg/m³, each of shape (n,).
+    """
+
+    omega: NDArray[np.complex128]
+    properties: Callable[[HalfSpace], tuple[NDArray[np.complex128], NDArray[np.complex128]]]
+
+    @classmethod
+    def damped(cls, frequencies: NDArray[np.float64], convention: str) -> Waves:
+        """With the damping of the media, ratios in a convention of :func:`complex_modulus`."""
+
+        def properties(medium: HalfSpace):
+            if isinstance(medium.damping, MaterialDamping):
+                modulus, density = medium.damping.factors(frequencies)
+                return medium.shear_modulus * modulus, medium.density * density
+            ratio = medium.damping_at(frequencies)
+            modulus = complex_modulus(medium.shear_modulus, ratio, convention)
+            return modulus, np.full(modulus.shape, medium.density)
+
+        return cls(2 * np.pi * frequencies, properties)
+
+    @classmethod
+    def stepped(cls, frequencies: NDArray[np.float64], time_step: float, scheme: Scheme) -> Waves:
+        """Under a time integration, as :meth:`Column.scheme_transfer`."""
+        factors = scheme.steady(frequencies, time_step)
+
+        def properties(medium: HalfSpace):
+            modulus = density = np.ones(frequencies.shape, dtype=complex)
+            if isinstance(medium.damping, MaterialDamping):
+                modulus, density = medium.damping.scheme_factors(
+                    frequencies, factors, scheme, float(time_step)
+                )
+            return medium.shear_modulus * modulus, medium.density * density
+
+        # A complex frequency with the modulus of the materials: only ω²/G and ratios of moduli
+        # matter.
+        return cls(np.sqrt(-factors.inertia), properties)
+
+
+def recursion(
+    waves: Waves, media: Sequence[HalfSpace | None], thicknesses: NDArray[np.float64]
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Waves in a stack of m layers: the SHAKE recursion in quotients that cannot overflow.
 
     Instead of A and B, which grow like exp(|Im k| z), carry R = B/A at the top of each medium and
     the step A_j / A_{j+1}; every exponential in them decays.  A rigid base has impedance ratio 0.
+
+    Parameters
+    ----------
+    waves : Waves
+        At n frequencies.
+    media : sequence of HalfSpace, length m + 1
+        From the surface downwards; the last is the base, ``None`` if rigid.
+    thicknesses : ndarray, shape (m,)
+        m.
 
     Returns
     -------
@@ -581,17 +635,16 @@ def _recursion(
     reflections : ndarray of complex128, shape (m + 1, n)
         B/A at the top of each medium, that of the base last.
     """
-    moduli = {id(medium): modulus_of(medium) for medium in media if medium is not None}
-    if densities is None:
-        densities = {id(medium): medium.density for medium in media if medium is not None}
+    omega = waves.omega
+    of = {id(medium): waves.properties(medium) for medium in media if medium is not None}
     steps = np.empty((len(thicknesses), omega.size), dtype=complex)
     reflections = np.ones((len(media), omega.size), dtype=complex)
     for j, thickness in enumerate(thicknesses):
-        modulus, density = moduli[id(media[j])], densities[id(media[j])]
+        modulus, density = of[id(media[j])]
         below = media[j + 1]
         contrast = 0.0
         if below is not None:
-            contrast = np.sqrt(density * modulus / (densities[id(below)] * moduli[id(below)]))
+            contrast = np.sqrt(density * modulus / np.prod(of[id(below)], axis=0))
         decay = np.exp(-1j * omega * thickness / np.sqrt(modulus / density))
         down = reflections[j] * decay**2
         upgoing = (1 + contrast) + (1 - contrast) * down

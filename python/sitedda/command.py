@@ -18,6 +18,7 @@ from .check import check, transfer
 from .errors import CheckError, OutputError, SiteddaError
 from .records import read_record
 from .simulation import Run, Simulation, _run
+from .site_command import add_site_command
 from .viewing import add_viewing_commands
 
 _STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
@@ -85,6 +86,7 @@ def _parser() -> argparse.ArgumentParser:
     commands.add_parser("validate", help="run the analytic cases", add_help=False)
     commands.add_parser("paper", help="reproduce the results of the paper", add_help=False)
     add_viewing_commands(commands)
+    add_site_command(commands)
     checking = commands.add_parser("check", help="say what a run will meet before it is started")
     checking.add_argument("file", type=Path, metavar="FILE.nml")
     checking.add_argument("--json", action="store_true", help="print plain values as JSON")

@@ -110,7 +110,7 @@ def test_the_version_is_one():
 # --- Simulation -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["loads", "dynamic_factor", "time_step", "time", "velocities"])
+@pytest.mark.parametrize("name", ["loads", "dynamic_factor", "time", "velocities"])
 def test_what_cannot_be_set_is_refused(write_input, name):
     with sitedda.Simulation(write_input(tower())) as simulation:
         with pytest.raises(AttributeError, match=name):

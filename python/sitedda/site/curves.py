@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Modulus reduction and damping of soils over the shear strain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import first_of, positive
+
+ATMOSPHERE = 101325.0  # Pa
+_STRAINS = np.logspace(-6, -1.5, 91)  # at which formulas are tabulated
+
+
+@dataclass(frozen=True)
+class SoilCurves:
+    """Secant modulus and damping ratio of a soil over the shear strain.
+
+    Between the strains straight in the logarithm of the strain, beyond them constant, as in SHAKE.
+
+    Attributes
+    ----------
+    strain : ndarray, shape (n,)
+        Increasing, dimensionless (1e-4 is 0.01 %).
+    reduction : ndarray, shape (n,)
+        G/G_max, in 0 … 1.
+    damping : ndarray, shape (n,)
+        Damping ratio, a fraction.
+    name : str
+    """
+
+    strain: NDArray[np.float64]
+    reduction: NDArray[np.float64]
+    damping: NDArray[np.float64]
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        arrays = [np.array(values, dtype=float) for values in self._columns()]
+        strain, reduction, damping = arrays
+        if strain.ndim != 1 or strain.size < 2 or any(a.shape != strain.shape for a in arrays):
+            raise ValueError("strain, reduction and damping must be rows of one length, 2 or more")
+        if not (np.all(strain > 0) and np.all(np.diff(strain) > 0) and np.all(np.isfinite(strain))):
+            raise ValueError("strain must be positive and increasing")
+        good = (reduction > 0) & (reduction <= 1)
+        if not np.all(good):
+            raise ValueError(
+                f"reduction must be in 0 < G/Gmax <= 1, got {first_of(reduction, ~good)}"
+            )
+        good = (damping >= 0) & (damping < 1)
+        if not np.all(good):
+            raise ValueError(f"damping must be a fraction in 0 … 1, got {first_of(damping, ~good)}")
+        for name, values in zip(("strain", "reduction", "damping"), arrays, strict=True):
+            object.__setattr__(self, name, values)
+
+    def _columns(self):
+        return self.strain, self.reduction, self.damping
+
+    def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
+        """G/G_max at shear strains; their shape."""
+        return np.interp(_logarithm(strain), np.log(self.strain), self.reduction)
+
+    def damping_at(self, strain: ArrayLike) -> NDArray[np.float64]:
+        """Damping ratio at shear strains; their shape."""
+        return np.interp(_logarithm(strain), np.log(self.strain), self.damping)
+
+    @classmethod
+    def from_pystrata(cls, soil) -> SoilCurves:
+        """The curves of a soil type of pystrata (Vucetic & Dobry, Seed & Idriss, …)."""
+        reduction, damping = soil.mod_reduc, soil.damping
+        strain = np.union1d(reduction.strains, damping.strains)
+        name = str(getattr(soil, "name", ""))
+
+        def values(curve):
+            return np.interp(np.log(strain), np.log(curve.strains), curve.values)
+
+        return cls(strain, np.clip(values(reduction), 1e-6, 1.0), values(damping), name)
+
+
+def _logarithm(strain: ArrayLike) -> NDArray[np.float64]:
+    return np.log(np.maximum(np.abs(np.asarray(strain, dtype=float)), 1e-12))
+
+
+def hyperbolic(
+    reference_strain: float, curvature: float = 1.0, least_damping: float = 0.0
+) -> SoilCurves:
+    """G/G_max = 1/(1 + (γ/γ_r)^a) with the damping of Masing's rules for a = 1.
+
+    Parameters
+    ----------
+    reference_strain : float
+        γ_r at which the modulus is halved, dimensionless.
+    curvature : float
+        a.
+    least_damping : float
+        Damping ratio at small strain, added.
+
+    Returns
+    -------
+    SoilCurves
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    """
+    reference = float(positive("reference_strain", reference_strain))
+    power = float(positive("curvature", curvature))
+    reduction = 1 / (1 + (_STRAINS / reference) ** power)
+    damping = least_damping + _masing(_STRAINS / reference)
+    return SoilCurves(_STRAINS, reduction, np.minimum(damping, 0.999), "hyperbolic")
+
+
+def darendeli(
+    mean_stress: float,
+    plasticity_index: float = 0.0,
+    over_consolidation: float = 1.0,
+    frequency: float = 1.0,
+    cycles: float = 10.0,
+) -> SoilCurves:
+    """Curves of Darendeli (2001) for any soil, from its state.
+
+    Parameters
+    ----------
+    mean_stress : float
+        Mean effective stress σ₀', Pa.
+    plasticity_index : float
+        PI, per cent.
+    over_consolidation : float
+        OCR.
+    frequency : float
+        Of the loading, Hz.
+    cycles : float
+        Number of cycles.
+
+    Returns
+    -------
+    SoilCurves
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+
+    References
+    ----------
+    Darendeli, M. B. (2001). Development of a new family of normalized modulus reduction and
+    material damping curves. PhD dissertation, The University of Texas at Austin.
+    """
+    stress = float(positive("mean_stress", mean_stress)) / ATMOSPHERE
+    ratio = float(positive("over_consolidation", over_consolidation))
+    plasticity = float(plasticity_index)
+    if not 0 <= plasticity <= 300:
+        raise ValueError(f"plasticity_index must be in 0 … 300 per cent, got {plasticity:g}")
+    log_frequency = np.log(float(positive("frequency", frequency)))
+    log_cycles = np.log(float(positive("cycles", cycles)))
+    power = 0.919
+    reference = (0.0352 + 0.0010 * plasticity * ratio**0.3246) * stress**0.3483 / 100
+    reduction = 1 / (1 + (_STRAINS / reference) ** power)
+    least = (0.8005 + 0.0129 * plasticity * ratio**-0.1069) * stress**-0.2889
+    least *= 1 + 0.2919 * log_frequency
+    masing = 100 * _masing(_STRAINS / reference)
+    c1 = -1.1143 * power**2 + 1.8618 * power + 0.2523
+    c2 = 0.0805 * power**2 - 0.0710 * power - 0.0095
+    c3 = -0.0005 * power**2 + 0.0002 * power + 0.0003
+    masing = c1 * masing + c2 * masing**2 + c3 * masing**3
+    damping = (least + (0.6329 - 0.00566 * log_cycles) * reduction**0.1 * masing) / 100
+    damping = np.maximum.accumulate(damping)  # the polynomial would fall again at large strain
+    return SoilCurves(_STRAINS, reduction, np.clip(damping, 0.0, 0.999), "Darendeli (2001)")
+
+
+def _masing(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Damping ratio of Masing's rules on a hyperbola, over γ/γ_r."""
+    small = ratio < 1e-3
+    safe = np.where(small, 1.0, ratio)
+    loop = 4 * (safe - np.log1p(safe)) / (safe**2 / (1 + safe)) - 2
+    series = 2 * ratio / 3 - ratio**2 / 3
+    return np.where(small, series, loop) / np.pi

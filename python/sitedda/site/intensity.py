@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measures of how strong and how long a motion is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..signals import response_spectrum
+from ..verdict import GRAVITY
+from .motion import Motion
+
+
+@dataclass(frozen=True)
+class Intensity:
+    """Measures of one acceleration.
+
+    Attributes
+    ----------
+    peak_acceleration : float
+        m/s².
+    peak_velocity : float
+        m/s, of the acceleration integrated from rest.
+    arias : float
+        Arias intensity π/2g ∫a² dt, m/s.
+    duration : float
+        D5–95, s: between 5 and 95 % of the Arias intensity.
+    mean_period : float
+        T_m of Rathje et al. (2004), s: mean of 1/f over the squared Fourier amplitudes from 0.25 to
+        20 Hz.
+    cumulative_velocity : float
+        ∫|a| dt, m/s.
+    """
+
+    peak_acceleration: float
+    peak_velocity: float
+    arias: float
+    duration: float
+    mean_period: float
+    cumulative_velocity: float
+
+    def __str__(self) -> str:
+        return (
+            f"PGA {self.peak_acceleration:.4g} m/s², PGV {self.peak_velocity:.4g} m/s, "
+            f"Arias {self.arias:.4g} m/s, D5–95 {self.duration:.4g} s, "
+            f"mean period {self.mean_period:.4g} s, CAV {self.cumulative_velocity:.4g} m/s"
+        )
+
+
+def intensity(motion, time_step: float | None = None) -> Intensity:
+    """Intensity measures of a motion.
+
+    Parameters
+    ----------
+    motion : xarray.Dataset or array_like, shape (samples,)
+        As :func:`sitedda.read_record` returns it, or ground acceleration, m/s².
+    time_step : float, optional
+        s between samples of an array.
+
+    Returns
+    -------
+    Intensity
+
+    Raises
+    ------
+    ValueError
+        If the motion is no motion, or has no acceleration at all.
+
+    References
+    ----------
+    Rathje, E. M., Faraj, F., Russell, S. & Bray, J. D. (2004). Empirical relationships for
+    frequency content parameters of earthquake ground motions. Earthquake Spectra 20(1), 119-144.
+    """
+    ground = Motion.of(motion, time_step)
+    series, step = ground.acceleration, ground.time_step
+    if not np.any(series):
+        raise ValueError("the motion has no acceleration: every sample is 0")
+    squares = running_integral(series**2, step)
+    growth = squares / squares[-1]
+    times = step * np.arange(series.size)
+    low, high = np.interp([0.05, 0.95], growth, times)
+    frequency = np.fft.rfftfreq(series.size, step)
+    power = np.abs(np.fft.rfft(series)) ** 2
+    band = (frequency >= 0.25) & (frequency <= 20.0)
+    total = power[band].sum()
+    mean = float((power[band] / frequency[band]).sum() / total) if total > 0 else float("nan")
+    return Intensity(
+        float(np.abs(series).max()),
+        float(np.abs(running_integral(series, step)).max()),
+        float(np.pi / (2 * GRAVITY) * squares[-1]),
+        float(high - low),
+        mean,
+        float(running_integral(np.abs(series), step)[-1]),
+    )
+
+
+def spectral_acceleration(
+    acceleration, time_step: float, periods, damping: float = 0.05
+) -> NDArray[np.float64]:
+    """Pseudo-spectral acceleration at natural periods, s; shape of ``periods``."""
+    periods = np.asarray(periods, dtype=float)
+    if periods.ndim != 1 or not np.all(periods > 0):
+        raise ValueError("periods must be one row of positive numbers, in s")
+    return response_spectrum(acceleration, time_step, 1 / periods, damping).pseudo_acceleration
+
+
+def running_integral(series: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Running trapezoidal integral from 0 along the last axis; shape of the series."""
+    inner = np.cumsum((series[..., 1:] + series[..., :-1]) * step / 2, axis=-1)
+    return np.concatenate([np.zeros_like(series[..., :1]), inner], axis=-1)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A ground motion in the frequency domain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arguments import positive
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Acceleration at equal steps, with zeros behind it so that the response can ring out.
+
+    Attributes
+    ----------
+    acceleration : ndarray, shape (samples,)
+        m/s².
+    time_step : float
+        s.
+    length : int
+        Samples with the zeros.
+    """
+
+    acceleration: NDArray[np.float64]
+    time_step: float
+    length: int
+
+    @classmethod
+    def of(cls, motion, time_step: float | None = None) -> Motion:
+        """From a Dataset of :func:`sitedda.read_record`, or an array and its time step.
+
+        Raises
+        ------
+        ValueError
+            If samples are not finite, fewer than two, or their times are not equidistant.
+        """
+        if hasattr(motion, "acceleration"):
+            if time_step is not None:
+                raise ValueError("time_step is that of the record: leave it out")
+            series = np.asarray(motion.acceleration.values, dtype=float)
+            times = np.asarray(motion.time.values, dtype=float)
+            time_step = (times[-1] - times[0]) / (times.size - 1) if times.size > 1 else 0.0
+            if np.any(np.abs(np.diff(times) - time_step) > 1e-6 * time_step):
+                raise ValueError("the samples of the motion are not at equal steps")
+        else:
+            if time_step is None:
+                raise ValueError("time_step is needed beside an array of accelerations")
+            series = np.array(motion, dtype=float)
+        if series.ndim != 1 or series.size < 2:
+            raise ValueError(f"a motion has one row of at least 2 samples, not {series.shape}")
+        if not np.all(np.isfinite(series)):
+            where = int(np.flatnonzero(~np.isfinite(series))[0])
+            raise ValueError(f"sample {where} of the motion is {series[where]}")
+        from scipy.fft import next_fast_len
+
+        step = float(positive("time_step", time_step))
+        return cls(series, step, next_fast_len(2 * series.size, real=True))
+
+    @property
+    def frequencies(self) -> NDArray[np.float64]:
+        """Hz, shape (length // 2 + 1,)."""
+        return np.fft.rfftfreq(self.length, self.time_step)
+
+    @property
+    def spectrum(self) -> NDArray[np.complex128]:
+        """Discrete Fourier transform of the acceleration, m/s², shape (length // 2 + 1,)."""
+        return np.fft.rfft(self.acceleration, self.length)
+
+    def history(self, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
+        """Back to the times of the samples; shape (..., samples)."""
+        return np.fft.irfft(spectrum, self.length, axis=-1)[..., : self.acceleration.size]
+
+    def scaled(self, factor: float) -> Motion:
+        """The same motion times a factor."""
+        return Motion(factor * self.acceleration, self.time_step, self.length)

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A column under a motion: histories, profiles and spectra."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..column import Column, HalfSpace, Waves
+from ..scheme import Scheme
+from .field import field
+from .intensity import Intensity, intensity, running_integral, spectral_acceleration
+from .motion import Motion
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_KINDS = ("outcrop", "within")
+
+
+@dataclass(frozen=True)
+class ColumnResponse:
+    """How a column moves under a ground motion.
+
+    Linear in the frequency domain (SHAKE); the samples behind the record's end, as many as its own,
+    let the column ring out.
+
+    Attributes
+    ----------
+    column : Column
+    motion : Motion
+        The reference motion.
+    bottom : float
+        Depth of the reference motion, m.
+    kind : {'outcrop', 'within'}
+        What the reference motion is.
+    scheme : Scheme or None
+        Time integration whose damping takes the place of the layers'.
+    """
+
+    column: Column
+    motion: Motion
+    bottom: float
+    kind: str
+    scheme: Scheme | None = None
+
+    @classmethod
+    def of(
+        cls,
+        column: Column,
+        motion,
+        time_step: float | None = None,
+        *,
+        bottom: float | None = None,
+        kind: str = "outcrop",
+        scheme: Scheme | None = None,
+    ) -> ColumnResponse:
+        """See :meth:`sitedda.Column.response`."""
+        if kind not in _KINDS:
+            raise ValueError(f"kind must be one of {', '.join(_KINDS)}, got {kind!r}")
+        depth = column.depth if bottom is None else float(bottom)
+        column.cut_at([depth])
+        ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
+        return cls(column, ground, depth, kind, scheme)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times of the samples, s."""
+        return self.motion.time_step * np.arange(self.motion.acceleration.size)
+
+    def _waves(self, frequencies: ArrayLike) -> Waves:
+        if self.scheme is None:
+            return Waves.damped(np.asarray(frequencies, dtype=float), self.column.convention)
+        return Waves.stepped(frequencies, self.motion.time_step, self.scheme)
+
+    def _field(self, depths: ArrayLike):
+        """Frequencies above zero, and the field of a unit displacement there."""
+        frequencies = self.motion.frequencies[1:]
+        if self.scheme is not None:
+            frequencies = frequencies[frequencies < 0.5 / self.motion.time_step * (1 - 1e-9)]
+        parts = field(self.column, self._waves(frequencies), depths, self.bottom, self.kind)
+        return frequencies, parts
+
+    def _histories(self, depths: ArrayLike, part: int, order: int) -> NDArray[np.float64]:
+        """Histories of a part of the field, its spectrum divided by (iω)^order."""
+        frequencies, parts = self._field(depths)
+        omega = 2j * np.pi * frequencies
+        whole = np.zeros((len(depths), self.motion.frequencies.size), dtype=complex)
+        ratio = parts[part]
+        if part == 0 and order == 2:  # displacement relative to the reference motion
+            ratio = ratio - 1
+        whole[:, 1 : 1 + frequencies.size] = (
+            ratio * self.motion.spectrum[1 : 1 + frequencies.size] / omega**order
+        )
+        if part == 0 and order == 0:
+            whole[:, 0] = self.motion.spectrum[0]
+        return self.motion.history(whole)
+
+    def transfer(self, frequencies: ArrayLike, depth: float = 0.0) -> NDArray[np.complex128]:
+        """Motion at a depth over the reference motion; shape of ``frequencies`` (Hz, (n,))."""
+        values = np.asarray(frequencies, dtype=float)
+        return field(self.column, self._waves(values), [depth], self.bottom, self.kind)[0][0]
+
+    def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
+        """Acceleration at a depth (m), m/s², shape (samples,)."""
+        return self._histories([depth], 0, 0)[0]
+
+    def velocity(self, depth: float = 0.0) -> NDArray[np.float64]:
+        """Velocity at a depth (m), m/s, shape (samples,); from rest."""
+        return running_integral(self.acceleration(depth), self.motion.time_step)
+
+    def displacement(self, depth: float = 0.0) -> NDArray[np.float64]:
+        """Displacement relative to the reference motion, m, shape (samples,)."""
+        return self._histories([depth], 0, 2)[0]
+
+    def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
+        """Shear strain at a depth or depths (m), dimensionless, shape (..., samples)."""
+        return self._at(depth, 1)
+
+    def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
+        """Shear stress at a depth or depths (m), Pa, shape (..., samples)."""
+        return self._at(depth, 2)
+
+    def _at(self, depth: ArrayLike, part: int) -> NDArray[np.float64]:
+        depths = np.asarray(depth, dtype=float)
+        found = self._histories(depths.ravel(), part, 2)
+        return found.reshape(*depths.shape, -1)
+
+    def spectrum(
+        self, periods: ArrayLike, depth: float = 0.0, damping: float = 0.05
+    ) -> NDArray[np.float64]:
+        """Pseudo-spectral acceleration at natural periods (s, shape (n,)), m/s²."""
+        return spectral_acceleration(
+            self.acceleration(depth), self.motion.time_step, periods, damping
+        )
+
+    def fourier(self, depth: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+        """Frequencies (Hz) and Fourier spectrum (m/s) of the acceleration at a depth (m)."""
+        series = self.acceleration(depth)
+        step = self.motion.time_step
+        return np.fft.rfftfreq(series.size, step), step * np.fft.rfft(series)
+
+    def intensity(self, depth: float = 0.0) -> Intensity:
+        """Arias intensity, D5–95 and the rest at a depth (m)."""
+        return intensity(self.acceleration(depth), self.motion.time_step)
+
+    def profile(self) -> xr.Dataset:
+        """Peaks over depth.
+
+        Returns
+        -------
+        xarray.Dataset
+            Peak ``acceleration``, ``velocity`` and ``displacement`` (relative to the reference
+            motion) over ``depth``, the interfaces; peak ``strain`` and ``stress`` over ``middle``,
+            the middles of the layers.
+        """
+        import xarray as xr
+
+        _, interfaces = self.column.cut_at([])
+        middles = (interfaces[:-1] + interfaces[1:]) / 2
+        accelerations = self._histories(interfaces, 0, 0)
+        velocities = running_integral(accelerations, self.motion.time_step)
+        displacements = self._histories(interfaces, 0, 2)
+
+        def peaks(name, values, unit):
+            return (name, np.abs(values).max(axis=1), {"units": unit})
+
+        return xr.Dataset(
+            {
+                "acceleration": peaks("depth", accelerations, "m s-2"),
+                "velocity": peaks("depth", velocities, "m s-1"),
+                "displacement": peaks("depth", displacements, "m"),
+                "strain": peaks("middle", self._histories(middles, 1, 2), "1"),
+                "stress": peaks("middle", self._histories(middles, 2, 2), "Pa"),
+            },
+            coords={
+                "depth": ("depth", interfaces, {"units": "m"}),
+                "middle": ("middle", middles, {"units": "m"}),
+            },
+            attrs={"motion": self.words},
+        )
+
+    @property
+    def words(self) -> str:
+        """What the reference motion is."""
+        rigid = not isinstance(self.column.base, HalfSpace)
+        if rigid and self.bottom == self.column.depth:
+            return f"motion of the rigid base at {self.bottom:g} m depth"
+        if self.kind == "outcrop":
+            return f"outcrop motion (twice the upgoing wave) at {self.bottom:g} m depth"
+        return f"within motion (up- and downgoing waves) at {self.bottom:g} m depth"
+
+    def __str__(self) -> str:
+        reference = intensity(self.motion.acceleration, self.motion.time_step)
+        return f"{self.words}\nreference: {reference}\nsurface:   {self.intensity()}"
+
+    def plot(self):
+        """Surface and reference motion, spectra, and profiles.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from .picture import response_figure
+
+        return response_figure(self)

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda site`: blocks and column of a layered site in one picture."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .errors import InputError
+
+
+def add_site_command(commands) -> None:
+    """Add the sub-command to those of the command line."""
+    parser = commands.add_parser("site", help="a layered site as blocks and as a 1-D column")
+    parser.add_argument("file", type=Path, metavar="FILE", help="output, or namelist input to run")
+    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE", help="file to write")
+    parser.add_argument("--surface", help="measured point (that of &amplification)")
+    parser.add_argument("--base", help="measured point (that of &amplification)")
+    parser.add_argument(
+        "--damping",
+        type=float,
+        metavar="RATIO",
+        help="of the column's layers, 0.05 is 5 %% (that of the run's time integration)",
+    )
+    parser.set_defaults(act=_site)
+
+
+def _site(options: argparse.Namespace) -> int:
+    from .scene import open_output
+    from .simulation import run
+    from .site.beside import beside
+
+    path = options.file
+    if path.suffix == ".nc":
+        history = open_output(path)
+    else:
+        result = run(path, True)
+        print(f"output: {result.output}")
+        path, history = result.output, result.history
+    try:
+        found = beside(history, options.surface, options.base, options.damping)
+    except ValueError as trouble:
+        raise InputError(f"{options.file}: {trouble}") from trouble
+    print(found)
+    picture = options.output or path.with_name(f"{path.stem}_site.png")
+    found.plot().savefig(picture, dpi=130)
+    print(f"picture: {picture}")
+    return 0
