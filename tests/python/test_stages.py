@@ -553,13 +553,14 @@ def test_a_time_step_that_has_shrunk_is_resumed(write_input, tmp_path, same_bits
 # --- Killed in every stage -----------------------------------------------------------------------
 
 KILLED = """
-import sys, sitedda
+import sys, time, sitedda
 run = sitedda.Simulation(sys.argv[1], sys.argv[2])
 run.advance(int(sys.argv[3]))
 print("ready", flush=True)
 while True:
     run.advance(1)
     run.checkpoint()
+    time.sleep(0.001)  # stays in the stage until it is killed
 """
 LONG = [dict(stage) | ({"steps": 200} if "steps" in stage else {}) for stage in STAGES]
 
