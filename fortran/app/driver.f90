@@ -11,6 +11,7 @@ module dda_driver
    use dda_kinds, only: long
    use dda_messages, only: say, warn
    use dda_model, only: model_type
+   use dda_model_notes, only: model_notes
    use dda_output_file, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
@@ -55,6 +56,7 @@ contains
 
       call read_model_file(model, arguments%file, error, arguments%changes)
       if (allocated(error)) return
+      call say_notes(model)
       allocate (simulation, report)
       call begin_simulation(simulation, model, error)
       if (.not. allocated(error)) call check_simulation(simulation, report, error)
@@ -75,6 +77,7 @@ contains
       call read_model_file(model, arguments%file, error, arguments%changes)
       if (allocated(error)) return
       if (arguments%output /= '') model%output%file = arguments%output
+      if (.not. arguments%check_first) call say_notes(model)
       allocate (run)
       if (arguments%command == 'resume') then
          call resume_run(run, model, error)
@@ -88,6 +91,18 @@ contains
       if (.not. run%was_complete) call print_summary(run%simulation)
       call print_amplifications(run%simulation, run%was_complete, error)
    end subroutine run_input
+
+   !> What is seldom meant of a model.
+   subroutine say_notes(model)
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer :: i
+
+      associate (notes => model_notes(model))
+         do i = 1, size(notes)
+            call say('note: '//trim(notes(i)))
+         end do
+      end associate
+   end subroutine say_notes
 
    !> Step until the run is done or a signal asks it to stop.
    subroutine step_to_end(run, arguments, error)

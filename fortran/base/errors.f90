@@ -8,7 +8,7 @@ module dda_errors
    private
    public :: error_type, fail
    public :: error_input, error_check, error_convergence, error_solver, error_file, &
-      error_interrupted
+      error_interrupted, error_memory
 
    !> A failure: its kind, and a message that says where and what to try.
    type :: error_type
@@ -22,6 +22,7 @@ module dda_errors
    integer, parameter :: error_solver = 4       !< the linear system cannot be solved
    integer, parameter :: error_file = 5         !< a file cannot be read or written
    integer, parameter :: error_interrupted = 6  !< stopped on request, results so far kept
+   integer, parameter :: error_memory = 7       !< there is not enough memory
 
 contains
 

@@ -4,7 +4,7 @@
 module dda_diagnostics
    use dda_kinds, only: wp
    use dda_energy, only: balance, turnover, energy_geometric
-   use dda_errors, only: error_type, error_convergence, fail
+   use dda_errors, only: error_type, error_convergence, error_memory, fail
    use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
    use dda_text, only: to_text
@@ -45,6 +45,10 @@ contains
       advice = "; try a smaller time_step, or time_step_control = 'adaptive'"
       if (simulation%model%control%adaptive) advice = '; try a smaller least_time_step or a '// &
          'lower normal_stiffness'
+      if (kind == error_memory) then
+         place = ''
+         advice = ''
+      end if
       call fail(error, kind, 'step '//to_text(simulation%step + 1)//' at t = '// &
          to_text(simulation%time)//' s, time step '//to_text(simulation%time_step)//' s: '// &
          reason//place//advice)

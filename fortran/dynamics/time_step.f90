@@ -11,7 +11,7 @@ module dda_time_step
    use dda_elements, only: accept_elements, revise_elements
    use dda_energy, only: add_energy, energy_impact, energy_input, energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
-   use dda_errors, only: error_type, error_convergence, fail
+   use dda_errors, only: error_type, error_convergence, error_memory, fail
    use dda_impact, only: resolve_impacts
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_linear_solver, only: weigh_loads
@@ -165,7 +165,10 @@ contains
       if (simulation%resting .and. .not. allocated(error)) shorter = move > allowed_move(simulation)
       searches = merge(searches + merge(0, 1, shorter), attempt, simulation%resting)
       reason = 'a vertex moves too far in one step'
-      if (allocated(error)) reason = error%message
+      if (allocated(error)) then
+         reason = error%message
+         shorter = shorter .and. error%kind /= error_memory
+      end if
       if (shorter .and. attempt < most_attempts) then
          simulation%time_step = shrink*simulation%time_step
          simulation%counters%repeated = simulation%counters%repeated + 1

@@ -4,7 +4,7 @@ module dda_input_bodies
    use dda_kinds, only: wp, long
    use dda_blocks, only: set_blocks
    use dda_errors, only: error_type, error_input, fail
-   use dda_free_memory, only: free_memory
+   use dda_free_memory, only: require_memory
    use dda_input_blocks, only: read_blocks, is_block_group
    use dda_input_group, only: place_of_group, input_error
    use dda_model, only: model_type
@@ -45,7 +45,8 @@ contains
       end do
       if (outlines%n == 0) call fail(error, error_input, file// &
          ': there are no blocks; give &block, &blocks, &layers, &drums or &wall')
-      call check_memory(file, outlines%n, error)
+      call require_memory(real(outlines%n, wp)*block_bytes, file//': the model of '// &
+         to_text(outlines%n)//' blocks', 'use fewer blocks, or a machine with more', error)
       if (.not. allocated(error)) call check_sizes(file, groups, outlines, error)
       if (allocated(error)) return
       associate (vertices => outlines%vertices(:, :outlines%n_vertices))
@@ -58,22 +59,6 @@ contains
          model%control%plane_strain)
       call check_overlap(model, file, groups, outlines%source, error)
    end subroutine read_bodies
-
-   !> The blocks must fit into the memory that is free.
-   subroutine check_memory(file, n, error)
-      character(len=*), intent(in) :: file  !< path
-      integer, intent(in) :: n  !< number of blocks
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp), parameter :: giga = 1.0e9_wp
-      real(wp) :: needed, free
-
-      if (allocated(error)) return
-      needed = real(n, wp)*block_bytes
-      free = free_memory()
-      if (needed > free) call fail(error, error_input, file//': '//to_text(n)// &
-         ' blocks need about '//to_text(needed/giga)//' GB of memory, '//to_text(free/giga)// &
-         ' GB are free')
-   end subroutine check_memory
 
    !> Places and sizes must be such that rounding leaves the shape of every block, generated ones
    !> too.

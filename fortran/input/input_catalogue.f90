@@ -477,7 +477,7 @@ module dda_input_catalogue
          'time between frames; adaptive steps end there', above_zero), &
       variable_type('checkpoint_interval', 'integer', 'steps', '0: none by steps', &
          'steps between checkpoints', 0.0_wp, 1.0e9_wp), &
-      variable_type('checkpoint_minutes', 'real', 'min', '10', &
+      variable_type('checkpoint_minutes', 'real', 'min', '1', &
          'minutes of the clock between checkpoints; 0: none by the clock', 0.0_wp, 1.0e6_wp)]
 
 contains

@@ -10,7 +10,7 @@ module dda_input_changes
    public :: change_text
 
    character(len=*), parameter :: name_characters = 'abcdefghijklmnopqrstuvwxyz0123456789_'
-   character, parameter :: newline = achar(10)
+   character, parameter :: tab = achar(9), newline = achar(10), carriage_return = achar(13)
 
    !> What a change says.
    type :: change_type
@@ -45,8 +45,9 @@ contains
       do i = size(spans), 1, -1  ! from the end, so that the places of the others stay
          if (chosen(i)) call set_in(text, spans(i), change)
       end do
-      if (.not. any(chosen)) text = text//newline//'&'//change%group//' '//change%variable// &
-         ' = '//change%value//' /'//newline
+      if (any(chosen)) return
+      if (text /= '' .and. text(len(text):) /= newline) text = text//newline
+      text = text//'&'//change%group//' '//change%variable//' = '//change%value//' /'//newline
    end subroutine change_text
 
    !> An error that names the change.
@@ -91,7 +92,9 @@ contains
          end if
       end if
       if (.not. allocated(error)) call check_variable(change, error)
-      if (.not. allocated(error)) change%value = value_text(change, assignment(equals + 1:))
+      if (allocated(error)) return
+      change%value = value_text(change, assignment(equals + 1:))
+      if (change%value == '') call refuse(change, 'a value is needed', error)
    end subroutine parse
 
    !> The one group that a variable without a group can mean.
@@ -317,42 +320,59 @@ contains
       text = text(:span%first - 1)//group//text(span%last + 1:)
    end subroutine set_in
 
-   !> Another assignment in place of that of a variable, whose line ends and comments stay; without
-   !> one, before the slash.
-   subroutine replace(group, variable, new)
+   !> Another assignment in place of that of a variable, behind which everything stays; without one,
+   !> before the slash.  Assignments of its elements go.
+   recursive subroutine replace(group, variable, new)
       character(len=:), allocatable, intent(inout) :: group  !< from & to slash
       character(len=*), intent(in) :: variable, new  !< name; its new assignment, '': none
-      integer :: first, begin, last
+      character(len=:), allocatable :: behind
+      integer :: first, begin, last, length
 
       call find_assignment(group, variable, first, begin, last)
       if (first > 0) then
-         group = group(:first - 1)//new//' '//rest_of(group(begin:last))//group(last + 1:)
+         behind = group(last + 1:)
+         call replace(behind, variable, '')
+         length = length_of_value(group(begin:last))
+         group = group(:first - 1)//new//line_ends(group(begin:begin + length - 1))// &
+            group(begin + length:last)//behind
       else if (new /= '') then
-         group = group(:len(group) - 1)//' '//new//' /'
+         group = trim(group(:len(group) - 1))//' '//new//' /'
       end if
    end subroutine replace
 
-   !> Line ends and comments of a text.
-   pure function rest_of(text) result(rest)
-      character(len=*), intent(in) :: text  !< of a value
-      character(len=:), allocatable :: rest
-      integer :: at, length
+   !> Length of a value without the blanks, line ends and comments that follow it.
+   pure integer function length_of_value(text) result(length)
+      character(len=*), intent(in) :: text  !< behind the equals sign
+      integer :: at, more
 
-      rest = ''
+      length = 0
       at = 1
       do while (at <= len(text))
-         length = 1
+         more = 1
          select case (text(at:at))
          case ('!')
-            length = index(text(at:)//newline, newline) - 1
-            rest = rest//text(at:at + length - 1)
-         case (newline)
-            rest = rest//newline
+            more = index(text(at:)//newline, newline)
+         case (' ', tab, newline, carriage_return)
          case ('''', '"')
-            length = index(text(at + 1:)//text(at:at), text(at:at)) + 1
+            more = index(text(at + 1:)//text(at:at), text(at:at)) + 1
+            length = min(at + more - 1, len(text))
+         case default
+            length = at
          end select
-         at = at + length
+         at = at + more
       end do
-   end function rest_of
+   end function length_of_value
+
+   !> The line ends of a text.
+   pure function line_ends(text) result(ends)
+      character(len=*), intent(in) :: text  !< of a value
+      character(len=:), allocatable :: ends
+      integer :: i
+
+      ends = ''
+      do i = 1, len(text)
+         if (scan(text(i:i), newline//carriage_return) > 0) ends = ends//text(i:i)
+      end do
+   end function line_ends
 
 end module dda_input_changes

@@ -46,7 +46,7 @@ module dda_settings
       real(wp) :: block_seconds = 0.0_wp        !< in place of steps; 0: by steps
       integer :: checkpoint_interval = 0        !< steps between checkpoints; 0: none by steps
       !> of the clock between checkpoints; 0: none by the clock
-      real(wp) :: checkpoint_minutes = 10.0_wp
+      real(wp) :: checkpoint_minutes = 1.0_wp
    end type output_settings_type
 
    !> A spectral ratio between two measured points, wanted after the run (group &amplification).

@@ -2,13 +2,17 @@
 !> Memory that this process may still allocate, so that a model that is too large is refused.
 module dda_free_memory
    use, intrinsic :: iso_c_binding, only: c_int, c_long
+   use dda_errors, only: error_type, error_memory, fail
    use dda_kinds, only: wp
+   use dda_text, only: short_text
    implicit none
    private
-   public :: free_memory
+   public :: free_memory, require_memory
 
    integer(c_int), parameter :: address_space = 9  !< RLIMIT_AS on Linux
-   character(len=*), parameter :: key = 'MemAvailable:'
+   real(wp), parameter :: kibi = 1024.0_wp, giga = 1.0e9_wp
+   character(len=*), parameter :: own_status = '/proc/self/status', groups = '/sys/fs/cgroup'
+   integer, parameter :: longest_line = 1024
 
    interface
       !> POSIX: the limits of this process on a resource, now and at most (bytes); −1 as a signed
@@ -22,33 +26,79 @@ module dda_free_memory
 
 contains
 
-   !> Bytes that the system and the limits of the process leave; huge where neither says.
+   !> An error if that much memory is not free.
+   subroutine require_memory(bytes, what, advice, error)
+      real(wp), intent(in) :: bytes            !< needed
+      character(len=*), intent(in) :: what     !< what needs it, for the message
+      character(len=*), intent(in) :: advice   !< what to do
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp) :: free
+
+      if (allocated(error)) return
+      free = free_memory()
+      if (bytes > free) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
+         ' GB of memory, '//short_text(max(0.0_wp, free)/giga)//' GB are free; '//advice)
+   end subroutine require_memory
+
+   !> Bytes that the system, the limits of the process and of its control groups leave; huge where
+   !> none of them says.
    real(wp) function free_memory() result(bytes)
       integer(c_long) :: limits(2)
 
-      bytes = available_memory()
-      if (getrlimit(address_space, limits) /= 0) return
-      if (limits(1) >= 0) bytes = min(bytes, real(limits(1), wp))
+      bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:'), free_in_groups())
+      if (getrlimit(address_space, limits) /= 0 .or. limits(1) < 0) return
+      bytes = min(bytes, real(limits(1), wp) - kibi*number_after(own_status, 'VmSize:'))
    end function free_memory
 
-   !> Memory available without swapping (MemAvailable of Linux), bytes.
-   real(wp) function available_memory() result(bytes)
-      character(len=80) :: line
-      real(wp) :: kibibytes
+   !> Bytes that the control groups of this process (version 2) leave, as batch systems and
+   !> containers set them.
+   real(wp) function free_in_groups() result(bytes)
+      character(len=:), allocatable :: folder
+      real(wp) :: limit
+      integer :: slash
+
+      limit = huge(1.0_wp)
+      folder = text_after('/proc/self/cgroup', '0::')
+      do
+         limit = min(limit, number_after(groups//folder//'/memory.max', ''))
+         slash = index(folder, '/', back=.true.)
+         if (slash == 0) exit
+         folder = folder(:slash - 1)
+      end do
+      bytes = limit
+      if (limit < huge(1.0_wp)) bytes = limit - kibi*number_after(own_status, 'VmRSS:')
+   end function free_in_groups
+
+   !> The number behind a key at the beginning of a line; huge where there is none.
+   real(wp) function number_after(file, key) result(value)
+      character(len=*), intent(in) :: file, key  !< path; '': the first line
+      character(len=:), allocatable :: text
+      integer :: status
+
+      text = text_after(file, key)
+      read (text, *, iostat=status) value
+      if (status /= 0) value = huge(1.0_wp)
+      value = min(value, huge(1.0_wp)/kibi)
+   end function number_after
+
+   !> What stands behind a key at the beginning of a line of a file; blank where there is none.
+   function text_after(file, key) result(text)
+      character(len=*), intent(in) :: file, key  !< path; '': the first line
+      character(len=:), allocatable :: text
+      character(len=longest_line) :: line
       integer :: unit, status
 
-      bytes = huge(1.0_wp)
-      open (newunit=unit, file='/proc/meminfo', status='old', action='read', iostat=status)
+      text = ''
+      open (newunit=unit, file=file, status='old', action='read', iostat=status)
       if (status /= 0) return
       do
          read (unit, '(a)', iostat=status) line
          if (status /= 0) exit
          if (index(line, key) /= 1) cycle
-         read (line(len(key) + 1:), *, iostat=status) kibibytes
-         if (status == 0) bytes = 1024*kibibytes
+         text = trim(adjustl(line(len(key) + 1:)))
          exit
       end do
       close (unit, iostat=status)
-   end function available_memory
+   end function text_after
 
 end module dda_free_memory

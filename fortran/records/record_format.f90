@@ -6,14 +6,14 @@ module dda_record_format
    use dda_text_lines, only: line_reader_type, next_line, rewind_lines, fail_at
    use dda_text_numbers, only: next_number, number_found, number_none
    use dda_record_cosmos, only: csmip_section
-   use dda_record_text, only: without_comment
+   use dda_record_text, only: heading_columns, without_comment
    implicit none
    private
    public :: detect, known_formats
 
    !> for messages
-   character(len=*), parameter :: known_formats = "'auto', 'smc', 'at2', 'knet', 'esm', "// &
-      "'cosmos', 'text'"
+   character(len=*), parameter :: names = "'smc', 'at2', 'knet', 'esm', 'cosmos', 'text'"
+   character(len=*), parameter :: known_formats = "'auto', "//names
    integer, parameter :: lines_to_look_at = 60     ! a CSMIP header is 45 lines long
    integer, parameter :: at2_header = 10           ! lines among which NPTS counts as PEER's
 
@@ -24,24 +24,43 @@ contains
       type(line_reader_type), intent(inout) :: reader         !< at the start of the file, and after
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
       character(len=:), allocatable :: text, first
-      logical :: found, begun
+      logical :: found, open
+      integer :: heading
 
       format = ''
       first = ''
-      begun = .false.
+      heading = 0
+      open = .true.
       do while (reader%line < lines_to_look_at .and. format == '')
          call next_line(reader, text, found)
          if (.not. found) exit
          if (reader%line == 1) first = text
          format = told_by(text, lower_case(text), first, reader%line)
-         ! Columns have nothing but numbers from their first line on; a title rules them out.
-         if (format == '' .and. .not. begun .and. is_row(without_comment(text))) format = 'text'
-         begun = begun .or. without_comment(text) /= ''
+         if (format == '' .and. open) call look_for_columns(without_comment(text), heading, open, &
+            format)
       end do
-      if (format == '') call fail_at(reader, &
-         'the lines so far are of no known format; name one of '//known_formats)
       call rewind_lines(reader)
+      if (format /= '') return
+      call next_line(reader, text, found)
+      call fail_at(reader, 'a file that begins like this is of no known format; name one of '// &
+         names)
    end subroutine detect
+
+   !> Columns have nothing but numbers, from their first line on or behind one with their names; a
+   !> title rules them out.
+   subroutine look_for_columns(text, heading, open, format)
+      character(len=*), intent(in) :: text      !< line of the file, without comment
+      integer, intent(inout) :: heading         !< columns that an earlier line names; 0: none did
+      logical, intent(inout) :: open            !< columns may still follow
+      character(len=:), allocatable, intent(inout) :: format  !< 'text' if they do
+      integer :: numbers
+
+      if (text == '') return
+      numbers = row_length(text)
+      open = numbers == 0 .and. heading == 0 .and. heading_columns(text) > 0
+      if (numbers > 0 .and. (heading == 0 .or. heading == numbers)) format = 'text'
+      heading = heading_columns(text)
+   end subroutine look_for_columns
 
    !> The format that a line of a header gives away, blank if it does not.
    pure function told_by(text, lowered, first, line) result(format)
@@ -62,21 +81,20 @@ contains
       if (index(text, 'EVENT_NAME:') == 1) format = 'esm'
    end function told_by
 
-   !> Whether a line holds numbers and nothing else.
-   pure function is_row(text) result(is)
+   !> How many numbers a line holds; 0 if it holds anything else.
+   pure integer function row_length(text) result(numbers)
       character(len=*), intent(in) :: text  !< line of the file, without comment
-      logical :: is
       real(wp) :: value
       integer :: position, state
 
       position = 1
-      is = .false.
+      numbers = 0
       do
          call next_number(text, position, value, state, commas=.true.)
          if (state /= number_found) exit
-         is = .true.
+         numbers = numbers + 1
       end do
-      is = is .and. state == number_none
-   end function is_row
+      if (state /= number_none) numbers = 0
+   end function row_length
 
 end module dda_record_format

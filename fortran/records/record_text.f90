@@ -2,22 +2,24 @@
 !> Plain columns: values with a time step given by the caller, or time and value.
 !>
 !> `#` and `!` begin a comment; blanks, tabs or commas separate.
+!> The first line may name the columns.
 module dda_record_text
    use dda_kinds, only: wp, long
-   use dda_text, only: to_text
+   use dda_text, only: lower_case, to_text
    use dda_text_lines, only: line_reader_type, next_line, fail_at
    use dda_record_type, only: record_type
    use dda_record_samples, only: sample_list_type, append, read_row, most_samples
    implicit none
    private
-   public :: read_text, without_comment
+   public :: read_text, without_comment, heading_columns
 
    ! a step may differ from the first by this part, for printed digits
    real(wp), parameter :: even = 0.02_wp
 
    !> The columns met so far.
    type :: column_type
-      integer :: columns = 0               ! 1 or 2, from the first line with numbers
+      integer :: columns = 0               ! 1 or 2, from the first line with numbers or names
+      logical :: begun = .false.           ! such a line has been met
       real(wp) :: start = 0.0_wp           ! first time (s)
       real(wp) :: last = 0.0_wp            ! latest time (s)
       real(wp) :: step = 0.0_wp            ! first step (s)
@@ -37,7 +39,7 @@ contains
       do
          call next_line(reader, text, found)
          if (.not. found) exit
-         call take_row(reader, without_comment(text), column)
+         call take_line(reader, without_comment(text), column)
       end do
       call finish(reader, record, column)
    end subroutine read_text
@@ -49,6 +51,56 @@ contains
 
       data = text(:scan(text//'#', '#!') - 1)
    end function without_comment
+
+   !> The names of the columns, or numbers.
+   subroutine take_line(reader, text, column)
+      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      character(len=*), intent(in) :: text  !< line of the file, without comment
+      type(column_type), intent(inout) :: column  !< of samples, so far
+
+      if (text == '') return
+      if (.not. column%begun) column%columns = heading_columns(text)
+      if (column%begun .or. column%columns == 0) call take_row(reader, text, column)
+      column%begun = .true.
+   end subroutine take_line
+
+   !> How many columns a line names; 0 if it is no heading.  Names do not begin like numbers; units
+   !> in brackets do not count.
+   pure integer function heading_columns(text) result(columns)
+      character(len=*), intent(in) :: text  !< line of the file, without comment
+      character(len=:), allocatable :: names
+      character :: separator
+      integer :: last
+
+      columns = 0
+      names = adjustl(without_brackets(text))
+      separator = merge(',', ' ', index(names, ',') > 0)
+      do while (names /= '')
+         last = index(names//separator, separator)
+         if (verify(names(:1), '+-.0123456789,') == 0 &
+            .or. any(lower_case(names(:min(3, last - 1))) == ['nan', 'inf'])) then
+            columns = 0
+            return
+         end if
+         columns = columns + 1
+         names = adjustl(names(min(last, len(names)) + 1:))
+      end do
+   end function heading_columns
+
+   !> A text without what stands in brackets, tabs as blanks.
+   pure function without_brackets(text) result(rest)
+      character(len=*), intent(in) :: text  !< any
+      character(len=:), allocatable :: rest
+      integer :: i, depth
+
+      rest = ''
+      depth = 0
+      do i = 1, len(text)
+         if (scan(text(i:i), '([') > 0) depth = depth + 1
+         if (depth == 0) rest = rest//merge(' ', text(i:i), text(i:i) == achar(9))
+         if (scan(text(i:i), ')]') > 0) depth = max(0, depth - 1)
+      end do
+   end function without_brackets
 
    !> Add the numbers of a line to the column: time and value, or the value alone.
    subroutine take_row(reader, text, column)

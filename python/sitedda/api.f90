@@ -21,6 +21,7 @@ module api
    use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
+   use dda_model_notes, only: model_notes
    use dda_modes, only: modes_type, find_modes
    use dda_process, only: process_id
    use dda_peak_check, only: peak_warning
@@ -274,6 +275,8 @@ contains
                text = summary(run%simulation)
             case ('ending')
                text = ending(run%simulation)
+            case ('notes')
+               text = joined(model_notes(model), new_line('a'))
             case ('warning')
                text = audit_warning(run%simulation)
             case ('peaks')

@@ -9,7 +9,7 @@ from difflib import get_close_matches
 
 from .errors import InputError
 from .groups import is_made, single_groups, variables
-from .namelist import Group, Namelist, value_text
+from .namelist import Group, Namelist, Verbatim, value_text
 
 _EXCLUSIVE = {"duration": "steps", "steps": "duration"}  # giving one takes the other out
 _PATH = re.compile(r"\s*(\w+)\s*(?:\[(.*?)\])?\s*(?:\.\s*(.+?))?\s*", re.DOTALL)
@@ -24,6 +24,10 @@ BETWEEN_STEPS = {
                "drift_order", "channel"),
     "fixed_point": ("direction", "motion_x", "motion_y"),
 }  # fmt: skip
+
+
+class Typed(str):
+    """A value as it is typed on a command line: the kind of its variable says how it is meant."""
 
 
 def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -> str:
@@ -57,6 +61,8 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -
     namelist = Namelist.of(text)
     for path, value in _flat(changes):
         groups, variable = _target(namelist, path)
+        if isinstance(value, Typed):
+            value = _as_meant(path, value.strip(), variables()[groups[0].name][variable])
         if allowed is not None and variable not in allowed.get(groups[0].name, ()):
             known = "; ".join(f"&{kind}: {', '.join(names)}" for kind, names in allowed.items())
             raise InputError(f"{path} cannot change during a run; what can is of {known}")
@@ -74,6 +80,17 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -
 def in_words(changes: Mapping) -> str:
     """Changes as one line, for the output."""
     return ", ".join(f"{path} = {value_text(value)}" for path, value in _flat(changes))
+
+
+def _as_meant(path: str, text: str, kind: str) -> Verbatim:
+    """A typed value in the words of a namelist, the same as the native executable makes of it."""
+    if kind.startswith("text"):
+        return Verbatim(text if text.startswith(("'", '"')) else value_text(text))
+    if not text:
+        raise InputError(f"{path}: a value is needed")
+    if kind == "logical" and text.lower() in ("true", "false"):
+        return Verbatim(f".{text.lower()}.")
+    return Verbatim(text)
 
 
 def _flat(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:

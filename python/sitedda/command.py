@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import ast
 import json
 import shlex
 import signal
@@ -14,9 +13,11 @@ from pathlib import Path
 from typing import NoReturn
 
 from . import __version__
+from .changes import Typed
 from .check import check, transfer
 from .errors import CheckError, OutputError, SiteddaError
-from .records import read_record
+from .examples import add_example_command
+from .record_command import add_record_command
 from .simulation import Run, Simulation, _run
 from .site_command import add_site_command
 from .viewing import add_viewing_commands
@@ -28,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status.
 
     0 done, 1 bad input, 2 refused by a check, 3 a step does not close, 4 linear solver, 5 file,
-    6 interrupted.
+    6 interrupted, 7 memory.
     """
     words = sys.argv[1:] if arguments is None else arguments
     if words[:1] == ["paper"]:
@@ -74,14 +75,8 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("--no-plot", action="store_true", help="draw no pictures")
         command.add_argument("--report", action="store_true", help="write a report in one page")
         command.set_defaults(act=act)
-    reading = commands.add_parser("record", help="read a record and draw its motion")
-    reading.add_argument("file", type=Path, metavar="RECORD")
-    reading.add_argument("--format", default="auto")
-    reading.add_argument("--quantity", default="")
-    reading.add_argument("--unit", default="")
-    reading.add_argument("--time-step", type=float, default=0.0, metavar="S")
-    reading.add_argument("-o", "--output", type=_file_name, default=Path("record.png"))
-    reading.set_defaults(act=_record)
+    add_record_command(commands)
+    add_example_command(commands)
     commands.add_parser("study", help="run many values of parameters", add_help=False)
     commands.add_parser("validate", help="run the analytic cases", add_help=False)
     commands.add_parser("paper", help="reproduce the results of the paper", add_help=False)
@@ -132,24 +127,7 @@ def _assignment(text: str):
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
-    try:
-        return name.strip(), ast.literal_eval(value.strip())
-    except (ValueError, SyntaxError):
-        return name.strip(), value.strip()
-
-
-def _record(options: argparse.Namespace) -> int:
-    from .plot import record_panels
-
-    motion = read_record(
-        options.file, options.format, options.quantity, options.unit, options.time_step
-    )
-    print(f"{motion.attrs['station']} {motion.attrs['description']}".strip())
-    print(f"{motion.time.size} samples, {float(motion.time[-1]):.3f} s; {motion.attrs['method']}")
-    for name in ("acceleration", "velocity", "displacement"):
-        print(f"largest {name}: {float(abs(motion[name]).max()):.6g} {motion[name].units}")
-    print(f"picture: {record_panels(motion, options.output)}")
-    return 0
+    return name.strip(), Typed(value)
 
 
 def _build(options: argparse.Namespace) -> int:
@@ -162,14 +140,18 @@ def _build(options: argparse.Namespace) -> int:
     return 0
 
 
+def _notes(simulation: Simulation) -> str:
+    return "\n".join([simulation.notes, simulation.block_notes()])
+
+
 def _tell(words: str) -> None:
-    for line in words.splitlines():
+    for line in filter(None, words.splitlines()):
         print(f"note: {line}")
 
 
 def _check(options: argparse.Namespace) -> int:
     with Simulation(options.file, changes=dict(options.set)) as simulation:
-        notes = simulation.block_notes()
+        notes = _notes(simulation)
         found = check(simulation)
     if getattr(options, "json", False):
         print(json.dumps(found.to_dict(), indent=1))
@@ -229,7 +211,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             if not bars:
                 if resume:
                     print(simulation.notice, flush=True)
-                _tell(simulation.block_notes())
+                _tell(_notes(simulation))
                 total = simulation.duration
                 bar = tqdm(total=total, disable=options.quiet, bar_format=look)
                 bars.append(stack.enter_context(bar))

@@ -16,8 +16,8 @@ class SiteddaError(Exception):
     Attributes
     ----------
     kind : int
-        1 input, 2 check, 3 convergence, 4 linear solver, 5 file, 6 interrupted; the exit status
-        of the command line.
+        1 input, 2 check, 3 convergence, 4 linear solver, 5 file, 6 interrupted, 7 memory; the exit
+        status of the command line.
     """
 
     kind = 1
@@ -32,6 +32,7 @@ class SiteddaError(Exception):
             4: SolverError,
             5: OutputError,
             6: InterruptedRun,
+            7: OutOfMemory,
         }.get(kind, SiteddaError)(message)
 
 
@@ -69,3 +70,9 @@ class InterruptedRun(SiteddaError):
     """Stopped on request; the results so far are kept."""
 
     kind = 6
+
+
+class OutOfMemory(SiteddaError, MemoryError):
+    """There is not enough memory for the model or its factor."""
+
+    kind = 7

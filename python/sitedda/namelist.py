@@ -14,8 +14,14 @@ _TOKEN = re.compile(r"'[^']*'?|\"[^\"]*\"?|![^\n]*|[&/\n]")
 _ASSIGNMENT = re.compile(r"'[^']*'?|\"[^\"]*\"?|![^\n]*|([A-Za-z]\w*)\s*(?:\([^()]*\)\s*)?=")
 
 
+class Verbatim(str):
+    """A value in the words of a namelist, which stay as they are."""
+
+
 def value_text(value) -> str:
     """A value as a namelist holds it: text, number, logical, or a sequence of them."""
+    if isinstance(value, Verbatim):
+        return str(value)
     if isinstance(value, str):
         return "'" + value.replace("'", "''") + "'"
     if isinstance(value, bool | np.bool_):

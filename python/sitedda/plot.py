@@ -20,6 +20,7 @@ from .response import Amplification, layered_twin
 from .scene import Scene
 from .scheme import scheme_damping
 from .signals import smooth_konno_ohmachi
+from .site.intensity import arias_growth
 from .verdict import (
     PERIODS,
     SPECTRUM_DAMPING,
@@ -32,6 +33,8 @@ from .verdict import (
 BASE, SURFACE, TWIN = "#8a9099", "#0072b2", "#d55e00"
 COLORS = (SURFACE, TWIN, "#009e73", "#cc79a7", "#b58900", "#4a4f57")
 _MOST_POINTS = 6
+_PERIOD_TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)  # s
+_RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where no peak is asked for
 
 
@@ -111,17 +114,18 @@ def _spectra(axes: Axes, history, series: dict) -> None:
     for i, (name, values) in enumerate(series.items()):
         curve, look = acceleration_spectrum(values, step), {"lw": 1.6, "zorder": 4 - i}
         axes.plot(PERIODS, curve, color=(SURFACE, BASE)[i], label=_plain(name), **look)
-    axes.set_xscale("log")
-    axes.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
-    axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping (m/s²)")
-    _period_ticks(axes, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5))
-    _bare(axes)
+    _spectrum_axes(axes)
     _legend(axes, 2)
 
 
-def _period_ticks(axes: Axes, ticks) -> None:
-    axes.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+def _spectrum_axes(axes: Axes) -> None:
+    """Periods from left to right, with ticks that can be read."""
+    axes.set_xscale("log")
+    axes.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
+    axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping (m/s²)")
+    axes.set_xticks(_PERIOD_TICKS, labels=[f"{tick:g}" for tick in _PERIOD_TICKS])
     axes.minorticks_off()
+    _bare(axes)
 
 
 def _mean_step(history) -> float:
@@ -182,11 +186,7 @@ def _history_picture(scene: Scene, history) -> Figure:
     for (label, values), color in zip(series.items(), COLORS, strict=False):
         curve = acceleration_spectrum(values, step)
         right.plot(PERIODS, curve, color=color, lw=1.4, label=_plain(label))
-    right.set_xscale("log")
-    right.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
-    right.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping (m/s²)")
-    _period_ticks(right, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5))
-    _bare(right)
+    _spectrum_axes(right)
     _legend(right, 3)
     return figure
 
@@ -278,7 +278,7 @@ def _theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
 
 
 def record_panels(motion: xr.Dataset, file) -> Path:
-    """Draw acceleration, velocity and displacement of a record, one above the other.
+    """Draw a record: its motion, its response spectrum, and how its Arias intensity grows.
 
     Parameters
     ----------
@@ -287,23 +287,35 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     file : path
         Picture to write.
     """
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
-    units = ("m/s²", "m/s", "m")
-    for axes, name, unit in zip(
-        panels, ("acceleration", "velocity", "displacement"), units, strict=True
-    ):
-        series = motion[name].values
-        peak = int(abs(series).argmax())
-        axes.axhline(0.0, color="0.8", lw=0.6)
-        axes.plot(motion.time, series, color=SURFACE, lw=0.7)
-        axes.plot(motion.time[peak], series[peak], "o", color=TWIN, ms=4)
-        axes.set_ylabel(f"{name} ({unit})")
-        axes.set_title(f"largest {abs(float(series[peak])):.4g} {unit}", loc="right", fontsize=9)
-        _bare(axes)
-    panels[-1].set(xlabel="time (s)", xlim=(0, float(motion.time[-1])))
+    figure = Figure(figsize=(11, 6.4), layout="constrained")
+    rows = [[name, "spectrum"] for name in _RECORD_UNITS]
+    rows[-1][1] = "arias"
+    panels = figure.subplot_mosaic(rows, width_ratios=[1.7, 1])
+    for name, unit in _RECORD_UNITS.items():
+        _record_series(panels[name], motion, name, unit)
+    panels["displacement"].set_xlabel("time (s)")
+    acceleration, step = motion.acceleration.values, _mean_step(motion)
+    panels["spectrum"].plot(PERIODS, acceleration_spectrum(acceleration, step), color=SURFACE)
+    _spectrum_axes(panels["spectrum"])
+    panels["arias"].plot(motion.time, arias_growth(acceleration, step), color=SURFACE, lw=1.2)
+    panels["arias"].set(
+        xlabel="time (s)", ylabel="Arias intensity (m/s)", xlim=(0, float(motion.time[-1]))
+    )
+    _bare(panels["arias"])
     title = motion.attrs.get("station", "") or motion.attrs["file"]
     figure.suptitle(_plain(title), fontsize=10)
     file = Path(file)
     figure.savefig(file, dpi=130)
     return file
+
+
+def _record_series(axes: Axes, motion: xr.Dataset, name: str, unit: str) -> None:
+    """One quantity over time, its largest value marked."""
+    series = motion[name].values
+    peak = int(abs(series).argmax())
+    axes.axhline(0.0, color="0.8", lw=0.6)
+    axes.plot(motion.time, series, color=SURFACE, lw=0.7)
+    axes.plot(motion.time[peak], series[peak], "o", color=TWIN, ms=4)
+    axes.set(ylabel=f"{name} ({unit})", xlim=(0, float(motion.time[-1])))
+    axes.set_title(f"largest {abs(float(series[peak])):.4g} {unit}", loc="right", fontsize=9)
+    _bare(axes)

@@ -258,6 +258,11 @@ class Simulation:
         return self._text("warning").decode()
 
     @property
+    def notes(self) -> str:
+        """What the model has that is seldom meant, a line each; empty if there is nothing."""
+        return self._text("notes").decode("utf-8", "replace")
+
+    @property
     def ending(self) -> str:
         """Why the run has ended, "duration reached" or the rule of &stop; empty before that."""
         return self._text("ending").decode("utf-8", "replace")

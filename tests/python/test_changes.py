@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Variables changed by name: what is meant is found, everything else of the text stays."""
 
-import ast
 import re
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from model_text import changed, namelist, tower
 
 import sitedda
-from sitedda.changes import changed_input
+from sitedda.changes import Typed, changed_input
 from sitedda.namelist import Namelist, value_text
 
 TEXT = """! head: / & ' "
@@ -35,6 +34,7 @@ NATIVE = [
     ["joint[cross].friction_angle=33", "joint.cross.cohesion=7e3", "duration=0.01"],
     ["joint[2].cohesion=8", "joint[*].tensile_strength=10", "output.block_interval=5"],
     ["material.density=1900", "contact.normal_stiffness=1e10", "title='It''s /&! new'"],
+    ["title=It's new", "output.history_interval=2", "joint[cross].name='cross'"],
 ]
 COMMENTED = """! a & b / 'c'
 &control time_step = 1e-3, ! s / x & y
@@ -53,24 +53,34 @@ COMMENTED = """! a & b / 'c'
 
 
 @pytest.mark.parametrize("changes", NATIVE, ids=" ".join)
-def test_the_executable_makes_the_same_changes(changes, write_input, native, tmp_path, same_bits):
+def test_both_programs_make_the_same_text_and_resume_each_other(
+    changes, write_input, native, main, tmp_path, same_bits
+):
     file = write_input(COMMENTED)
     words = [word for change in changes for word in ("--set", change)]
-    for command in ("run", "resume"):
-        done = native(command, file, *words, "-q", "-o", "native.nc", folder=tmp_path)
+    for one, other in ((native, main), (main, native)):
+        done = one("run", file, *words, "-q", "-o", f"{one.name}.nc", folder=tmp_path)
         assert done.returncode == 0, done.stderr
-    assert "is complete" in done.stdout
-    given = dict(change.split("=", 1) for change in changes)
-    for name, value in given.items():
-        try:
-            given[name] = ast.literal_eval(value)
-        except (ValueError, SyntaxError):
-            pass
-    if "title" in given:
-        given["title"] = "It's /&! new"
-    sitedda.run(file, output=tmp_path / "python.nc", changes=given)
-    same_bits(tmp_path / "python.nc", tmp_path / "native.nc", ("title", "step_control"))
+        again = other("resume", file, *words, "-q", "-o", f"{one.name}.nc", folder=tmp_path)
+        assert again.returncode == 0 and "is complete" in again.stdout, again.stderr
+    same_bits(tmp_path / "sitedda.nc", tmp_path / "sitedda-native.nc")
     assert native("check", file, *words).stdout != native("check", file).stdout
+
+
+def test_a_checkpoint_of_one_program_is_taken_by_the_other(write_input, native, tmp_path):
+    file, words = write_input(COMMENTED), ["--set", "time_step=5e-4", "--set", "title=It's new"]
+    typed = {name: Typed(value) for name, value in (word.split("=", 1) for word in words[1::2])}
+    with sitedda.Simulation(file, tmp_path / "o.nc", changes=typed) as run:
+        run.advance(3)
+    done = native("resume", file, *words, "-q", folder=tmp_path)
+    assert (done.returncode, "resumed at step 3" in done.stdout) == (0, True), done.stderr
+
+
+@pytest.mark.parametrize("change", ["gravity=", "settle="])
+def test_a_change_without_a_value_is_refused(change, write_input, native, main):
+    for program in (native, main):
+        done = program("check", write_input(COMMENTED), "--set", change)
+        assert done.returncode == 1 and "a value is needed" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import time
 
 import pytest
 import xarray as xr
-from model_text import DRY, changed, rectangle, tower
+from model_text import DRY, changed, rectangle, tower, without
 
 NEVER_ENDING = 100_000_000  # steps
 
@@ -165,6 +165,23 @@ def test_quiet_shows_no_progress(program, write_input, tmp_path):
     assert done.returncode == 0
     assert done.stderr == ""
     assert "t = " not in done.stdout
+
+
+# --- Notes ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_what_is_seldom_meant_is_said(program, command, write_input, tmp_path):
+    words = [] if command == "check" else ["-q"]
+    good = program(command, write_input(tower(steps=3)), *words, folder=tmp_path)
+    assert "note: " not in good.stdout
+    odd = changed(tower(steps=3, gravity=[0.0, -9.81]), "material", density=2.5)
+    odd = without(odd, "fixed_point")
+    said = program(command, write_input(odd), *words, folder=tmp_path).stdout
+    notes = [line for line in said.splitlines() if line.startswith("note: ")]
+    assert len(notes) == 3, said
+    assert "density = 2.5" in notes[0] and "g/cm³?" in notes[0]
+    assert "all blocks fall" in notes[1] and "'pulse' moves nothing" in notes[2]
 
 
 # --- Exit statuses -------------------------------------------------------------------------------

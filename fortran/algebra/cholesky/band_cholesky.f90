@@ -2,7 +2,7 @@
 !> Cholesky factor of a block matrix as a band, by LAPACK, after a bandwidth-reducing order.
 module dda_band_cholesky
    use dda_kinds, only: wp
-   use dda_errors, only: error_type, error_solver, fail
+   use dda_errors, only: error_type, error_memory, error_solver, fail
    use dda_text, only: to_text
    use dda_block_matrix, only: block_matrix_type
    use dda_block_graph, only: block_graph_type, graph_of
@@ -23,15 +23,31 @@ module dda_band_cholesky
 
 contains
 
-   !> Order the pattern and allocate.
+   !> Order the pattern.
    subroutine analyse_band(factor, matrix)
-      type(band_cholesky_type), intent(inout) :: factor  !< gets order and memory
+      type(band_cholesky_type), intent(inout) :: factor  !< gets its order
       type(block_matrix_type), intent(in) :: matrix      !< its pattern is read
 
       call order_band(factor, matrix)
       if (allocated(factor%band)) deallocate (factor%band, factor%work)
-      allocate (factor%band(factor%half_width + 1, 6*matrix%n), factor%work(6, matrix%n))
    end subroutine analyse_band
+
+   !> Allocate the band, unless it is there.
+   subroutine take_memory(factor, error)
+      type(band_cholesky_type), intent(inout) :: factor  !< analysed
+      type(error_type), allocatable, intent(out) :: error  !< there is not enough memory
+      integer :: status
+
+      if (allocated(factor%band)) return
+      allocate (factor%band(factor%half_width + 1, 6*factor%n), stat=status)
+      if (status /= 0) then
+         call fail(error, error_memory, 'memory does not suffice for the band of the matrix, '// &
+            to_text(factor%half_width + 1)//' by '//to_text(6*factor%n)//' numbers; try solver '// &
+            "= 'direct' or 'jacobi'")
+         return
+      end if
+      allocate (factor%work(6, factor%n))
+   end subroutine take_memory
 
    !> A bandwidth-reducing order and the half width that it gives.
    subroutine order_band(factor, matrix)
@@ -62,6 +78,8 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< K is not positive definite
       integer :: info
 
+      call take_memory(factor, error)
+      if (allocated(error)) return
       call fill_band(factor, matrix)
       call dpbtrf('L', 6*factor%n, factor%half_width, factor%band, factor%half_width + 1, info)
       if (info /= 0) call fail(error, error_solver, &

@@ -8,10 +8,10 @@
 module dda_factor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
-   use dda_archive, only: archive_type, archive_values => serialise, serialise_label
+   use dda_archive, only: archive_type, archive_values => serialise, fail_archive, serialise_label
    use dda_band_cholesky, only: band_cholesky_type, analyse_band, factorise_band, solve_band
    use dda_block_matrix, only: block_matrix_type, multiply
-   use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, &
+   use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, take_memory, &
       factorise_sparse => factorise, solve_sparse => solve
    use dda_conjugate_gradients, only: make_workspace
    use dda_errors, only: error_type
@@ -165,11 +165,17 @@ contains
    subroutine serialise(self, archive)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(archive_type), intent(inout) :: archive  !< written or read
+      type(error_type), allocatable :: error
 
       call serialise_label(archive, 'factor')
       call archive_values(archive, self%kept)
       if (.not. self%kept .or. allocated(archive%failure)) return
       call archive_values(archive, self%contraction)
+      call take_memory(self%sparse, error)
+      if (allocated(error)) then
+         call fail_archive(archive, error%message)
+         return
+      end if
       call archive_values(archive, self%sparse%packed)
    end subroutine serialise
 

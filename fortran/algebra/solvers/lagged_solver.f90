@@ -9,6 +9,7 @@ module dda_lagged_solver
    use dda_archive, only: archive_type, serialise, serialise_label, serialise_list, &
       serialise_number, fail_archive
    use dda_block_matrix, only: block_matrix_type
+   use dda_cholesky_single, only: take_memory
    use dda_conjugate_gradients, only: make_workspace, iterate_to_solution
    use dda_errors, only: error_type
    use dda_lagged_factor, only: lagged_factor_type, analyse_lagged, refactorise
@@ -87,11 +88,17 @@ contains
    subroutine serialise_factor(self, archive)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(archive_type), intent(inout) :: archive  !< written or read
+      type(error_type), allocatable :: error
 
       call serialise_label(archive, 'factor')
       call serialise(archive, self%lagged%factorised)
       call serialise(archive, self%lagged%extra_iterations)
       if (.not. self%lagged%factorised .or. allocated(archive%failure)) return
+      call take_memory(self%lagged%factor, error)
+      if (allocated(error)) then
+         call fail_archive(archive, error%message)
+         return
+      end if
       call serialise(archive, self%lagged%factor%packed)
       call serialise_changes(archive, self%lagged)
    end subroutine serialise_factor

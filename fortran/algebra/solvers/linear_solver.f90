@@ -14,7 +14,7 @@ module dda_linear_solver
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
    use dda_block_jacobi, only: most_iterations
    use dda_block_matrix, only: block_matrix_type
-   use dda_errors, only: error_type, error_input, error_solver, fail
+   use dda_errors, only: error_type, error_input, error_memory, error_solver, fail
    use dda_ordered_sums, only: inner_product
    use dda_rank_one, only: rank_one_type
    use dda_solver_table, only: solver_names, current_name, is_solver_name, make_solver
@@ -100,7 +100,8 @@ contains
       if (solver%name == 'auto') call decide(solver, matrix, alone)
       call solver%active%renew(matrix, changes, error)
       call count_factors(solver)
-      if (allocated(error) .and. solver%method /= 'direct') call hand_over(solver, matrix, error)
+      if (.not. allocated(error) .or. solver%method == 'direct') return
+      if (error%kind /= error_memory) call hand_over(solver, matrix, error)
    end subroutine renew
 
    !> Jacobi or lagged: by the guaranteed bound at first, then by what the last solve needed.

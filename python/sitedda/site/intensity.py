@@ -77,8 +77,8 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     series, step = ground.acceleration, ground.time_step
     if not np.any(series):
         raise ValueError("the motion has no acceleration: every sample is 0")
-    squares = running_integral(series**2, step)
-    growth = squares / squares[-1]
+    arias = arias_growth(series, step)
+    growth = arias / arias[-1]
     times = step * np.arange(series.size)
     low, high = np.interp([0.05, 0.95], growth, times)
     frequency = np.fft.rfftfreq(series.size, step)
@@ -89,11 +89,16 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     return Intensity(
         float(np.abs(series).max()),
         float(np.abs(running_integral(series, step)).max()),
-        float(np.pi / (2 * GRAVITY) * squares[-1]),
+        float(arias[-1]),
         float(high - low),
         mean,
         float(running_integral(np.abs(series), step)[-1]),
     )
+
+
+def arias_growth(acceleration: NDArray[np.float64], time_step: float) -> NDArray[np.float64]:
+    """Arias intensity up to each sample (m/s²) of an acceleration, m/s; shape of the series."""
+    return np.pi / (2 * GRAVITY) * running_integral(acceleration**2, time_step)
 
 
 def spectral_acceleration(

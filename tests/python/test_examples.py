@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda example` copies inputs that run where they are put."""
+
+import pytest
+
+import sitedda
+from sitedda.examples import copy_example, examples
+
+
+def test_all_inputs_are_listed_with_a_sentence(main, root):
+    names = {file.stem for file in (root / "inputs").glob("*.nml")}
+    assert set(examples()) == names
+    assert all(20 < len(words) < 200 for words in examples().values())
+    done = main("example")
+    assert done.returncode == 0
+    assert {line.split()[0] for line in done.stdout.splitlines()} == names
+
+
+@pytest.mark.parametrize("name", sorted(examples()))
+def test_an_example_has_all_it_needs(name, tmp_path):
+    copied = copy_example(name, tmp_path)
+    assert copied[0] == tmp_path / f"{name}.nml"
+    sitedda.Simulation(copied[0]).close()
+
+
+def test_the_copy_is_the_input_and_its_record(main, root, tmp_path):
+    done = main("example", "layered_site", folder=tmp_path)
+    assert done.returncode == 0 and "sitedda run layered_site.nml" in done.stdout
+    found = {file.relative_to(tmp_path) for file in tmp_path.rglob("*") if file.is_file()}
+    record = "records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
+    assert {str(file) for file in found} == {"layered_site.nml", record}
+    for file in found:
+        assert (tmp_path / file).read_bytes() == (root / "inputs" / file).read_bytes()
+
+
+def test_a_file_of_the_user_is_left_alone(main, tmp_path):
+    (tmp_path / "slope.nml").write_text("mine")
+    done = main("example", "slope", folder=tmp_path)
+    assert done.returncode == 5 and "slope.nml exists" in done.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["slope.nml"]
+    assert (tmp_path / "slope.nml").read_text() == "mine"
+    assert main("example", "wall", folder=tmp_path).returncode == 0
+    assert main("example", "wall", folder=tmp_path).returncode == 0  # the same content
+
+
+def test_an_unknown_example_is_refused_with_the_nearest_name(main):
+    done = main("example", "layered_sit")
+    assert done.returncode == 1 and "did you mean 'layered_site'?" in done.stderr

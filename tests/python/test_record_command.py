@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda record`: own records are read, what is missing is named, nothing is lost."""
+
+import math
+
+import numpy as np
+import pytest
+
+import sitedda
+
+STEP, SAMPLES, LARGEST = 0.01, 400, 2.0
+
+
+@pytest.fixture
+def pulse() -> np.ndarray:
+    """Acceleration, m/s²: a sine of 2 Hz."""
+    return LARGEST * np.sin(2 * np.pi * 2.0 * STEP * np.arange(SAMPLES))
+
+
+@pytest.fixture
+def table(pulse, tmp_path):
+    """A file with a heading in front of times and accelerations."""
+
+    def write(heading: str, separator: str = ","):
+        rows = "".join(f"{i * STEP:.2f}{separator}{a:.9g}\n" for i, a in enumerate(pulse))
+        file = tmp_path / "own.csv"
+        file.write_text(f"{heading}\n{rows}" if heading else rows)
+        return file
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("heading", "separator"),
+    [("time,acc", ","), ("Time (s), Acceleration (m/s2)", ", "), ("t\ta", "\t"), ("", ","),
+     ('"time","a"', ","), ("# a comment\ntime  acc", "  ")],
+)  # fmt: skip
+def test_columns_may_have_names(table, pulse, heading, separator):
+    motion = sitedda.read_record(table(heading, separator), unit="m/s2", drift_order=0)
+    assert motion.acceleration.values == pytest.approx(pulse, abs=1e-7)
+    assert float(motion.time[1]) == pytest.approx(STEP)
+
+
+@pytest.mark.parametrize("heading", ["three,names,here", "1,acc", "time,acc\nanother,line", "nan"])
+def test_what_is_no_heading_is_refused(table, heading):
+    with pytest.raises(sitedda.InputError, match="line 1: .* of no known format; name one of 'sm"):
+        sitedda.read_record(table(heading), unit="m/s2")
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [("0 0\n0.1 1\n0.2 0\n", "--quantity, --unit"), ("once\nthere was none\n", "--format")],
+)
+def test_a_message_names_the_option_to_use(main, tmp_path, text, hint):
+    (tmp_path / "own.txt").write_text(text)
+    done = main("record", "own.txt", folder=tmp_path)
+    assert done.returncode == 1 and hint in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_one_column_asks_for_its_time_step(main, tmp_path):
+    (tmp_path / "own.txt").write_text("0\n1\n0\n")
+    words = ("record", "own.txt", "--unit", "g", "--format", "text")
+    assert "--time-step" in main(*words, folder=tmp_path).stderr
+    done = main(*words, "--time-step", "0.01", folder=tmp_path)
+    assert done.returncode == 0 and "3 samples, 0.020 s" in done.stdout
+
+
+def test_measures_are_printed_and_nothing_is_overwritten_unasked(main, table, monkeypatch):
+    file = table("time,acc")
+    words = ("record", file, "--unit", "m/s2")
+    done = main(*words, folder=file.parent)
+    assert done.returncode == 0, done.stderr
+    arias = math.pi / (2 * 9.80665) * LARGEST**2 / 2 * STEP * SAMPLES  # of a sine, whole periods
+    measures = next(line for line in done.stdout.splitlines() if "Arias" in line)
+    printed = float(measures.split("Arias ")[1].split()[0])
+    assert printed == pytest.approx(arias, rel=0.02)  # the drift is taken out
+    picture = file.parent / "own.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    picture.write_bytes(b"another")
+    again = main(*words, folder=file.parent)
+    assert again.returncode == 5 and "--force" in again.stderr
+    assert picture.read_bytes() == b"another"
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
+    for answer, kept in (("n", True), ("y", False)):
+        monkeypatch.setattr("builtins.input", lambda _, answer=answer: answer)
+        assert main(*words, folder=file.parent).returncode == (5 if kept else 0)
+        assert (picture.read_bytes() == b"another") is kept
+
+
+def test_help_lists_the_formats(main):
+    said = " ".join(main("record", "--help").stdout.split())
+    for name in ("smc", "at2", "knet", "esm", "cosmos", "text", "obspy"):
+        assert f"'{name}'" in said
