@@ -19,8 +19,7 @@ from .pictures import FAINT, INK, draw, in_unit
 from .response import Amplification, layered_twin
 from .scene import Scene
 from .scheme import scheme_damping
-from .signals import smooth_konno_ohmachi
-from .site.intensity import arias_growth
+from .signals import arias_growth, smooth_konno_ohmachi
 from .verdict import (
     PERIODS,
     SPECTRUM_DAMPING,

@@ -16,11 +16,17 @@ from scipy.signal.windows import hann
 __all__ = [
     "Decrement",
     "ResponseSpectrum",
+    "arias_growth",
+    "arias_intensity",
     "dominant_frequency",
     "log_decrement",
     "response_spectrum",
+    "running_integral",
     "smooth_konno_ohmachi",
+    "spectral_acceleration",
 ]
+
+GRAVITY = 9.80665  # m/s², of the Arias intensity
 
 _SAMPLES_PER_PERIOD = 50  # of an oscillator: its peak is then missed by less than 0.2 %
 _PADDING = 8  # zero padding of the spectrum in which the dominant frequency is sought
@@ -345,6 +351,58 @@ def response_spectrum(
         raise ValueError(f"damping must be in 0 <= damping < 1, got {damping!r}")
     peaks = [_oscillator_peaks(ground, step, f, float(damping)) for f in naturals]
     return ResponseSpectrum(naturals, *np.array(peaks).reshape(-1, 3).T)
+
+
+def spectral_acceleration(
+    acceleration: ArrayLike, time_step: float, periods: ArrayLike, damping: float = 0.05
+) -> NDArray[np.float64]:
+    """Pseudo-spectral acceleration Sa, with the free vibration after the record.
+
+    Parameters
+    ----------
+    acceleration : array_like, shape (m,), m >= 2
+        Ground acceleration, any unit.
+    time_step : float
+        Its sampling interval, s.
+    periods : array_like, shape (n,)
+        Natural periods, s, > 0.
+    damping : float
+        Damping ratio, 0 <= ζ < 1.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Unit of the ground acceleration.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+    """
+    naturals = _vector("periods", periods)
+    if not np.all(naturals > 0):
+        raise ValueError(f"periods must be positive, got {naturals.min():g} s")
+    rest = np.zeros(int(np.ceil(naturals.max() / _positive("time_step", time_step))) + 1)
+    ground = np.concatenate([_vector("acceleration", acceleration), rest])
+    return response_spectrum(ground, time_step, 1 / naturals, damping).pseudo_acceleration
+
+
+def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Trapezoidal integral from 0 along the last axis; shape of the series, its unit times s."""
+    values = np.asarray(series, dtype=float)
+    inner = np.cumsum((values[..., 1:] + values[..., :-1]) * time_step / 2, axis=-1)
+    return np.concatenate([np.zeros_like(values[..., :1]), inner], axis=-1)
+
+
+def arias_intensity(acceleration: ArrayLike, time_step: float) -> float:
+    """Arias intensity π/2g ∫a² dt, m/s, of an acceleration, m/s², shape (m,), every so many s."""
+    return float(arias_growth(acceleration, time_step)[-1])
+
+
+def arias_growth(acceleration: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Arias intensity up to each sample, m/s, shape (m,), as :func:`arias_intensity`."""
+    squares = np.asarray(acceleration, dtype=float) ** 2
+    return np.pi / (2 * GRAVITY) * running_integral(squares, time_step)
 
 
 def _oscillator_peaks(

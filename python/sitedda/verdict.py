@@ -13,9 +13,8 @@ from .namelist_groups import listed, small_groups
 from .response import amplifications
 from .scene import Scene
 from .scheme import Scheme, scheme_damping
-from .signals import response_spectrum
+from .signals import arias_intensity, spectral_acceleration
 
-GRAVITY = 9.80665  # m/s², of the Arias intensity
 PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
 SPECTRUM_DAMPING = 0.05
 _LEAST_DRIFT = 1e-6  # below, none is said
@@ -79,8 +78,7 @@ def acceleration_spectrum(acceleration, step: float) -> np.ndarray:
 @lru_cache(maxsize=32)
 def _spectrum(data: bytes, step: float) -> np.ndarray:
     """The same for the bytes of the motion: words and pictures ask for the same ones."""
-    found = response_spectrum(np.frombuffer(data), step, 1 / PERIODS, SPECTRUM_DAMPING)
-    return found.acceleration
+    return spectral_acceleration(np.frombuffer(data), step, PERIODS, SPECTRUM_DAMPING)
 
 
 def main_axis(motion: xr.DataArray) -> int:
@@ -207,7 +205,7 @@ def _main_motions(data: xr.Dataset):
 
 def _points(found: Verdict, data: xr.Dataset) -> None:
     for name, axis, acceleration, velocity, step in _main_motions(data):
-        arias = np.pi / (2 * GRAVITY) * np.trapezoid(acceleration**2, dx=step)
+        arias = arias_intensity(acceleration, step)
         found.say(
             f"point {name}",
             f"along {axis}: PGA {abs(acceleration).max():.3g} m/s², "

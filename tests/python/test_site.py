@@ -8,6 +8,7 @@ import pytest
 
 import sitedda
 from sitedda import Column, HalfSpace, Layer
+from sitedda.signals import spectral_acceleration
 from sitedda.site import (
     ColumnResponse,
     SoilCurves,
@@ -17,7 +18,6 @@ from sitedda.site import (
     hyperbolic,
     intensity,
 )
-from sitedda.site.intensity import spectral_acceleration
 
 STEP = 0.005
 

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from ..column import Column
 from ..response import amplifications, layered_twin
 from ..scheme import Scheme
+from ..signals import spectral_acceleration
 from ..spectra import amplification, find_peak
 from ..verdict import run_scheme
-from .intensity import intensity, spectral_acceleration
+from .intensity import intensity
 from .response import ColumnResponse
 
 _SHOWN = (0.1, 0.2, 0.5, 1.0)  # s, periods of the table

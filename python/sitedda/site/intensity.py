@@ -6,10 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..signals import response_spectrum
-from ..verdict import GRAVITY
+from ..signals import arias_growth, running_integral
 from .motion import Motion
 
 
@@ -94,24 +92,3 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
         mean,
         float(running_integral(np.abs(series), step)[-1]),
     )
-
-
-def arias_growth(acceleration: NDArray[np.float64], time_step: float) -> NDArray[np.float64]:
-    """Arias intensity up to each sample (m/s²) of an acceleration, m/s; shape of the series."""
-    return np.pi / (2 * GRAVITY) * running_integral(acceleration**2, time_step)
-
-
-def spectral_acceleration(
-    acceleration, time_step: float, periods, damping: float = 0.05
-) -> NDArray[np.float64]:
-    """Pseudo-spectral acceleration at natural periods, s; shape of ``periods``."""
-    periods = np.asarray(periods, dtype=float)
-    if periods.ndim != 1 or not np.all(periods > 0):
-        raise ValueError("periods must be one row of positive numbers, in s")
-    return response_spectrum(acceleration, time_step, 1 / periods, damping).pseudo_acceleration
-
-
-def running_integral(series: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Running trapezoidal integral from 0 along the last axis; shape of the series."""
-    inner = np.cumsum((series[..., 1:] + series[..., :-1]) * step / 2, axis=-1)
-    return np.concatenate([np.zeros_like(series[..., :1]), inner], axis=-1)

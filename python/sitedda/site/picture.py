@@ -6,6 +6,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..signals import spectral_acceleration
+
 PERIODS = np.logspace(-1.7, 0.7, 120)  # s
 REFERENCE, COLUMN, BLOCKS = "#8a9099", "#d55e00", "#0072b2"
 
@@ -31,8 +33,6 @@ def response_figure(response) -> Figure:
     axes["motion"].plot(time, ground, color=REFERENCE, lw=0.8, label="reference motion")
     axes["motion"].set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(0, time[-1]))
     axes["motion"].legend(frameon=False, ncols=2, loc="upper right")
-    from .intensity import spectral_acceleration
-
     spectra = axes["spectra"]
     step = response.motion.time_step
     spectra.semilogx(PERIODS, response.spectrum(PERIODS), color=COLUMN, label="surface")
@@ -97,8 +97,6 @@ def _ratio(axes, beside) -> None:
 
 def _spectra(axes, beside) -> None:
     step = beside.response.motion.time_step
-    from .intensity import spectral_acceleration
-
     for series, color, style in (
         (beside.base, REFERENCE, "-"),
         (beside.surface, BLOCKS, "-"),

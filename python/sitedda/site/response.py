@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..column import Column, HalfSpace, Waves
 from ..scheme import Scheme
+from ..signals import running_integral, spectral_acceleration
 from .field import field
-from .intensity import Intensity, intensity, running_integral, spectral_acceleration
+from .intensity import Intensity, intensity
 from .motion import Motion
 
 if TYPE_CHECKING:

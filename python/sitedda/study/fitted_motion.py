@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..errors import InputError
-from ..signals import response_spectrum
+from ..signals import response_spectrum, running_integral
 from .records import Record
 
 _ROUNDS, _GOOD = 30, 0.02  # of the fit; the first with so small a misfit, or the best, is kept
@@ -157,7 +157,7 @@ def _ends(count: int) -> np.ndarray:
 def _without_drift(acceleration: np.ndarray, step: float) -> np.ndarray:
     """The acceleration without the parabola of its velocity."""
     t = np.arange(acceleration.size) * step
-    velocity = np.concatenate([[0.0], np.cumsum(acceleration[1:] + acceleration[:-1]) * step / 2])
+    velocity = running_integral(acceleration, step)
     basis = np.column_stack([t, t**2])
     slope, bend = np.linalg.lstsq(basis, velocity, rcond=None)[0]
     return acceleration - slope - 2 * bend * t

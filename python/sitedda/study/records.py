@@ -12,9 +12,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..records import read_record
+from ..signals import arias_intensity, running_integral, spectral_acceleration
 from .axes import checked_name, coordinate
 
-GRAVITY = 9.80665  # m/s², of the Arias intensity
 _UNITS = {"scale": "1", "pga": "m s-2", "pgv": "m s-1", "sa": "m s-2", "arias": "m s-1"}
 
 
@@ -126,7 +126,7 @@ class Records:
             return 1.0
         if isinstance(record, Record):
             acceleration, step = record.acceleration, record.time_step
-            velocity = np.cumsum(acceleration) * step
+            velocity = running_integral(acceleration, step)
         else:
             read = read_record(record, self.format, self.quantity, self.unit, self.time_step)
             acceleration, velocity = read.acceleration.values, read.velocity.values
@@ -160,10 +160,5 @@ def intensity(measure: str, acceleration, velocity, step: float, period=None, da
     if measure == "pgv":
         return float(abs(velocity).max())
     if measure == "arias":
-        return float(np.pi / (2 * GRAVITY) * np.trapezoid(acceleration**2, dx=step))
-    from ..signals import response_spectrum
-
-    rest = np.zeros(int(np.ceil(period / step)) + 1)  # the free vibration after the record
-    padded = np.concatenate([acceleration, rest])
-    found = response_spectrum(padded, step, [1.0 / period], damping)
-    return float(found.pseudo_acceleration[0])
+        return arias_intensity(acceleration, step)
+    return float(spectral_acceleration(acceleration, step, [period], damping)[0])
