@@ -63,7 +63,8 @@ module dda_contact
       real(wp), allocatable :: was_weakened(:) !< at the start of the step
       real(wp), allocatable :: tangent(:)      !< slope of the normal force, N/m
       real(wp), allocatable :: normal_free(:)  !< assumed normal force at no gap, N/m
-      ! Damping and impacts; only where joints ask for them
+      ! Damping and impacts, where a model has joints with them
+      logical :: with_damping = .false.
       integer, allocatable :: damping(:)       !< how it acts in this step
       real(wp), allocatable :: gap_rate(:)     !< velocity of the gap at the start of the step, m/s
       real(wp), allocatable :: slip_rate(:)    !< velocity of the slip then, m/s
@@ -152,7 +153,7 @@ contains
       call operation%apply(reals=contacts%bond_length)
       call operation%apply(reals=contacts%multiplier)
       call operation%apply(reals=contacts%stretch)
-      call for_each_of_damping(contacts, operation)
+      if (contacts%with_damping) call for_each_of_damping(contacts, operation)
       call operation%apply(reals=contacts%slide_force)
       call operation%apply(reals=contacts%slip_sign)
       call operation%apply(reals=contacts%slide_slip)
@@ -211,9 +212,9 @@ contains
       new%bond_length(first:last) = old%bond_length(from:to)
       new%stretch(first:last) = old%stretch(from:to)
       new%multiplier(first:last) = old%multiplier(from:to)
-      new%held_force(first:last) = old%held_force(from:to)
       new%slide_force(first:last) = old%slide_force(from:to)
       new%slip_sign(first:last) = old%slip_sign(from:to)
+      if (new%with_damping) new%held_force(first:last) = old%held_force(from:to)
       if (.not. new%with_laws) return
       new%length(first:last) = old%length(from:to)
       new%slip_path(first:last) = old%slip_path(from:to)

@@ -193,11 +193,13 @@ contains
       real(wp), intent(in) :: stretch  !< at the end of the step, m
 
       acting_stretch = stretch
-      if (acts_at_theta(contacts, laws, c)) &
-         acting_stretch = contacts%stretch(c) + laws%theta*(stretch - contacts%stretch(c))
-      if (.not. laws%damped .or. contacts%bonded(c)) return
-      acting_stretch = contacts%stretch(c) + contacts%shear_gain(c) &
-         *(stretch - contacts%stretch(c)) + contacts%shear_shift(c)
+      if (contacts%bonded(c)) then
+         if (acts_at_theta(contacts, laws, c)) &
+            acting_stretch = contacts%stretch(c) + laws%theta*(stretch - contacts%stretch(c))
+      else if (laws%damped) then
+         acting_stretch = contacts%stretch(c) + contacts%shear_gain(c) &
+            *(stretch - contacts%stretch(c)) + contacts%shear_shift(c)
+      end if
    end function acting_stretch
 
    !> The gap at which contact c acts, m.
@@ -208,11 +210,13 @@ contains
       real(wp), intent(in) :: gap  !< at the end of the step, m
 
       acting_gap = gap
-      if (acts_at_theta(contacts, laws, c)) &
-         acting_gap = contacts%gap(c) + laws%theta*(gap - contacts%gap(c))
-      if (.not. laws%damped .or. contacts%bonded(c)) return
-      acting_gap = contacts%gap(c) + contacts%normal_gain(c)*(gap - contacts%gap(c)) &
-         + contacts%normal_shift(c)
+      if (contacts%bonded(c)) then
+         if (acts_at_theta(contacts, laws, c)) &
+            acting_gap = contacts%gap(c) + laws%theta*(gap - contacts%gap(c))
+      else if (laws%damped) then
+         acting_gap = contacts%gap(c) + contacts%normal_gain(c)*(gap - contacts%gap(c)) &
+            + contacts%normal_shift(c)
+      end if
    end function acting_gap
 
    !> Elastic stretch of the shear spring of contact c after the converged step, m.  Impacts are no

@@ -193,9 +193,9 @@ contains
       new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, begun)
       new%stretch(c) = 0.0_wp
       new%multiplier(c) = 0.0_wp
-      new%held_force(c) = 0.0_wp
       new%slide_force(c) = 0.0_wp
       new%slip_sign(c) = 1.0_wp
+      if (new%with_damping) new%held_force(c) = 0.0_wp
       if (.not. new%with_laws) return
       new%length(c) = 0.0_wp
       new%slip_path(c) = 0.0_wp

@@ -120,10 +120,10 @@ contains
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: gap
 
-      gap = contacts%new_gap(c)
-      if (contacts%bonded(c) .or. laws%damped) gap = acting_gap(contacts, laws, c, gap)
       assumed_normal = 0.0_wp
       if (contacts%state(c) == contact_open) return
+      gap = contacts%new_gap(c)
+      if (contacts%bonded(c) .or. laws%damped) gap = acting_gap(contacts, laws, c, gap)
       assumed_normal = contacts%multiplier(c) - laws%normal_stiffness*gap
       if (.not. laws%plain) assumed_normal = contacts%normal_free(c) - contacts%tangent(c)*gap
    end function assumed_normal
@@ -136,10 +136,12 @@ contains
       integer, intent(in) :: c          !< number of the contact
       real(wp) :: stretch, stiffness
 
+      assumed_shear = 0.0_wp
+      if (contacts%state(c) == contact_open) return
       stretch = contacts%stretch(c) + contacts%slip(c)
       if (contacts%bonded(c) .or. laws%damped) stretch = acting_stretch(contacts, laws, c, stretch)
-      assumed_shear = 0.0_wp
-      stiffness = shear_stiffness_of(contacts, laws, c)
+      stiffness = laws%shear_stiffness
+      if (.not. laws%plain) stiffness = shear_stiffness_of(contacts, laws, c)
       if (contacts%state(c) == contact_stick) assumed_shear = stiffness*stretch
       if (laws%damped) stiffness = contacts%shear_gain(c)*stiffness
       if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c) &

@@ -65,6 +65,7 @@ contains
       simulation%iteration%noise = force_noise(model, 0.0_wp)
       simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
       simulation%contacts%with_laws = .not. simulation%laws%plain
+      simulation%contacts%with_damping = simulation%laws%damped
       call reserve(simulation%contacts(1), simulation%blocks%n)
       call reserve(simulation%contacts(2), simulation%blocks%n)
       call find_contacts(simulation, error)

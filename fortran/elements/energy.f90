@@ -3,10 +3,10 @@
 !>
 !> ΔT = d·F − (χ − ½) ΔvᵀMΔv holds exactly in a step (`dda_scheme`), so the loss that the scheme
 !> makes in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.
-!>  What the exact geometry at the start of the next step adds to the linear one is booked as
+!> What the exact geometry at the start of the next step adds to the linear one is booked as
 !> geometric.
 !>
-!> A new term is one line of `energy_terms`.
+!> A new term is a name and a line of `energy_terms`.
 module dda_energy
    use dda_kinds, only: wp
    implicit none
@@ -19,13 +19,13 @@ module dda_energy
       energy_balance, energy_static, energy_removed, energy_changed, energy_zeroed, &
       energy_material, energy_dilation, energy_length, energy_yield, energy_impact
 
-   integer, parameter :: energy_kinetic = 1, energy_strain = 2, energy_contact = 3, &
-      energy_support = 4, energy_gravity = 5, energy_initial = 6, energy_input = 7, &
-      energy_geometric = 8, energy_friction = 9, energy_fracture = 10, energy_algorithmic = 11, &
-      energy_kinetic_damping = 12, energy_damping = 13, energy_static = 14, &
-      energy_removed = 15, energy_changed = 16, energy_zeroed = 17, &
-      energy_material = 18, energy_dilation = 19, energy_length = 20, energy_yield = 21, &
-      energy_impact = 22, energy_balance = 23
+   enum, bind(c)  ! in the order of energy_terms
+      enumerator :: energy_kinetic = 1, energy_strain, energy_contact, energy_support, &
+         energy_gravity, energy_initial, energy_input, energy_geometric, energy_friction, &
+         energy_fracture, energy_algorithmic, energy_kinetic_damping, energy_damping, &
+         energy_static, energy_removed, energy_changed, energy_zeroed, energy_material, &
+         energy_dilation, energy_length, energy_yield, energy_impact, energy_balance
+   end enum
 
    integer, parameter :: is_stored = 1, is_gain = 2, is_loss = 3, is_remainder = 4
 
@@ -38,7 +38,7 @@ module dda_energy
 
    !> All terms, J per metre of thickness; stored ones are present, the others summed over the
    !> steps.
-   type(energy_term_type), parameter :: energy_terms(23) = [ &
+   type(energy_term_type), parameter :: energy_terms(*) = [ &
       energy_term_type('kinetic', 'v·Mv/2', is_stored), &
       energy_term_type('strain', 'elastic energy of the blocks', is_stored), &
       energy_term_type('contact', 'springs of contacts', is_stored), &

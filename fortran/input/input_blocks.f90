@@ -106,7 +106,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i, given
 
-      given = findloc(names /= unnamed, .true., 1, back=.true.)
+      given = findloc(names(:)(1:1) /= unnamed, .true., 1, back=.true.)
       if (given > edges) call input_error(error, place, 'edge_joints: '//to_text(given)// &
          ' names, but the block has '//to_text(edges)//' edges')
       allocate (joints(edges), source=joint)

@@ -128,20 +128,21 @@ contains
       type(place_type), intent(in) :: place                  !< of the group
       type(variable_type), intent(in) :: variable            !< of the catalogue
       real(wp), intent(in) :: value                          !< in its unit
-      character(len=:), allocatable :: stated
+      character(len=:), allocatable :: failure
 
-      if (allocated(error)) return
-      stated = trim(variable%name)//' = '//to_text(value)
       if (.not. abs(value) <= usable) then
-         call input_error(error, place, stated//' is not a usable number')
-      else if (variable%lowest > 0.0_wp .and. variable%kind == 'real' .and. value <= 0.0_wp) then
-         call input_error(error, place, stated//' must be a positive number')
+         failure = ' is not a usable number'
+      else if (value <= 0.0_wp .and. variable%lowest > 0.0_wp .and. variable%kind == 'real') then
+         failure = ' must be a positive number'
       else if (variable%lowest == above_zero) then
          return
       else if (value < variable%lowest .or. value > variable%highest) then
-         call input_error(error, place, stated//' must lie between '//to_text(variable%lowest)// &
-            ' and '//to_text(variable%highest))
+         failure = ' must lie between '//to_text(variable%lowest)//' and '// &
+            to_text(variable%highest)
+      else
+         return
       end if
+      call input_error(error, place, trim(variable%name)//' = '//to_text(value)//failure)
    end subroutine check_number
 
    !> A word must be one of those that the catalogue allows.
