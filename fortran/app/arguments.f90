@@ -2,7 +2,7 @@
 !> The command line of the native executable.
 module dda_arguments
    use dda_errors, only: error_type, error_input, fail
-   use dda_text, only: joined, quoted
+   use dda_text, only: joined, quoted, to_text
    implicit none
    private
    public :: arguments_type, read_arguments, resume_command, usage
@@ -71,8 +71,9 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=longest_change) :: change
 
-      if (word == '' .or. len(word) > longest_change) call fail(error, error_input, &
-         '--set needs NAME=VALUE')
+      if (word == '') call fail(error, error_input, '--set needs NAME=VALUE')
+      if (len(word) > longest_change) call fail(error, error_input, '--set takes at most '// &
+         to_text(longest_change)//' characters; '//quoted(word)//' has '//to_text(len(word)))
       change = word
       arguments%changes = [arguments%changes, change]
    end subroutine take_change
@@ -112,12 +113,33 @@ contains
       character(len=:), allocatable :: text
       integer :: i
 
-      text = 'sitedda-native resume '//arguments%file
-      if (arguments%output /= '') text = text//' --output '//arguments%output
+      text = 'sitedda-native resume '//shell_word(arguments%file)
+      if (arguments%output /= '') text = text//' --output '//shell_word(arguments%output)
       do i = 1, size(arguments%changes)
-         text = text//" --set '"//trim(arguments%changes(i))//"'"
+         text = text//' --set '//shell_word(trim(arguments%changes(i)))
       end do
    end function resume_command
+
+   !> A word that a shell takes as it stands.
+   pure function shell_word(text) result(word)
+      character(len=*), intent(in) :: text  !< any
+      character(len=:), allocatable :: word
+      character(len=*), parameter :: plain = 'abcdefghijklmnopqrstuvwxyz'// &
+         'ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+:@%,'
+      integer :: i
+
+      word = text
+      if (verify(text, plain) == 0) return
+      word = ''
+      do i = 1, len(text)
+         if (text(i:i) == "'") then
+            word = word//"'\''"
+         else
+            word = word//text(i:i)
+         end if
+      end do
+      word = "'"//word//"'"
+   end function shell_word
 
    !> The text of --help.
    pure function usage() result(text)

@@ -6,7 +6,7 @@
 module dda_impact_regime
    use dda_kinds, only: wp, pi
    use dda_contact, only: contacts_type
-   use dda_linear_model, only: linear_model_type
+   use dda_linear_model, only: linear_model_type, normal_slope
    use dda_simulation, only: simulation_type
    use dda_text, only: short_text, to_text
    implicit none
@@ -42,13 +42,16 @@ contains
                regime%prescribed = regime%prescribed + 1
                cycle
             end if
+            omega = linear%time_step*sqrt(normal_slope(laws, contacts, c)*softness_of(linear, &
+               contacts, c))
+            if (.not. omega > 0.0_wp) cycle  ! it has no length yet
             regime%others = regime%others + 1
-            omega = linear%time_step*sqrt(laws%normal_stiffness*softness_of(linear, contacts, c))
             regime%lowest = min(regime%lowest, omega)
             regime%highest = max(regime%highest, omega)
          end do
       end associate
       call put_in_words(regime, linear)
+      if (.not. simulation%laws%plain) regime%advice = ''  ! laws go without restitution
    end subroutine find_impact_regime
 
    !> Inverse of the mass that a contact sees of its two blocks, 1/kg per metre.

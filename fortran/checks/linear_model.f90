@@ -28,8 +28,8 @@ module dda_linear_model
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: linear_model_type, energy_share_type, linearise, set_penalty, block_label, &
-      term_label, energy_of, stiffness_weights, at_frequency, unrelaxed, is_dispersive
+   public :: linear_model_type, normal_slope, energy_share_type, linearise, set_penalty, &
+      block_label, term_label, energy_of, stiffness_weights, at_frequency, unrelaxed, is_dispersive
    public :: strain_energy, energy_kinds, kind_names
 
    integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy that is not in a term
@@ -226,7 +226,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< this step's list
       logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
       type(linear_term_type) :: term
-      real(wp) :: reach, normal
+      real(wp) :: reach
       integer :: c, state
 
       term%of_penalty = .true.
@@ -246,10 +246,9 @@ contains
             term%instant = merge(at_theta, at_end, contacts%bonded(c))
             term%damped = .not. contacts%bonded(c) .and. &
                simulation%laws%restitution(contacts%joint(c)) >= 0.0_wp
-            normal = simulation%laws%normal_stiffness
-            if (contacts%with_laws) call take_law(simulation%laws, contacts, c, term, normal)
-            call add_spring(linear, term, term_normal, normal, contacts%normal_v(:, c), &
-               contacts%normal_e(:, c))
+            if (contacts%with_laws) call take_law(simulation%laws, contacts, c, term)
+            call add_spring(linear, term, term_normal, normal_slope(simulation%laws, contacts, &
+               c), contacts%normal_v(:, c), contacts%normal_e(:, c))
             if (state /= contact_slide) call add_spring(linear, term, term_shear, &
                shear_stiffness_of(contacts, simulation%laws, c), contacts%shear_v(:, c), &
                contacts%shear_e(:, c))
@@ -260,22 +259,33 @@ contains
       end do
    end subroutine add_contacts
 
-   !> What a joint law says of a contact: the slope of its normal force at its present closure, when
-   !> it acts, and whether its stiffness is a penalty or that of the rock.
-   pure subroutine take_law(laws, contacts, c, term, normal)
+   !> What a joint law says of a contact: when it acts, and whether its stiffness is a penalty or
+   !> that of the rock.
+   pure subroutine take_law(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
       type(contacts_type), intent(in) :: contacts     !< this step's list
       integer, intent(in) :: c                        !< number of the contact
       type(linear_term_type), intent(inout) :: term   !< of its springs
-      real(wp), intent(out) :: normal                 !< N/m per metre of thickness
 
       associate (law => laws%slot(contacts%joint(c))%law)
          term%of_penalty = .not. law%normal_per_area
-         normal = law%tangent(state_of(contacts, c), max(0.0_wp, closure_of(contacts, law, c, &
-            contacts%gap(c))))
          if (.not. acts_before_end(law, contacts%weakened(c))) term%instant = at_end
       end associate
    end subroutine take_law
+
+   !> Slope of the normal force of contact c at its present closure, N/m per metre of thickness.
+   pure real(wp) function normal_slope(laws, contacts, c) result(slope)
+      type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
+      type(contacts_type), intent(in) :: contacts     !< this step's list
+      integer, intent(in) :: c                        !< number of the contact
+
+      slope = laws%normal_stiffness
+      if (laws%plain) return
+      associate (law => laws%slot(contacts%joint(c))%law)
+         slope = law%tangent(state_of(contacts, c), max(0.0_wp, closure_of(contacts, law, c, &
+            contacts%gap(c))))
+      end associate
+   end function normal_slope
 
    !> Append the normal or shear spring of a contact, with its dashpot if it is damped.
    subroutine add_spring(linear, term, kind, stiffness, row_v, row_e)

@@ -8,9 +8,10 @@
 !> - A new Δt counts from now on; the time that is left is rounded up to whole steps of it.
 !> - Stored energy that comes or goes belongs to the term `changed`.
 module dda_changes
-   use dda_kinds, only: wp, long
+   use dda_kinds, only: wp, long, pi
    use dda_baseline, only: displacement_at
    use dda_blocks, only: place_of
+   use dda_damping, only: highest_relaxation
    use dda_elements, only: match_velocities, set_elements
    use dda_energy, only: energy_changed
    use dda_equilibrium, only: evaluate_present
@@ -22,6 +23,7 @@ module dda_changes
    use dda_stage, only: never
    use dda_stages, only: book
    use dda_support, only: fixed_point_type, load_type
+   use dda_text, only: to_text
    implicit none
    private
    public :: change_now, adopt_values
@@ -38,6 +40,7 @@ contains
       real(wp) :: speed
 
       call check_same(simulation%model, model, error)
+      if (.not. allocated(error)) call check_bodies(simulation, model, error)
       if (allocated(error)) return
       speed = simulation%speed
       call evaluate_present(simulation, error)
@@ -67,12 +70,33 @@ contains
          .and. size(old%loads) <= size(new%loads)
       if (same) same = size(old%blocks%owner) == size(new%blocks%owner)
       if (same) same = all(old%blocks%reference == new%blocks%reference)
-      if (same) same = all([(old%fixed_points(i)%block == new%fixed_points(i)%block, &
+      if (same) same = all([(old%fixed_points(i)%block == new%fixed_points(i)%block .and. &
+         all(old%fixed_points(i)%reference == new%fixed_points(i)%reference), &
          i=1, size(old%fixed_points))])
       if (.not. same) call fail(error, error_input, new%file//': blocks, and the numbers of '// &
          'joints, motions and stages, cannot change during a run, nor can fixed points be '// &
          'added to fixed edges')
    end subroutine check_same
+
+   !> Maxwell bodies stay as they were fitted: the new Δt must admit them.
+   subroutine check_bodies(simulation, new, error)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      type(model_type), intent(in) :: new  !< of the changed input
+      type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
+      real(wp), parameter :: rounding = 1.0_wp + 1.0e-9_wp
+      real(wp) :: limit
+      integer :: m
+
+      limit = highest_relaxation(simulation%scheme%theta, new%control%time_step)
+      do m = 1, size(simulation%blocks%damping)
+         associate (body => simulation%blocks%damping(m))
+            if (any(body%omega(:body%n) > rounding*limit)) call fail(error, error_input, &
+               new%file//': time_step = '//to_text(new%control%time_step)//' s is too long for '// &
+               'the damping of a material, which has been fitted with mechanisms up to '// &
+               to_text(maxval(body%omega(:body%n))/(2.0_wp*pi))//' Hz; begin with this time_step')
+         end associate
+      end do
+   end subroutine check_bodies
 
    !> Values that the state does not depend on; what stages have taken away stays away.
    subroutine adopt_values(simulation, model)

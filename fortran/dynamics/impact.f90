@@ -19,7 +19,7 @@ module dda_impact
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, contact_open, is_carried, is_damped, is_lifted, is_struck
    use dda_contact_damping, only: losses_type, carry, is_approached, lift, losses_of, strike
-   use dda_errors, only: error_type
+   use dda_errors, only: error_type, error_convergence, fail
    use dda_friction, only: laws_type
    use dda_linear_solver, only: solver_type
    use dda_linear_terms, only: linear_term_type, add_product, at_end, term_support
@@ -28,7 +28,7 @@ module dda_impact
    use dda_system, only: system_type
    implicit none
    private
-   public :: impacts_type, prepare_impacts, resolve_impacts
+   public :: impacts_type, prepare_impacts, resolve_impacts, count_impacts
 
    !> of the velocity that gravity gives in a step: what is slower is stopped by the dashpots
    real(wp), parameter :: slow = 2.0_wp
@@ -47,9 +47,10 @@ module dda_impact
       real(wp) :: share = 1.0_wp          !< of the restitution, that gains no energy
       real(wp) :: work = 0.0_wp           !< of the supports that do not yield, J per metre
       real(wp) :: lost = 0.0_wp           !< to the strains that are kept, J per metre
-      integer(long) :: steps = 0          !< with impacts, so far
-      integer(long) :: contacts = 0       !< struck so far
-      integer(long) :: reduced = 0        !< steps whose restitution would have gained energy
+      integer :: struck = 0               !< contacts, in this step
+      integer(long) :: steps = 0          !< accepted ones with impacts
+      integer(long) :: contacts = 0       !< struck in them
+      integer(long) :: reduced = 0        !< those whose restitution would have gained energy
    end type impacts_type
 
 contains
@@ -76,9 +77,9 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: gravity  !< m/s²
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: round, found, struck, lifted
+      integer :: round, found, lifted
 
-      struck = 0
+      impacts%struck = 0
       impacts%share = 1.0_wp
       impacts%lifting = .true.
       impacts%work = 0.0_wp
@@ -88,23 +89,32 @@ contains
             call reduce(impacts, contacts, laws, blocks, step)
          else
             call strike_closing(impacts, iteration, contacts, laws, blocks, step, &
-               slow*gravity*step%time_step, struck == 0, found)
+               slow*gravity*step%time_step, impacts%struck == 0, found)
             call lift_opened(impacts, contacts, laws, lifted)
             if (found + lifted == 0) exit
-            struck = struck + found
+            impacts%struck = impacts%struck + found
             call carry_neighbours(impacts, contacts, laws, blocks, step)
-            if (found > 0) call stiffen(impacts, system, blocks, step, struck == found)
+            if (found > 0) call stiffen(impacts, system, blocks, step, impacts%struck == found)
          end if
          call solve_again(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
       end do
-      if (struck == 0) return
+      if (round > most_rounds) call fail(error, error_convergence, &
+         'impacts with the restitution of their joints find no end')
+      if (impacts%struck == 0) return
       impacts%work = work_of_supports(impacts, system, blocks, step)
       impacts%lost = loss_of_strains(impacts, system)
-      impacts%steps = impacts%steps + 1
-      impacts%contacts = impacts%contacts + struck
-      if (impacts%share < 1.0_wp) impacts%reduced = impacts%reduced + 1
    end subroutine resolve_impacts
+
+   !> The step has been accepted.
+   pure subroutine count_impacts(impacts)
+      type(impacts_type), intent(inout) :: impacts  !< of this step
+
+      if (impacts%struck == 0) return
+      impacts%steps = impacts%steps + 1
+      impacts%contacts = impacts%contacts + impacts%struck
+      if (impacts%share < 1.0_wp) impacts%reduced = impacts%reduced + 1
+   end subroutine count_impacts
 
    !> Strike the contacts that have closed in the solution faster than `slowest`.
    pure subroutine strike_closing(impacts, iteration, contacts, laws, blocks, step, slowest, &

@@ -143,6 +143,11 @@ contains
             ' steps repeated with a smaller time step, '//to_text(counters%too_far)// &
             ' steps beyond max_displacement_ratio, '//to_text(counters%broken)//' bonds broken'
       end associate
+      associate (impacts => simulation%impacts)
+         if (impacts%steps > 0) text = text//'; '//to_text(impacts%contacts)//' impacts in '// &
+            to_text(impacts%steps)//' steps, in '//to_text(impacts%reduced)// &
+            ' of them less restitution than asked for, which would have gained energy'
+      end associate
       if (simulation%statics /= '') then
          text = text//'; '//simulation%statics
       else if (comes_suddenly(simulation%model)) then

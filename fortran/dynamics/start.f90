@@ -34,7 +34,6 @@ contains
       type(simulation_type), intent(out) :: simulation  !< a run and its state
       type(model_type), intent(in) :: model  !< as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp) :: gravity
 
       simulation%model = model
       simulation%blocks = model%blocks
@@ -55,14 +54,7 @@ contains
          touching*half_size(simulation%blocks))
       call prepare_system(simulation%system, simulation%blocks%n)
       call prepare_impacts(simulation%impacts, simulation%blocks%n)
-      gravity = norm2(model%control%gravity)
-      simulation%iteration%max_iterations = model%contact%max_iterations
-      simulation%iteration%penetration_tolerance = model%contact%penetration_tolerance
-      simulation%laws%theta = simulation%scheme%theta
-      simulation%laws%augmented = model%contact%penetration_tolerance > 0.0_wp
-      simulation%iteration%relative_tolerance = model%contact%force_tolerance
-      simulation%iteration%weight = gravity*maxval(simulation%blocks%mass)
-      simulation%iteration%noise = force_noise(model, 0.0_wp)
+      call prepare_iteration(simulation, model)
       simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
       simulation%contacts%with_laws = .not. simulation%laws%plain
       simulation%contacts%with_damping = simulation%laws%damped
@@ -81,6 +73,22 @@ contains
          simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
          next_step(simulation))
    end subroutine start
+
+   !> Bounds and tolerances of the open–close iteration.
+   subroutine prepare_iteration(simulation, model)
+      type(simulation_type), intent(inout) :: simulation  !< with its contact laws and scheme
+      type(model_type), intent(in) :: model  !< as read from the input
+
+      associate (iteration => simulation%iteration, contact => model%contact)
+         iteration%max_iterations = contact%max_iterations
+         iteration%penetration_tolerance = contact%penetration_tolerance
+         iteration%relative_tolerance = contact%force_tolerance
+         iteration%weight = norm2(model%control%gravity)*maxval(simulation%blocks%mass)
+         iteration%noise = force_noise(model, 0.0_wp)
+         simulation%laws%theta = simulation%scheme%theta
+         simulation%laws%augmented = contact%penetration_tolerance > 0.0_wp
+      end associate
+   end subroutine prepare_iteration
 
    !> Corners across a place where four bonded corners meet have no contact.
    subroutine skip_opposites(simulation)

@@ -7,7 +7,9 @@
 !> step to step while nothing moves.
 module dda_stop_rule
    use dda_kinds, only: wp, pi
+   use dda_edge_load, only: edge_load_type
    use dda_simulation, only: simulation_type, block_name
+   use dda_stage, only: never
    use dda_text, only: to_text
    implicit none
    private
@@ -127,23 +129,48 @@ contains
       associate (model => simulation%model)
          do i = 1, size(model%motions)
             associate (curve => model%motions(i)%curve)
-               quiet_from = max(quiet_from, curve%start + curve%duration)
+               if (curve%start < never) quiet_from = max(quiet_from, curve%start + curve%duration)
             end associate
          end do
          do i = 1, size(model%loads)
             associate (load => model%loads(i))
-               k = size(load%time)
-               if (load%time(k) <= simulation%time) then
-                  quiet_from = max(quiet_from, load%time(k))
-                  cycle
-               end if
-               do k = size(load%time), 2, -1
-                  if (any(load%force(:, k) /= load%force(:, k - 1))) exit
-               end do
-               quiet_from = max(quiet_from, load%time(k))
+               if (load%start < never) quiet_from = max(quiet_from, load%start &
+                  + last_change(load%time, load%force, simulation%time - load%start))
+            end associate
+         end do
+         do i = 1, size(model%edge_loads)
+            associate (load => model%edge_loads(i))
+               if (load%present .and. size(load%time) > 1) quiet_from = max(quiet_from, &
+                  last_change(load%time, history_of(load), simulation%time))
             end associate
          end do
       end associate
    end function quiet_from
+
+   !> When a load that is linear between its times changes last, s; its end counts once it is over.
+   pure real(wp) function last_change(times, values, now)
+      real(wp), intent(in) :: times(:)     !< s, ascending
+      real(wp), intent(in) :: values(:,:)  !< [any,times]
+      real(wp), intent(in) :: now          !< s
+      integer :: k
+
+      k = size(times)
+      if (times(k) > now) then
+         do k = size(times), 2, -1
+            if (any(values(:, k) /= values(:, k - 1))) exit
+         end do
+      end if
+      last_change = times(k)
+   end function last_change
+
+   !> What changes in a load on edges, [3,times].
+   pure function history_of(load) result(values)
+      type(edge_load_type), intent(in) :: load  !< with several times
+      real(wp) :: values(3, size(load%time))
+
+      values(1, :) = load%normal
+      values(2, :) = load%shear
+      values(3, :) = load%level
+   end function history_of
 
 end module dda_stop_rule

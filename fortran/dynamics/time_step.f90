@@ -5,14 +5,14 @@ module dda_time_step
    use dda_kinds, only: wp
    use dda_bonds, only: part_opposites
    use dda_friction, only: accept_contacts
-   use dda_contact_damping, only: hold_forces
+   use dda_contact_damping, only: damp_contacts, hold_forces
    use dda_contact_search, only: find_contacts
    use dda_diagnostics, only: explain, check_state
    use dda_elements, only: accept_elements, revise_elements
    use dda_energy, only: add_energy, energy_impact, energy_input, energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
    use dda_errors, only: error_type, error_convergence, error_memory, fail
-   use dda_impact, only: resolve_impacts
+   use dda_impact, only: count_impacts, resolve_impacts
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_linear_solver, only: weigh_loads
    use dda_model, only: half_size
@@ -80,6 +80,8 @@ contains
                next_step(simulation))
             call weigh_loads(simulation%solver, simulation%system%load)
             call lap(simulation%system%watch, phase_assemble)
+            if (simulation%laws%damped .and. round > 1) call damp_contacts(contacts, &
+               simulation%laws, simulation%blocks, next_step(simulation))  ! nothing is hit yet
             call close_step(simulation, error)
             iterations = iterations + simulation%iteration%iterations
             broken = broken + simulation%iteration%broken
@@ -195,6 +197,7 @@ contains
          if (simulation%laws%damped) then
             call add_energy(simulation%energy, energy_input, simulation%impacts%work)
             call add_energy(simulation%energy, energy_impact, simulation%impacts%lost)
+            call count_impacts(simulation%impacts)
          end if
          call accept_elements(simulation%elements, simulation%blocks, step, d)
          call integrate(simulation%blocks, d, step)

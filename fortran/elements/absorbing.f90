@@ -207,6 +207,7 @@ contains
          return
       end if
       do i = 1, size(self%point)
+         if (blocks%removed(self%point(i)%block)) cycle
          moved = matmul(rows_of(self, i, blocks), d(:, self%point(i)%block))
          increment = increment_of(self, i, motions, step)
          force = self%dashpot(:, i)*(increment - moved)/step%time_step

@@ -128,6 +128,15 @@ contains
       end associate
    end function vertex_on_edge
 
+   !> Both blocks of tie i are there.
+   pure logical function acts(self, i, blocks)
+      class(ties_type), intent(in) :: self     !< elements of this kind
+      integer, intent(in) :: i                 !< number, from 1
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+
+      acts = .not. any(blocks%removed(blocks%owner(self%tie(i)%edge)))
+   end function acts
+
    !> Change of a spring's stretch in an increment, m.
    pure function change_of(spring, d) result(change)
       type(spring_type), intent(in) :: spring  !< of a tie
@@ -152,6 +161,7 @@ contains
       term%instant = at_theta
       term%of_penalty = .true.
       do i = 1, size(self%tie)
+         if (.not. acts(self, i, blocks)) cycle
          spring = spring_of(self, i, blocks)
          term%source = i
          term%block_a = spring%block(1)
@@ -179,6 +189,7 @@ contains
       integer :: i
 
       do i = 1, size(self%tie)
+         if (.not. acts(self, i, blocks)) cycle
          spring = spring_of(self, i, blocks)
          force = -self%stiffness*spring%stretch
          associate (a => spring%block(1), b => spring%block(2))
@@ -199,6 +210,7 @@ contains
       integer :: i
 
       do i = 1, size(self%tie)
+         if (.not. acts(self, i, blocks)) cycle
          spring = spring_of(self, i, blocks)
          call add_energy(energy, energy_support, 0.5_wp*sum(self%stiffness*spring%stretch**2))
       end do
@@ -217,6 +229,7 @@ contains
       integer :: i
 
       do i = 1, size(self%tie)
+         if (.not. acts(self, i, blocks)) cycle
          spring = spring_of(self, i, blocks)
          change = change_of(spring, d)
          call add_energy(energy, energy_support, &
@@ -237,6 +250,7 @@ contains
       integer :: i
 
       do i = 1, size(self%tie)
+         if (.not. acts(self, i, blocks)) cycle
          change = change_of(spring_of(self, i, blocks), d)
          self%slip(i) = self%slip(i) + change(2)
       end do

@@ -210,7 +210,7 @@ contains
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: n  !< values that it must hold
       integer, allocatable, intent(out) :: values(:)  !< [n], 0 on failure
-      integer :: id, length
+      integer :: id, length, kind
 
       allocate (values(n), source=0)
       length = length_of(reader, name, 1, huge(1))
@@ -219,6 +219,11 @@ contains
          to_text(n))
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
+      call checked(reader%dataset, nf90_inquire_variable(reader%dataset%id, id, xtype=kind), &
+         'describe '//name)
+      if (any(kind == [nf90_double, nf90_float])) call refuse(reader, name// &
+         ' must hold whole numbers, of an integer type')
+      if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_get_var(reader%dataset%id, id, values), 'read '//name)
    end subroutine read_integers
 

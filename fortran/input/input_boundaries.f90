@@ -141,6 +141,11 @@ contains
          reading%kind == 'roller')
       call require_choice(error, place, 'direction', reading%direction)
       call require_choice(error, place, 'motion_is', reading%motion_is)
+      if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, place, &
+         "a roller is held in one direction: 'normal', 'x' or 'y'; kind = 'fixed' holds both")
+      if (reading%direction == 'normal' .and. any(reading%motion /= '') .and. &
+         (reading%kind == 'fixed' .or. reading%motion_is == 'within')) call input_error(error, &
+         place, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
       if (absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, place, &
          'dashpots need velocities: dynamic_factor of &control must be 1')
       if (absorbs .and. any(model%control%base_motion > 0)) call input_error(error, place, &
@@ -159,10 +164,12 @@ contains
       real(wp) :: width
 
       if (reading%choice%side /= '' .or. any(is_set(reading%choice%along)) .or. &
-         reading%choice%blocks /= '') call input_error(error, place, &
-         "kind = 'tied' takes the left and the right side: leave out side, along and blocks")
-      if (any(reading%motion /= '') .or. reading%direction /= '' .or. any(is_set([reading%density, &
-         reading%shear_velocity, reading%pressure_velocity]))) call input_error(error, place, &
+         reading%choice%blocks /= '' .or. any(is_set(reading%choice%edges))) &
+         call input_error(error, place, "kind = 'tied' takes the left and the right side: "// &
+         'leave out side, along, blocks and edges')
+      if (any(reading%motion /= '') .or. reading%motion_is /= '' .or. reading%direction /= '' &
+         .or. any(is_set([reading%density, reading%shear_velocity, &
+         reading%pressure_velocity]))) call input_error(error, place, &
          "kind = 'tied' has no direction, no motion and no half-space")
       if (size(model%ties) > 0) call input_error(error, place, 'the sides are tied already')
       if (model%contact%original_rules) call input_error(error, place, &

@@ -127,9 +127,9 @@ contains
       type(damping_type), intent(inout) :: damping   !< as asked for, not fitted yet
       logical :: of_body
 
-      of_body = is_set(input%reference) .or. is_set(input%band(1)) .or. is_set(input%mechanisms)
+      of_body = is_set(input%reference) .or. any(is_set(input%band)) .or. is_set(input%mechanisms)
       if (is_set(input%alpha) .or. is_set(input%beta)) then
-         if (is_set(input%ratio) .or. is_set(input%rayleigh(1)) .or. of_body) &
+         if (is_set(input%ratio) .or. any(is_set(input%rayleigh)) .or. of_body) &
             call input_error(error, place, 'give rayleigh_alpha and rayleigh_beta, or '// &
             'damping_ratio, not both')
          if (is_set(input%alpha)) call require(error, place, 'rayleigh_alpha', [input%alpha])
@@ -139,13 +139,13 @@ contains
          return
       end if
       if (.not. is_set(input%ratio)) then
-         if (of_body .or. is_set(input%rayleigh(1))) call input_error(error, place, &
+         if (of_body .or. any(is_set(input%rayleigh))) call input_error(error, place, &
             'damping_ratio is missing: reference_frequency, damping_band, mechanisms and '// &
             'rayleigh_frequencies say how it is meant')
          return
       end if
       call require(error, place, 'damping_ratio', [input%ratio])
-      if (is_set(input%rayleigh(1))) then
+      if (any(is_set(input%rayleigh))) then
          if (of_body) call input_error(error, place, 'reference_frequency, damping_band and '// &
             'mechanisms belong to a damping ratio at all frequencies: leave them out, or '// &
             'rayleigh_frequencies')
@@ -169,7 +169,7 @@ contains
          call require(error, place, 'reference_frequency', [input%reference])
          damping%reference = input%reference
       end if
-      if (is_set(input%band(1))) then
+      if (any(is_set(input%band))) then
          call check_band(error, place, 'damping_band', input%band)
          damping%band = input%band
       end if

@@ -132,8 +132,12 @@ contains
       if (.not. damping%band(2) > 0.0_wp) damping%band = [automatic_band(1), &
          min(automatic_band(2), limit/(2.0_wp*pi*beyond))]
       if (damping%band(2) <= damping%band(1)) then
-         damping%misfit = huge(1.0_wp)
-      else if (damping%n > 0) then
+         call fail(error, error_input, 'the time step admits mechanisms up to '// &
+            to_text(limit/(2.0_wp*pi))//' Hz alone, and the damping ratio is wanted from '// &
+            to_text(damping%band(1))//" Hz: give a smaller time_step, or integration = 'midpoint'")
+         return
+      end if
+      if (damping%n > 0) then
          call fit_mechanisms(damping, damping%n, limit)
       else
          do n = least_mechanisms, most_mechanisms

@@ -202,6 +202,10 @@ LIES = {
     "too many corners": (dataset(corners=(("block",), "i4", [600, 4])), "block 1 has 600 corners"),
     "negative corners": (dataset(corners=(("block",), "i4", [-4, 12])), "block 1 has -4 corners"),
     "other sum": (dataset(corners=(("block",), "i4", [4, 5])), "9 corners, but vertices holds 8"),
+    "corners of reals": (
+        dataset(corners=(("block",), "f8", [4.7, 4.2])),
+        "corners must hold whole numbers",
+    ),
     "corners of text": (dataset(corners=(("block",), "S1", list("44"))), "must hold numbers"),
     "not a number": (dataset(vertices=moved_vertex(np.nan, 0)), "vertex 6 stands at (NaN, 0)"),
     "infinite": (dataset(vertices=moved_vertex(3, -np.inf)), "vertex 6 stands at (3, -Inf"),

@@ -11,6 +11,7 @@ import sitedda
 DENSITY, SPEED, POISSON = 1800.0, 200.0, 0.25
 MODULUS = 2 * DENSITY * SPEED**2 * (1 + POISSON)
 ROCK = {"density": 2200.0, "shear_velocity": 800.0, "pressure_velocity": 1500.0}
+BARE = {"density": None, "shear_velocity": None, "pressure_velocity": None, "motion_x": None}
 RATIO = DENSITY * SPEED / (ROCK["density"] * ROCK["shear_velocity"])
 
 
@@ -172,6 +173,8 @@ def test_bits_stay_across_a_checkpoint_and_threads(tmp_path, same_bits, native):
         ({"kind": "fixed"}, "are those of the half-space"),
         ({"motion_is": "total"}, "motion_is = 'total' must be one of"),
         ({"motion_x": None, "motion_is": "within"}, "motion_is says what the motion"),
+        ({"kind": "roller", "direction": "xy", **BARE}, "kind = 'fixed' holds both"),
+        ({"kind": "fixed", "direction": "normal", **BARE, "motion_x": "rock"}, "need direction"),
     ],
 )
 def test_bad_boundaries_are_refused_in_words(values, words):
@@ -262,6 +265,8 @@ def test_energy_of_ties_balances():
         ({"side": "left"}, "takes the left and the right side"),
         ({"direction": "x"}, "has no direction"),
         ({"density": 2000.0}, "no half-space"),
+        ({"edges": [1.0]}, "leave out side, along, blocks and edges"),
+        ({"motion_is": "within"}, "no motion"),
     ],
 )
 def test_bad_ties_are_refused_in_words(values, words):
@@ -269,3 +274,21 @@ def test_bad_ties_are_refused_in_words(values, words):
     model.boundary(kind="tied", **values)
     with pytest.raises(sitedda.InputError, match=words):
         model.check()
+
+
+def test_ties_go_with_a_block_that_is_removed():
+    """What was tied to it falls freely: n² Δt² g / 2 in n steps of DDA."""
+    model = soil(steps=None, gravity=(0.0, -9.81))
+    for name, x in (("left", 0.0), ("right", 2.0)):
+        model.block([x, 0.0, x + 2, 0.0, x + 2, 2.0, x, 2.0], name=name)
+    for y in (0.5, 1.5):
+        model.fixed_point(3.0, y, "right")
+    model.boundary(kind="tied")
+    model.measured_point("left", 1.0, 1.0)
+    model.stage(name="rest", kind="static")
+    model.stage(name="fall", remove="right", steps=300)
+    history = model.run().history
+    fallen = history.displacement[-1, 0] - history.displacement[0, 0]
+    assert float(fallen[1]) == pytest.approx(-9.81 * 0.3**2 / 2, rel=1e-3)
+    assert abs(float(fallen[0])) < 1e-4
+    assert abs(history.energy_balance.values[-1]) < 1e-6 * history.energy_kinetic.values[-1]

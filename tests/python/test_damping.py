@@ -52,6 +52,8 @@ REFUSED = [
         "give young_modulus",
     ),
     ({"young_modulus": None}, "young_modulus is missing"),
+    ({"damping_ratio": 0.05, "damping_band(2)": 50.0}, "damping_band"),
+    ({"damping_ratio": 0.05, "rayleigh_frequencies(2)": 8.0}, "rayleigh_frequencies"),
 ]
 
 
@@ -68,6 +70,21 @@ def test_mechanisms_that_the_time_step_does_not_admit_are_refused(write_input):
     groups = changed(damped(damping_ratio=0.05, damping_band=[0.1, 50.0]), "control", time_step=0.1)
     with pytest.raises(sitedda.InputError, match="smaller time_step"):
         sitedda.Simulation(write_input(changed(groups, "control", integration="dda")))
+
+
+def test_a_band_above_all_mechanisms_is_refused(write_input):
+    groups = changed(damped(damping_ratio=0.05), "control", time_step=10.0, integration="dda")
+    with pytest.raises(sitedda.InputError, match="admits mechanisms up to .* smaller time_step"):
+        sitedda.Simulation(write_input(groups))
+
+
+def test_a_longer_time_step_must_admit_the_mechanisms(write_input):
+    file = write_input(changed(damped(damping_ratio=0.05), "control", integration="dda"))
+    with sitedda.Simulation(file) as run:
+        run.advance(2)
+        with pytest.raises(sitedda.InputError, match="too long for the damping of a material"):
+            run.change({"time_step": 0.05})
+        run.advance(2)
 
 
 def test_velocities_are_moduli(write_input):

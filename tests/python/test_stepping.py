@@ -171,6 +171,16 @@ def test_what_cannot_be_added_is_refused(write_input):
             run.add("load", x=1.0, y=0.5, force_z=1.0)
 
 
+def test_no_point_is_added_before_those_of_fixed_edges(write_input):
+    groups = falling() + [("boundary", {"kind": "fixed", "side": "bottom"})]
+    with sitedda.Simulation(write_input(groups)) as run:
+        before = run.coordinates
+        with pytest.raises(sitedda.InputError, match="nor can fixed points be added"):
+            run.add("fixed_point", x=0.1, y=0.9)
+        run.advance(20)
+        assert abs(run.coordinates - before).max() < 1e-4
+
+
 CHANGES = {
     20: {"gravity": (0.5, -G), "joint[bedding].friction_angle": 20.0},
     40: {"time_step": 5e-4, "fixed_point[1].direction": "y"},

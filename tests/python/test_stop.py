@@ -97,6 +97,14 @@ def test_rest_comes_after_the_motions(write_input):
     assert float(ended(held, write_input).history.time[-1]) == pytest.approx(3.2, abs=1.5e-3)
 
 
+def test_rest_comes_after_the_loads_on_edges(write_input):
+    """A traction that changes until 2 s, and then no more."""
+    traction = {"along": [0.0, 1.0, 2.0, 1.0], "time": [0.0, 1.0, 2.0, 9.0],
+                "normal": [0.0, 0.0, 1e3, 1e3]}  # fmt: skip
+    groups = [*changed(resting(), "motion", values=[0.0, 0.0]), ("traction", traction)]
+    assert float(ended(groups, write_input).history.time[-1]) == pytest.approx(2.2, abs=0.02)
+
+
 @pytest.mark.parametrize("after", [3, 700])
 def test_a_resumed_run_stops_at_the_same_bits(write_input, tmp_path, same_bits, native, after):
     file = write_input(resting())
