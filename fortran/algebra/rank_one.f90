@@ -5,7 +5,7 @@ module dda_rank_one
    use dda_kinds, only: wp
    implicit none
    private
-   public :: rank_one_type, most_changes, forget_changes, add_change, note_many
+   public :: rank_one_type, most_changes, forget_changes, add_change
 
    integer, parameter :: most_changes = 160   !< that are kept; more are only counted
 
@@ -39,12 +39,5 @@ contains
       changes%u(:, 2, changes%n) = -b
       changes%k(changes%n) = k
    end subroutine add_change
-
-   !> More has changed than is worth an update.
-   pure subroutine note_many(changes)
-      type(rank_one_type), intent(inout) :: changes  !< more than can be kept
-
-      changes%n = most_changes + 1
-   end subroutine note_many
 
 end module dda_rank_one

@@ -78,7 +78,12 @@ module dda_contact
       ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
-      real(wp), allocatable :: slide_slip(:)   !< slip at which `slip_sign` was assumed, m
+      !> share of a spring that the assumed state does without: of the shear spring of a sliding
+      !> contact, of the normal spring of an open one
+      real(wp), allocatable :: retained(:)
+      real(wp), allocatable :: retained_at(:)  !< slip or gap at which that share has no force, m
+      real(wp), allocatable :: spring(:,:)     !< [2,n] normal and shear stiffness in K̂, N/m
+      real(wp), allocatable :: free_force(:,:) !< [2,n] assumed normal and shear force at d = 0, N/m
       integer, allocatable :: close_count(:)   !< how often it has closed in this step's iteration
       integer, allocatable :: trial_state(:)   !< state that the solution calls for
       !> largest difference between assumed and computed force, N/m
@@ -156,7 +161,10 @@ contains
       if (contacts%with_damping) call for_each_of_damping(contacts, operation)
       call operation%apply(reals=contacts%slide_force)
       call operation%apply(reals=contacts%slip_sign)
-      call operation%apply(reals=contacts%slide_slip)
+      call operation%apply(reals=contacts%retained)
+      call operation%apply(reals=contacts%retained_at)
+      call operation%apply(columns=contacts%spring)
+      call operation%apply(columns=contacts%free_force)
       call operation%apply(integers=contacts%close_count)
       call operation%apply(integers=contacts%trial_state)
       call operation%apply(reals=contacts%force_residual)
@@ -215,6 +223,7 @@ contains
       new%slide_force(first:last) = old%slide_force(from:to)
       new%slip_sign(first:last) = old%slip_sign(from:to)
       if (new%with_damping) new%held_force(first:last) = old%held_force(from:to)
+      new%spring(:, first:last) = old%spring(:, from:to)
       if (.not. new%with_laws) return
       new%length(first:last) = old%length(from:to)
       new%slip_path(first:last) = old%slip_path(from:to)
@@ -229,7 +238,7 @@ contains
 
       if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), &
          contacts%normal_v(6, 0), contacts%normal_e(6, 0), contacts%shear_v(6, 0), &
-         contacts%shear_e(6, 0))
+         contacts%shear_e(6, 0), contacts%spring(2, 0), contacts%free_force(2, 0))
       if (size(contacts%normal, 2) >= max(wanted, 1)) return
       growth%capacity = wanted + wanted/4 + 8
       call for_each_variable(contacts, growth)

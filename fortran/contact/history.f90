@@ -196,6 +196,7 @@ contains
       new%slide_force(c) = 0.0_wp
       new%slip_sign(c) = 1.0_wp
       if (new%with_damping) new%held_force(c) = 0.0_wp
+      new%spring(:, c) = 0.0_wp
       if (.not. new%with_laws) return
       new%length(c) = 0.0_wp
       new%slip_path(c) = 0.0_wp
@@ -323,6 +324,7 @@ contains
          new%offset(c) = distance - new%gap(c)
          new%stretch(c) = combined(new%stretch(c), old%stretch(o))
          if (new%state(c) == contact_open) new%state(c) = old%state(o)
+         new%spring(:, c) = old%spring(:, o)
       end do
    end subroutine transfer_forces
 

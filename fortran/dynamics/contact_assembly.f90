@@ -2,9 +2,7 @@
 !> The springs and friction forces of the contacts, in their assumed states, on top of the linear
 !> part of K̂ and f̂.
 !>
-!> A sliding contact may retain a share of its shear stiffness about the slip of the last iteration:
-!> this regularises the iteration where it would overshoot and leaves its solution as it is.  A
-!> dirty block is summed again from its linear part, always in the same order: near pairs with the
+!> A dirty block is summed again from its linear part, always in the same order: near pairs with the
 !> blocks before it, then with those after it, each with its contacts as they are listed.  So the
 !> bits are those of assembling everything, by any number of threads.
 module dda_contact_assembly
@@ -12,8 +10,8 @@ module dda_contact_assembly
    use dda_kinds, only: wp, long
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
-   use dda_contact_terms, only: hold_contacts, normal_spring, is_clean, is_dirty_force, &
-      is_dirty_stiffness
+   use dda_contact_terms, only: hold_contacts, is_clean, is_dirty_force, is_dirty_stiffness, &
+      is_free
    use dda_friction, only: laws_type
    use dda_stopwatch, only: lap, phase_assemble, phase_iterate
    implicit none
@@ -25,28 +23,25 @@ module dda_contact_assembly
 contains
 
    !> Assemble what the assumed states have changed since the last time, or all of a new step.
-   subroutine assemble_contacts(system, contacts, laws, retained)
+   subroutine assemble_contacts(system, contacts, laws)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
-      real(wp) :: normal(2)
       integer :: n, me, team
 
       call lap(system%watch, phase_iterate)
       if (system%held%rebuild) call index_contacts(system, contacts)
-      call hold_contacts(system%held, contacts, laws, retained)
-      normal = [normal_spring(laws, .false.), normal_spring(laws, .true.)]
+      call hold_contacts(system%held, contacts, laws)
       n = system%matrix%n
       if (n < rows_from) then
-         call assemble_rows(system, contacts, normal, 1, n)
+         call assemble_rows(system, contacts, 1, n)
       else
          me = 0
          team = 1
          !$omp parallel firstprivate(me, team)
          !$ me = omp_get_thread_num()
          !$ team = omp_get_num_threads()
-         call assemble_rows(system, contacts, normal, 1 + int(me*int(n, long)/team), &
+         call assemble_rows(system, contacts, 1 + int(me*int(n, long)/team), &
             int((me + 1)*int(n, long)/team))
          !$omp end parallel
       end if
@@ -74,10 +69,9 @@ contains
    !>
    !> A near pair within them is read once, for both its blocks; one that reaches beyond them is
    !> read for either.
-   subroutine assemble_rows(system, contacts, normal, first, last)
+   subroutine assemble_rows(system, contacts, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
-      real(wp), intent(in) :: normal(2)  !< springs of unbonded and bonded contacts, N/m
       integer, intent(in) :: first, last  !< of the range
       integer :: i, k
 
@@ -87,13 +81,13 @@ contains
             if (dirty(i) == is_dirty_stiffness) matrix%diagonal(:, :, i) = &
                system%linear%diagonal(:, :, i)
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-               call assemble_pair(system, contacts, normal, i, matrix%column(k), k, .true., &
+               call assemble_pair(system, contacts, i, matrix%column(k), k, .true., &
                   matrix%column(k) >= first)
             end do
          end do
          do i = first, last
             do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
-               if (matrix%below_row(k) > last) call assemble_pair(system, contacts, normal, &
+               if (matrix%below_row(k) > last) call assemble_pair(system, contacts, &
                   matrix%below_row(k), i, matrix%below_entry(k), .false., .true.)
             end do
          end do
@@ -101,45 +95,43 @@ contains
    end subroutine assemble_rows
 
    !> What a near pair of blocks i > j gives to K̂ and f̂.
-   subroutine assemble_pair(system, contacts, normal, i, j, entry, row_too, column_too)
+   subroutine assemble_pair(system, contacts, i, j, entry, row_too, column_too)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< this step's list
-      real(wp), intent(in) :: normal(2)  !< springs of unbonded and bonded contacts, N/m
       integer, intent(in) :: i, j, entry
       logical, intent(in) :: row_too, column_too  !< block i, with the coupling; block j
       integer :: c, dirty_i, dirty_j
       logical :: coupled
-      real(wp) :: k_n
 
       dirty_i = merge(system%held%dirty(i), is_clean, row_too)
       dirty_j = merge(system%held%dirty(j), is_clean, column_too)
       coupled = dirty_i == is_dirty_stiffness .and. system%held%dirty(j) == is_dirty_stiffness
       if (dirty_i == is_clean .and. dirty_j == is_clean) return
       if (coupled) call begin_coupling(system, entry)
-      associate (held => system%held, matrix => system%matrix)
+      associate (matrix => system%matrix)
          do c = system%first_contact(system%pair_of_entry(entry)), &
             system%first_contact(system%pair_of_entry(entry) + 1) - 1
-            if (held%shear(c) < 0.0_wp) cycle
-            k_n = merge(normal(2), normal(1), contacts%bonded(c))
-            if (contacts%with_laws) k_n = held%normal(c)
-            if (held%damped) k_n = contacts%normal_gain(c)*k_n
-            if (contacts%block_v(c) == i) then
-               call add_sides(dirty_i, dirty_j, k_n, held%shear(c), held%normal_offset(c), &
-                  held%shear_offset(c), contacts%normal_v(:, c), contacts%shear_v(:, c), &
-                  contacts%normal_e(:, c), contacts%shear_e(:, c), matrix%diagonal(:, :, i), &
-                  matrix%diagonal(:, :, j), system%rhs(:, i), system%rhs(:, j))
-               if (coupled) call add_products(matrix%lower(:, :, entry), contacts%normal_v(:, c), &
-                  contacts%normal_e(:, c), -k_n, contacts%shear_v(:, c), &
-                  contacts%shear_e(:, c), -held%shear(c))
-            else
-               call add_sides(dirty_i, dirty_j, k_n, held%shear(c), -held%normal_offset(c), &
-                  -held%shear_offset(c), contacts%normal_e(:, c), contacts%shear_e(:, c), &
-                  contacts%normal_v(:, c), contacts%shear_v(:, c), matrix%diagonal(:, :, i), &
-                  matrix%diagonal(:, :, j), system%rhs(:, i), system%rhs(:, j))
-               if (coupled) call add_products(matrix%lower(:, :, entry), contacts%normal_e(:, c), &
-                  contacts%normal_v(:, c), -k_n, contacts%shear_e(:, c), &
-                  contacts%shear_v(:, c), -held%shear(c))
-            end if
+            if (is_free(contacts, c)) cycle
+            associate (normal => contacts%spring(1, c), shear => contacts%spring(2, c), &
+               force => contacts%free_force(:, c))
+               if (contacts%block_v(c) == i) then
+                  call add_sides(dirty_i, dirty_j, normal, shear, force(1), force(2), &
+                     contacts%normal_v(:, c), contacts%shear_v(:, c), &
+                     contacts%normal_e(:, c), contacts%shear_e(:, c), matrix%diagonal(:, :, i), &
+                     matrix%diagonal(:, :, j), system%rhs(:, i), system%rhs(:, j))
+                  if (coupled) call add_products(matrix%lower(:, :, entry), &
+                     contacts%normal_v(:, c), contacts%normal_e(:, c), -normal, &
+                     contacts%shear_v(:, c), contacts%shear_e(:, c), -shear)
+               else
+                  call add_sides(dirty_i, dirty_j, normal, shear, -force(1), -force(2), &
+                     contacts%normal_e(:, c), contacts%shear_e(:, c), &
+                     contacts%normal_v(:, c), contacts%shear_v(:, c), matrix%diagonal(:, :, i), &
+                     matrix%diagonal(:, :, j), system%rhs(:, i), system%rhs(:, j))
+                  if (coupled) call add_products(matrix%lower(:, :, entry), &
+                     contacts%normal_e(:, c), contacts%normal_v(:, c), -normal, &
+                     contacts%shear_e(:, c), contacts%shear_v(:, c), -shear)
+               end if
+            end associate
          end do
       end associate
    end subroutine assemble_pair
@@ -207,10 +199,11 @@ contains
    !> More normal force in contact c, N/m, of the same assumed states, likewise.
    pure subroutine add_normal_force(system, contacts, c, more)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: more  !< force, N/m
 
+      contacts%free_force(1, c) = contacts%free_force(1, c) + more
       associate (i => contacts%block_v(c), j => contacts%block_e(c))
          system%rhs(:, i) = system%rhs(:, i) + more*contacts%normal_v(:, c)
          system%rhs(:, j) = system%rhs(:, j) - more*contacts%normal_e(:, c)
@@ -223,10 +216,11 @@ contains
    !> these change.
    pure subroutine add_shear_force(system, contacts, c, more)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: more  !< force, N/m
 
+      contacts%free_force(2, c) = contacts%free_force(2, c) + more
       associate (i => contacts%block_v(c), j => contacts%block_e(c))
          system%rhs(:, i) = system%rhs(:, i) - more*contacts%shear_v(:, c)
          system%rhs(:, j) = system%rhs(:, j) + more*contacts%shear_e(:, c)

@@ -4,8 +4,7 @@
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_friction, only: contact_response, acting_gap, acting_stretch, laws_type, &
-      shear_stiffness_of
+   use dda_friction, only: contact_response, laws_type
    use dda_joint_contact, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
@@ -50,11 +49,10 @@ contains
    end subroutine measure_range
 
    !> Forces and states that the laws give at d.
-   subroutine evaluate_contacts(contacts, laws, d, retained, largest, residual)
+   subroutine evaluate_contacts(contacts, laws, d, largest, residual)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp), intent(in) :: retained     !< share of the shear springs under sliding contacts
       real(wp), intent(inout) :: largest   !< force so far, N/m
       real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
       integer :: p
@@ -62,21 +60,20 @@ contains
       call measure_contacts(contacts, d)
       residual = 0.0_wp
       if (contacts%n < parallel_from) then
-         call evaluate_range(contacts, laws, retained, 1, contacts%n, largest, residual)
+         call evaluate_range(contacts, laws, 1, contacts%n, largest, residual)
          return
       end if
       !$omp parallel do reduction(max:largest, residual) schedule(static)
       do p = 1, pieces(contacts%n)
-         call evaluate_range(contacts, laws, retained, first_of(p, contacts%n), &
+         call evaluate_range(contacts, laws, first_of(p, contacts%n), &
             last_of(p, contacts%n), largest, residual)
       end do
    end subroutine evaluate_contacts
 
    !> Contacts first … last; the largest force and the largest difference grow.
-   pure subroutine evaluate_range(contacts, laws, retained, first, last, largest, residual)
+   pure subroutine evaluate_range(contacts, laws, first, last, largest, residual)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer, intent(in) :: first, last  !< of the range
       real(wp), intent(inout) :: largest, residual  !< force, N/m; N/m
       type(response_type) :: response
@@ -86,8 +83,8 @@ contains
          response = contact_response(contacts, laws, c, contacts%new_gap(c), &
             contacts%stretch(c) + contacts%slip(c))
          contacts%force_residual(c) = max( &
-            abs(response%normal_force - assumed_normal(contacts, laws, c)), &
-            abs(response%shear_force - assumed_shear(contacts, laws, retained, c)))
+            abs(response%normal_force - assumed_normal(contacts, c)), &
+            abs(response%shear_force - assumed_shear(contacts, c)))
          residual = max(residual, contacts%force_residual(c))
          contacts%trial_state(c) = next_state(contacts, response, c)
          contacts%normal_force(c) = response%normal_force
@@ -114,38 +111,20 @@ contains
    end function next_state
 
    !> Normal force that the solve assumed in contact c, N/m.
-   pure real(wp) function assumed_normal(contacts, laws, c)
+   pure real(wp) function assumed_normal(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: gap
 
-      assumed_normal = 0.0_wp
-      if (contacts%state(c) == contact_open) return
-      gap = contacts%new_gap(c)
-      if (contacts%bonded(c) .or. laws%damped) gap = acting_gap(contacts, laws, c, gap)
-      assumed_normal = contacts%multiplier(c) - laws%normal_stiffness*gap
-      if (.not. laws%plain) assumed_normal = contacts%normal_free(c) - contacts%tangent(c)*gap
+      assumed_normal = contacts%free_force(1, c) - contacts%spring(1, c) &
+         *(contacts%new_gap(c) - contacts%gap(c))
    end function assumed_normal
 
    !> Shear force that the solve assumed in contact c, N/m.
-   pure real(wp) function assumed_shear(contacts, laws, retained, c)
+   pure real(wp) function assumed_shear(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
-      integer, intent(in) :: c          !< number of the contact
-      real(wp) :: stretch, stiffness
+      integer, intent(in) :: c  !< number of the contact
 
-      assumed_shear = 0.0_wp
-      if (contacts%state(c) == contact_open) return
-      stretch = contacts%stretch(c) + contacts%slip(c)
-      if (contacts%bonded(c) .or. laws%damped) stretch = acting_stretch(contacts, laws, c, stretch)
-      stiffness = laws%shear_stiffness
-      if (.not. laws%plain) stiffness = shear_stiffness_of(contacts, laws, c)
-      if (contacts%state(c) == contact_stick) assumed_shear = stiffness*stretch
-      if (laws%damped) stiffness = contacts%shear_gain(c)*stiffness
-      if (contacts%state(c) == contact_slide) assumed_shear = contacts%slide_force(c) &
-         + retained*stiffness*(contacts%slip(c) - contacts%slide_slip(c))
+      assumed_shear = contacts%free_force(2, c) + contacts%spring(2, c)*contacts%slip(c)
    end function assumed_shear
 
 end module dda_contact_evaluation

@@ -1,35 +1,42 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What K̂ and f̂ hold of the contacts, so that only what differs is assembled again.
+!> The springs of the contacts in K̂ and their forces at d = 0, so that only what differs is
+!> assembled again.
+!>
+!> A contact assumes N = N₀ − K_n (z − z₀) and T = T₀ + K_s s in a gap z and a slip s.  Its state,
+!> its law, the instant that it acts at, its damping and what it retains are in these four numbers.
+!> Of a spring that a state does without, a share may stay for an iteration about the place where
+!> the last one has led: that regularises the iteration where it would overshoot, and leaves its
+!> solution as it is.
 !>
 !> Within a step the geometry of the contacts stays and the open–close iteration changes few of
 !> their states: a contact whose spring or force is other than held marks both its blocks as dirty.
 module dda_contact_terms
    use dda_kinds, only: wp, long
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_friction, only: laws_type, acts_at_theta, shear_stiffness_of
+   use dda_contact, only: contacts_type, contact_open, contact_slide
+   use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, shear_stiffness_of
    use dda_growth, only: grow
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_rank_one, only: rank_one_type, add_change
    implicit none
    private
-   public :: contact_terms_type, prepare_contact_terms, hold_contacts, normal_spring, &
-      line_spring, shear_spring, is_clean, is_dirty_force, is_dirty_stiffness
+   public :: contact_terms_type, prepare_contact_terms, hold_contacts, is_free, is_clean, &
+      is_dirty_force, is_dirty_stiffness
 
    integer, parameter :: is_clean = 0
    integer, parameter :: is_dirty_force = 1      !< the right-hand side
    integer, parameter :: is_dirty_stiffness = 2  !< the matrix too
 
-   real(wp), parameter :: no_spring = -1.0_wp    !< in place of the shear spring of an open contact
+   !> Share of a spring by which it may change without a word to the solver, as by the drift of the
+   !> geometry
+   real(wp), parameter :: drift = 1.0e-3_wp
 
-   !> Springs and forces as they were last assembled.
+   !> What of the contacts has to be assembled, and what of it a solver has not yet seen.
    type :: contact_terms_type
-      logical :: rebuild = .true.                !< the contacts or the linear part are others
-      logical :: damped = .false.                !< some springs have a gain
-      integer, allocatable :: dirty(:)           !< [blocks] what has to be assembled again
-      integer, allocatable :: changed(:)         !< [contacts] what that is for
-      real(wp), allocatable :: shear(:)          !< [contacts] spring, N/m; negative: it is open
-      real(wp), allocatable :: normal(:)         !< [contacts] spring of a joint law, N/m
-      real(wp), allocatable :: normal_offset(:)  !< [contacts] normal force at d = 0, N/m
-      real(wp), allocatable :: shear_offset(:)   !< [contacts] shear force at d = 0, N/m
+      logical :: rebuild = .true.             !< the contacts or the linear part are others
+      logical :: other_matrix = .true.        !< K̂ is not that of the last call
+      integer, allocatable :: dirty(:)        !< [blocks] what has to be assembled again
+      integer, allocatable :: changed(:)      !< [contacts] what that is for
+      type(rank_one_type) :: spring_changes   !< since the solver was renewed
    end type contact_terms_type
 
 contains
@@ -40,34 +47,31 @@ contains
       integer, intent(in) :: n  !< blocks
 
       allocate (held%dirty(n), source=is_dirty_stiffness)
-      allocate (held%changed(0), held%shear(0), held%normal(0), held%normal_offset(0), &
-         held%shear_offset(0))
    end subroutine prepare_contact_terms
 
    !> Hold the contacts in their assumed states; blocks of those that have changed become dirty.
-   subroutine hold_contacts(held, contacts, laws, retained)
+   subroutine hold_contacts(held, contacts, laws)
       type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer :: p, c
 
-      if (size(held%changed) < contacts%n) call make_room(held, size(contacts%state), &
-         contacts%with_laws)
-      held%damped = laws%damped
+      call grow(held%changed, contacts%n)
       if (contacts%n < parallel_from) then
-         call hold_range(held, contacts, laws, retained, 1, contacts%n)
+         call compare_range(held, contacts, laws, 1, contacts%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(contacts%n)
-            call hold_range(held, contacts, laws, retained, first_of(p, contacts%n), &
+            call compare_range(held, contacts, laws, first_of(p, contacts%n), &
                last_of(p, contacts%n))
          end do
       end if
       if (held%rebuild) held%dirty = is_dirty_stiffness
-      if (held%rebuild) return
+      held%other_matrix = held%rebuild .or. any(held%changed(:contacts%n) == is_dirty_stiffness)
       do c = 1, contacts%n
          if (held%changed(c) == is_clean) cycle
+         if (held%changed(c) == is_dirty_stiffness) call renew_springs(held, contacts, laws, c)
+         contacts%free_force(:, c) = forces_at_rest(contacts, laws, c)
          associate (v => contacts%block_v(c), e => contacts%block_e(c))
             held%dirty(v) = max(held%dirty(v), held%changed(c))
             held%dirty(e) = max(held%dirty(e), held%changed(c))
@@ -75,68 +79,47 @@ contains
       end do
    end subroutine hold_contacts
 
-   subroutine make_room(held, room, with_laws)
+   !> What has changed in contacts first … last; all forces are others in a new list.
+   pure subroutine compare_range(held, contacts, laws, first, last)
       type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
-      integer, intent(in) :: room  !< contacts
-      logical, intent(in) :: with_laws  !< normal springs differ
-
-      call grow(held%changed, room)
-      call grow(held%shear, room)
-      call grow(held%normal_offset, room)
-      if (with_laws) call grow(held%normal, room)
-      call grow(held%shear_offset, room)
-      held%rebuild = .true.
-   end subroutine make_room
-
-   !> Contacts first … last.
-   pure subroutine hold_range(held, contacts, laws, retained, first, last)
-      type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: shear, normal_offset, shear_offset
       integer :: c
 
       do c = first, last
-         shear = no_spring
-         if (contacts%state(c) /= contact_open) shear = shear_spring(contacts, laws, c, &
-            contacts%state(c), contacts%bonded(c), retained)
-         if (laws%damped .and. shear > 0.0_wp) shear = contacts%shear_gain(c)*shear
-         call forces_at_rest(contacts, laws, retained, c, normal_offset, shear_offset)
          held%changed(c) = is_clean
-         if (.not. (same_bits(normal_offset, held%normal_offset(c)) .and. &
-            same_bits(shear_offset, held%shear_offset(c)))) held%changed(c) = is_dirty_force
-         if (.not. same_bits(shear, held%shear(c))) held%changed(c) = is_dirty_stiffness
-         if (contacts%with_laws) call hold_line(held, contacts, laws, c)
-         held%shear(c) = shear
-         held%normal_offset(c) = normal_offset
-         held%shear_offset(c) = shear_offset
+         if (held%rebuild) then
+            contacts%free_force(:, c) = forces_at_rest(contacts, laws, c)
+         else if (.not. all(same_bits(forces_at_rest(contacts, laws, c), &
+            contacts%free_force(:, c)))) then
+            held%changed(c) = is_dirty_force
+         end if
+         if (.not. all(same_bits(acting_springs(contacts, laws, c), contacts%spring(:, c)))) &
+            held%changed(c) = is_dirty_stiffness
       end do
-   end subroutine hold_range
+   end subroutine compare_range
 
-   !> The normal spring of a contact under a joint law.
-   pure subroutine hold_line(held, contacts, laws, c)
+   !> Other springs of contact c, noted for the solver.
+   pure subroutine renew_springs(held, contacts, laws, c)
       type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: normal
+      real(wp) :: springs(2)
+      logical :: matters(2)
 
-      normal = line_spring(contacts, laws, c)
-      if (.not. same_bits(normal, held%normal(c))) held%changed(c) = is_dirty_stiffness
-      held%normal(c) = normal
-   end subroutine hold_line
-
-   !> Normal stiffness of contact c under a joint law in K̂, N/m: the slope of its line.
-   pure real(wp) function line_spring(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: c  !< number of the contact
-
-      line_spring = contacts%tangent(c)
-      if (acts_at_theta(contacts, laws, c)) line_spring = laws%theta*line_spring
-   end function line_spring
+      springs = acting_springs(contacts, laws, c)
+      associate (change => springs - contacts%spring(:, c), changes => held%spring_changes, &
+         v => contacts%block_v(c), e => contacts%block_e(c))
+         matters = abs(change) > drift*max(springs, contacts%spring(:, c))
+         if (matters(1)) call add_change(changes, v, contacts%normal_v(:, c), e, &
+            contacts%normal_e(:, c), change(1))
+         if (matters(2)) call add_change(changes, v, contacts%shear_v(:, c), e, &
+            contacts%shear_e(:, c), change(2))
+      end associate
+      contacts%spring(:, c) = springs
+   end subroutine renew_springs
 
    !> Also the sign of zero and what is no number.
    elemental logical function same_bits(a, b)
@@ -145,62 +128,51 @@ contains
       same_bits = transfer(a, 0_long) == transfer(b, 0_long)
    end function same_bits
 
-   !> Normal stiffness of a closed contact in K̂, N/m: θ k_n where it is bonded.
-   pure real(wp) function normal_spring(laws, bonded)
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: bonded  !< the contact is
+   !> Contact c neither holds nor retains anything.
+   elemental logical function is_free(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c  !< number of the contact
 
-      normal_spring = laws%normal_stiffness
-      if (bonded) normal_spring = laws%theta*laws%normal_stiffness
-   end function normal_spring
+      is_free = contacts%state(c) == contact_open .and. .not. contacts%retained(c) > 0.0_wp
+   end function is_free
 
-   !> Shear stiffness of a closed contact in K̂, N/m.
-   pure real(wp) function shear_spring(contacts, laws, c, state, bonded, retained)
+   !> Normal and shear stiffness of contact c in K̂, N/m.
+   pure function acting_springs(contacts, laws, c) result(springs)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: c          !< number of the contact
-      integer, intent(in) :: state      !< contact_slide or contact_stick
-      logical, intent(in) :: bonded  !< the contact is
-      real(wp), intent(in) :: retained  !< share of the spring under a sliding contact
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: springs(2)
 
-      if (.not. laws%plain) then
-         shear_spring = shear_stiffness_of(contacts, laws, c)
-         if (state /= contact_stick) shear_spring = retained*shear_spring
-         if (acts_at_theta(contacts, laws, c)) shear_spring = laws%theta*shear_spring
-         return
-      end if
-      shear_spring = laws%shear_stiffness
-      if (state /= contact_stick) shear_spring = retained*laws%shear_stiffness
-      if (bonded) shear_spring = laws%theta*laws%shear_stiffness
-   end function shear_spring
+      springs = 0.0_wp
+      if (is_free(contacts, c)) return
+      springs = [laws%normal_stiffness, shear_stiffness_of(contacts, laws, c)]
+      if (.not. laws%plain) springs(1) = contacts%tangent(c)
+      if (contacts%state(c) == contact_open) springs = [contacts%retained(c)*springs(1), 0.0_wp]
+      if (contacts%state(c) == contact_slide) springs(2) = contacts%retained(c)*springs(2)
+      if (acts_at_theta(contacts, laws, c)) springs = laws%theta*springs
+      if (laws%damped) springs = [contacts%normal_gain(c), contacts%shear_gain(c)]*springs
+   end function acting_springs
 
    !> Normal and shear force of contact c at d = 0 in its assumed state, N/m.
-   pure subroutine forces_at_rest(contacts, laws, retained, c, normal_offset, shear_offset)
+   pure function forces_at_rest(contacts, laws, c) result(forces)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: retained  !< share of the shear springs under sliding contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(out) :: normal_offset, shear_offset
-      real(wp) :: stiffness
+      real(wp) :: forces(2), springs(2), gap, stretch
 
-      normal_offset = 0.0_wp
-      shear_offset = 0.0_wp
-      if (contacts%state(c) == contact_open) return
-      normal_offset = contacts%multiplier(c) - laws%normal_stiffness*contacts%gap(c)
-      stiffness = laws%shear_stiffness
-      if (.not. laws%plain) then
-         normal_offset = contacts%normal_free(c) - contacts%tangent(c)*contacts%gap(c)
-         stiffness = shear_stiffness_of(contacts, laws, c)
-      end if
-      shear_offset = stiffness*contacts%stretch(c)
-      if (contacts%state(c) == contact_slide) shear_offset = contacts%slide_force(c) &
-         - retained*stiffness*contacts%slide_slip(c)
-      if (.not. laws%damped .or. contacts%bonded(c)) return
-      normal_offset = contacts%multiplier(c) - laws%normal_stiffness*(contacts%gap(c) &
-         + contacts%normal_shift(c))
-      shear_offset = laws%shear_stiffness*(contacts%stretch(c) + contacts%shear_shift(c))
-      if (contacts%state(c) == contact_slide) shear_offset = contacts%slide_force(c) &
-         - retained*laws%shear_stiffness*contacts%shear_gain(c)*contacts%slide_slip(c)
-   end subroutine forces_at_rest
+      forces = 0.0_wp
+      if (is_free(contacts, c)) return
+      gap = acting_gap(contacts, laws, c, contacts%gap(c))
+      stretch = acting_stretch(contacts, laws, c, contacts%stretch(c))
+      forces(1) = contacts%multiplier(c) - laws%normal_stiffness*gap
+      if (.not. laws%plain) forces(1) = contacts%normal_free(c) - contacts%tangent(c)*gap
+      forces(2) = shear_stiffness_of(contacts, laws, c)*stretch
+      if (.not. contacts%retained(c) > 0.0_wp .and. contacts%state(c) /= contact_slide) return
+      springs = acting_springs(contacts, laws, c)
+      if (contacts%state(c) == contact_slide) forces(2) = contacts%slide_force(c) &
+         - springs(2)*contacts%retained_at(c)
+      if (contacts%state(c) == contact_open) &
+         forces = [springs(1)*(contacts%retained_at(c) - contacts%gap(c)), 0.0_wp]
+   end function forces_at_rest
 
 end module dda_contact_terms

@@ -217,7 +217,7 @@ contains
       simulation%system%d = 0.0_wp
       unused = 0.0_wp
       call evaluate_contacts(simulation%contacts(simulation%now), simulation%laws, &
-         simulation%system%d, 0.0_wp, unused(1), unused(2))
+         simulation%system%d, unused(1), unused(2))
    end subroutine evaluate_present
 
    !> The largest unbalanced force on a block: contact laws, stresses and forces of the elements at

@@ -7,8 +7,6 @@ module dda_joint_lines
    use dda_contact_evaluation, only: assumed_normal
    use dda_friction, only: acting_gap, contact_response, laws_type
    use dda_joint_contact, only: closure_of, line_of, response_type, state_of, touch_law
-   use dda_rank_one, only: rank_one_type
-   use dda_spring_changes, only: note_difference, springs_of
    implicit none
    private
    public :: begin_lines, renew_lines, break_joint, stiffest_contact
@@ -30,43 +28,35 @@ contains
    end subroutine begin_lines
 
    !> Lines for the next iteration, where the law is farther from the present one than allowed.
-   pure subroutine renew_lines(changes, contacts, laws, allowed)
-      type(rank_one_type), intent(inout) :: changes  !< springs put in or taken out
+   pure subroutine renew_lines(contacts, laws, allowed)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: allowed  !< difference of normal forces, N/m
       type(response_type) :: response
-      real(wp) :: before(2), gap
+      real(wp) :: gap
       integer :: c
 
       do c = 1, contacts%n
-         if (abs(contacts%normal_force(c) - assumed_normal(contacts, laws, c)) <= allowed) cycle
+         if (abs(contacts%normal_force(c) - assumed_normal(contacts, c)) <= allowed) cycle
          gap = acting_gap(contacts, laws, c, contacts%new_gap(c))
          response = contact_response(contacts, laws, c, contacts%new_gap(c), &
             contacts%stretch(c) + contacts%slip(c))
-         before = springs_of(contacts, laws, c, contacts%state(c), contacts%bonded(c))
          call line_of(contacts, laws%slot(contacts%joint(c))%law, c, gap, response, &
             contacts%tangent(c), contacts%normal_free(c))
-         call note_difference(changes, contacts, c, springs_of(contacts, laws, c, &
-            contacts%state(c), contacts%bonded(c)) - before)
       end do
    end subroutine renew_lines
 
    !> The contact loses its peak strength; its bond goes on only where the residual tension holds.
-   pure subroutine break_joint(changes, contacts, laws, c)
-      type(rank_one_type), intent(inout) :: changes  !< springs put in or taken out
+   pure subroutine break_joint(contacts, laws, c)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: before(2), tension
+      real(wp) :: tension
 
-      before = springs_of(contacts, laws, c, contacts%state(c), contacts%bonded(c))
       contacts%weakened(c) = 1.0_wp
       tension = laws%slot(contacts%joint(c))%law%tension(state_of(contacts, c))
       contacts%bonded(c) = contacts%bonded(c) .and. tension > 0.0_wp .and. &
          -contacts%normal_force(c) <= tension
-      call note_difference(changes, contacts, c, springs_of(contacts, laws, c, &
-         contacts%state(c), contacts%bonded(c)) - before)
    end subroutine break_joint
 
    !> Largest normal stiffness of a closed contact, N/m; 0 if there is none.

@@ -11,14 +11,13 @@ module dda_open_close
    use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_cycles, only: cycle_type, note_states, may_change
-   use dda_friction, only: laws_type
+   use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type, renew, solve
-   use dda_rank_one, only: rank_one_type, forget_changes, note_many
+   use dda_rank_one, only: forget_changes
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, follow
    use dda_joint_lines, only: break_joint, renew_lines
-   use dda_spring_changes, only: note_change
    use dda_stopwatch, only: lap, phase_factorise, phase_solve
    use dda_system, only: system_type
    implicit none
@@ -34,6 +33,12 @@ module dda_open_close
    real(wp), parameter :: loose = 1.0e-2_wp          !< of the first residual, before the last solve
    real(wp), parameter :: friction_share = 0.05_wp   !< of the first difference, likewise
    real(wp), parameter :: least_retained = 0.01_wp   !< share of the shear stiffness to begin with
+   integer, parameter :: few_overshoots = 2          !< before all sliding contacts retain a share
+   real(wp), parameter :: near_whole = 0.9_wp        !< share of a step that has not overshot
+   real(wp), parameter :: many_changes = 0.05_wp     !< of the contacts, which will overshoot
+   real(wp), parameter :: slide_share = 0.3_wp       !< of the secant shear stiffness, retained
+   real(wp), parameter :: opening_share = 0.03_wp    !< of the normal stiffness, retained
+   real(wp), parameter :: decay = 0.3_wp             !< of what a contact retains, per iteration
 
    !> Settings and outcome of the iteration of one step.
    type :: open_close_type
@@ -49,9 +54,10 @@ module dda_open_close
       real(wp) :: tolerance = 0.0_wp                  !< that it had to reach, N/m
       integer :: worst = 0                            !< contact with that difference
       integer :: short_steps = 0                      !< very short ones in a row
+      integer :: overshoots = 0                       !< short steps in a row, of sliding contacts
+      logical :: shortened = .false.                  !< the last step has been
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
       real(wp) :: reduction = 0.0_wp                  !< `loose` unless the solve may be the last
-      type(rank_one_type) :: stiffness_changes        !< since the last matrix
       type(slides_type) :: slides                     !< sliding contacts and their forces
       type(cycle_type) :: history                     !< states that have been assumed
    end type open_close_type
@@ -67,23 +73,21 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: changed, runaway, i
-      logical :: new_matrix, closed, exactly
+      logical :: closed, exactly
 
       call begin_iteration(iteration, contacts)
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
-      new_matrix = .true.
       do i = 1, iteration%max_iterations
          iteration%iterations = i
-         call solve_assumed(iteration, system, solver, contacts, laws, new_matrix, error)
+         call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
          call follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, &
             error)
          if (allocated(error)) return
          call lap(system%watch, phase_solve)
          if (runaway > 0) then
-            call force_to_stick(iteration, system, contacts, laws, runaway)
-            new_matrix = .true.
+            call force_to_stick(system, contacts, runaway)
             exactly = .false.
             cycle
          end if
@@ -98,7 +102,6 @@ contains
          end if
          call globalise(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
-         new_matrix = iteration%stiffness_changes%n > 0 .or. changed > 0
          exactly = changed == 0
          iteration%changes = iteration%changes + changed
       end do
@@ -113,30 +116,34 @@ contains
       iteration%iterations = 0
       iteration%changes = 0
       iteration%broken = 0
+      iteration%overshoots = 0
+      iteration%shortened = .false.
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0
       iteration%history = cycle_type()
       iteration%worst = 0  ! of the last step's list
-      call forget_changes(iteration%stiffness_changes)
       contacts%close_count(:contacts%n) = 0
+      contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
 
    !> Solve for d with the contacts in their assumed states.
-   subroutine solve_assumed(iteration, system, solver, contacts, laws, new_matrix, error)
+   subroutine solve_assumed(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: new_matrix  !< .false. if only friction forces have changed
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
-      call assemble_contacts(system, contacts, laws, iteration%retained)
-      if (new_matrix) call renew(solver, system%matrix, system%constant, &
-         iteration%stiffness_changes, error)
+
+      call assemble_contacts(system, contacts, laws)
+      associate (changes => system%held%spring_changes)
+         if (system%held%other_matrix) call renew(solver, system%matrix, system%constant, &
+            changes, error)
+         call forget_changes(changes)
+      end associate
       if (allocated(error)) return
-      call forget_changes(iteration%stiffness_changes)
       call lap(system%watch, phase_factorise)
       system%previous_d = system%d
       call solve(solver, system%matrix, system%rhs, system%d, error, iteration%reduction)
@@ -152,7 +159,7 @@ contains
       real(wp) :: largest
 
       largest = iteration%weight
-      call evaluate_contacts(contacts, laws, d, iteration%retained, largest, iteration%residual)
+      call evaluate_contacts(contacts, laws, d, largest, iteration%residual)
       iteration%worst = 0
       if (iteration%residual > 0.0_wp) &
          iteration%worst = maxloc(contacts%force_residual(:contacts%n), 1)
@@ -212,15 +219,11 @@ contains
 
    !> Stick the contact whose friction force runs away from its normal force: sliding as assumed has
    !> no solution, which happens where friction is high enough to lock.  The solution is dropped.
-   pure subroutine force_to_stick(iteration, system, contacts, laws, runaway)
-      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+   pure subroutine force_to_stick(system, contacts, runaway)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
-      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: runaway  !< number of the contact
 
-      call note_change(iteration%stiffness_changes, contacts, laws, runaway, contact_stick, &
-         contacts%bonded(runaway))
       contacts%state(runaway) = contact_stick
       contacts%slide_force(:contacts%n) = 0.0_wp
       system%d = system%previous_d
@@ -229,14 +232,14 @@ contains
    !> Line search where states change.
    !>
    !> A step that had to be shortened much overshot in contacts that slide freely and are then found
-   !> to stick; they retain a growing share of their shear stiffness until whole steps are good
-   !> again.
+   !> to stick.  Where that goes on, all that slide retain a growing share of their shear stiffness
+   !> until whole steps are good again.
    subroutine globalise(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp) :: alpha, before
+      real(wp) :: alpha
       logical :: overshot
       integer :: n
 
@@ -252,12 +255,12 @@ contains
          if (alpha < 1.0_wp) call evaluate(iteration, system%d, contacts, laws)
       end if
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)
-      before = iteration%retained
-      if (alpha < short_step .and. overshot) &
-         iteration%retained = min(1.0_wp, max(least_retained, 3*before))
-      if (alpha > short_step) iteration%retained = before/10
+      iteration%shortened = alpha < near_whole
+      iteration%overshoots = merge(iteration%overshoots + 1, 0, alpha < short_step .and. overshot)
+      if (iteration%overshoots >= few_overshoots) &
+         iteration%retained = min(1.0_wp, max(least_retained, 3*iteration%retained))
+      if (alpha > short_step) iteration%retained = iteration%retained/10
       if (iteration%retained < 0.1_wp*least_retained) iteration%retained = 0.0_wp
-      if (iteration%retained /= before) call note_many(iteration%stiffness_changes)
    end subroutine globalise
 
    !> A converged step stands unless a bond is overloaded or a contact is not tight enough.
@@ -286,12 +289,10 @@ contains
       do c = 1, contacts%n
          if (contacts%strength_ratio(c) <= 0.0_wp) cycle
          if (.not. laws%plain) then
-            call break_joint(iteration%stiffness_changes, contacts, laws, c)
+            call break_joint(contacts, laws, c)
             broken = broken + 1
             cycle
          end if
-         call note_change(iteration%stiffness_changes, contacts, laws, c, contacts%state(c), &
-            .false.)
          contacts%bonded(c) = .false.
          broken = broken + 1
       end do
@@ -320,7 +321,7 @@ contains
       end do
    end subroutine tighten
 
-   !> Assume the states that the laws give; note the springs and count the states that change.
+   !> Assume the states that the laws give, and count those that change.
    pure subroutine adopt_states(iteration, contacts, laws, changed)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
@@ -329,23 +330,63 @@ contains
       integer :: n, c
 
       n = contacts%n
-      changed = 0
       call note_states(iteration%history, contacts%state(:n))
-      if (.not. laws%plain) call renew_lines(iteration%stiffness_changes, contacts, laws, &
-         least_share*iteration%tolerance)
+      if (.not. laws%plain) call renew_lines(contacts, laws, least_share*iteration%tolerance)
       do c = 1, n
          if (.not. may_change(iteration%history, c)) contacts%trial_state(c) = contacts%state(c)
-         if (contacts%trial_state(c) == contacts%state(c)) cycle
-         changed = changed + 1
-         call note_change(iteration%stiffness_changes, contacts, laws, c, &
-            contacts%trial_state(c), contacts%bonded(c))
       end do
+      changed = count(contacts%trial_state(:n) /= contacts%state(:n))
+      call retain(iteration, contacts, laws, &
+         iteration%shortened .or. changed > many_changes*n)
       where (contacts%state(:n) == contact_open .and. contacts%trial_state(:n) /= contact_open) &
          contacts%close_count(:n) = contacts%close_count(:n) + 1
       contacts%state(:n) = contacts%trial_state(:n)
-      contacts%slide_slip(:n) = contacts%slip(:n)
       contacts%slide_force(:n) = contacts%shear_force(:n)
       contacts%slip_sign(:n) = sign(1.0_wp, contacts%shear_force(:n))
    end subroutine adopt_states
+
+   !> What contacts retain of springs that the states to come do without.
+   !>
+   !> A contact that has just lost a spring is held by inertia alone, and the next solution
+   !> overshoots.  So it retains a share for one iteration, of the secant stiffness to its friction
+   !> bound if it slides, and less and less of that while the iteration goes on to overshoot.
+   pure subroutine retain(iteration, contacts, laws, by_contact)
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      logical, intent(in) :: by_contact  !< the iteration overshoots, or will
+      real(wp) :: share
+      integer :: c
+
+      do c = 1, contacts%n
+         associate (state => contacts%trial_state(c), before => contacts%state(c))
+            share = 0.0_wp
+            if (by_contact .and. state == before) then
+               share = decay*contacts%retained(c)
+               if (state == contact_open .or. share < least_retained) share = 0.0_wp
+            else if (by_contact .and. state == contact_slide) then
+               share = slide_share*secant_share(contacts, laws, c)
+            else if (by_contact .and. state == contact_open) then
+               share = opening_share
+            end if
+            if (state == contact_slide) share = max(share, iteration%retained)
+            contacts%retained(c) = share
+            contacts%retained_at(c) = merge(contacts%slip(c), contacts%new_gap(c), &
+               state == contact_slide)
+         end associate
+      end do
+   end subroutine retain
+
+   !> Shear force of a sliding contact, over that of its spring if nothing slipped.
+   pure real(wp) function secant_share(contacts, laws, c) result(share)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: trial
+
+      trial = shear_stiffness_of(contacts, laws, c) &
+         *acting_stretch(contacts, laws, c, contacts%stretch(c) + contacts%slip(c))
+      share = min(1.0_wp, abs(contacts%shear_force(c))/max(abs(trial), tiny(1.0_wp)))
+   end function secant_share
 
 end module dda_open_close

@@ -42,15 +42,14 @@ contains
 
       iteration%changes = 0
       iteration%broken = 0
-      iteration%retained = 0.0_wp
       do i = 1, most_iterations
          iteration%iterations = i
-         call solve_assumed(iteration, system, solver, contacts, laws, .true., error)
+         call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
          call measure_contacts(contacts, system%d)
          do c = 1, contacts%n
-            contacts%normal_force(c) = assumed_normal(contacts, laws, c)
-            contacts%shear_force(c) = assumed_shear(contacts, laws, iteration%retained, c)
+            contacts%normal_force(c) = assumed_normal(contacts, c)
+            contacts%shear_force(c) = assumed_shear(contacts, c)
             contacts%trial_state(c) = next_state(contacts, laws, half_size, c)
          end do
          switched = count((contacts%trial_state(:contacts%n) == contact_open) &

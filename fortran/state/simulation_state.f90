@@ -196,6 +196,8 @@ contains
       call serialise(archive, iteration%tolerance)
       call serialise(archive, iteration%short_steps)
       call serialise_number(archive, iteration%worst, 0, contacts)
+      call serialise(archive, iteration%overshoots)
+      call serialise(archive, iteration%shortened)
       call serialise(archive, iteration%retained)
       call serialise(archive, iteration%reduction)
    end subroutine serialise_iteration

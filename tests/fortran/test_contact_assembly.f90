@@ -10,6 +10,7 @@ module test_contact_assembly
    use dda_contact_assembly, only: add_shear_force, assemble_contacts
    use dda_friction, only: laws_type
    use dda_neighbours, only: neighbours_type
+   use dda_rank_one, only: forget_changes, rank_one_type
    use models, only: random, random_vector, sow
    use systems, only: pattern_of
    use testing, only: case, check, check_close
@@ -73,7 +74,8 @@ contains
       contacts%gap(c) = random(-1.0_wp, 1.0_wp)
       contacts%stretch(c) = random(-1.0_wp, 1.0_wp)
       contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)
-      contacts%slide_slip(c) = random(-1.0_wp, 1.0_wp)
+      contacts%retained_at(c) = random(-1.0_wp, 1.0_wp)
+      contacts%retained(c) = merge(0.0_wp, random(0.0_wp, 1.0_wp), modulo(c, 3) == 0)
       contacts%multiplier(c) = random(-1.0_wp, 1.0_wp)
       contacts%state(c) = int(random(0.0_wp, 3.0_wp))
       contacts%bonded(c) = random(0.0_wp, 1.0_wp) > 0.5_wp
@@ -81,16 +83,15 @@ contains
    end subroutine set_randomly
 
    !> Everything, on top of values that must not be seen.
-   subroutine assemble_all(system, contacts, retained)
+   subroutine assemble_all(system, contacts)
       type(system_type), intent(inout) :: system
-      type(contacts_type), intent(in) :: contacts
-      real(wp), intent(in) :: retained
+      type(contacts_type), intent(inout) :: contacts
 
       system%matrix%diagonal = untouched
       system%matrix%lower = untouched
       system%rhs = untouched
       system%held%rebuild = .true.
-      call assemble_contacts(system, contacts, laws, retained)
+      call assemble_contacts(system, contacts, laws)
    end subroutine assemble_all
 
    subroutine check_same(got, expected)
@@ -105,22 +106,20 @@ contains
    subroutine against_dense_sums()
       type(system_type) :: system
       type(contacts_type) :: contacts
-      real(wp), parameter :: retained = 0.3_wp
       real(wp), allocatable :: k(:,:), f(:), gap_row(:), slip_row(:)
-      real(wp) :: push, spring, drag
+      real(wp) :: push, spring, press, drag
       integer, parameter :: n = 12
       integer :: c, i, j
 
       call case('against dense sums')
       call random_contacts(system, contacts, n)
-      call assemble_all(system, contacts, retained)
+      call assemble_all(system, contacts)
       allocate (k(6*n, 6*n), gap_row(6*n), slip_row(6*n), source=0.0_wp)
       f = reshape(system%load, [6*n])
       do i = 1, n
          k(6*i - 5:6*i, 6*i - 5:6*i) = system%linear%diagonal(:, :, i)
       end do
       do c = 1, contacts%n
-         if (contacts%state(c) == contact_open) cycle
          i = 6*contacts%block_v(c)
          j = 6*contacts%block_e(c)
          gap_row = 0.0_wp
@@ -129,18 +128,28 @@ contains
          gap_row(j - 5:j) = -contacts%normal_e(:, c)
          slip_row(i - 5:i) = contacts%shear_v(:, c)
          slip_row(j - 5:j) = -contacts%shear_e(:, c)
-         push = normal
-         spring = merge(shear, retained*shear, contacts%state(c) == contact_stick)
-         if (contacts%bonded(c)) then
-            push = theta*normal
-            spring = theta*shear
-         end if
-         drag = shear*contacts%stretch(c)
-         if (contacts%state(c) == contact_slide) drag = contacts%slide_force(c) &
-            - spring*contacts%slide_slip(c)
+         associate (share => contacts%retained(c), at => contacts%retained_at(c))
+            select case (contacts%state(c))
+            case (contact_open)
+               push = share*normal
+               spring = 0.0_wp
+               press = push*(at - contacts%gap(c))
+               drag = 0.0_wp
+            case (contact_slide)
+               push = normal
+               spring = share*shear
+               press = contacts%multiplier(c) - normal*contacts%gap(c)
+               drag = contacts%slide_force(c) - spring*at
+            case (contact_stick)
+               push = merge(theta, 1.0_wp, contacts%bonded(c))*normal
+               spring = merge(theta, 1.0_wp, contacts%bonded(c))*shear
+               press = contacts%multiplier(c) - normal*contacts%gap(c)
+               drag = shear*contacts%stretch(c)
+            end select
+         end associate
          k = k + push*spread(gap_row, 2, 6*n)*spread(gap_row, 1, 6*n) &
             + spring*spread(slip_row, 2, 6*n)*spread(slip_row, 1, 6*n)
-         f = f + (contacts%multiplier(c) - normal*contacts%gap(c))*gap_row - drag*slip_row
+         f = f + press*gap_row - drag*slip_row
       end do
       call check_close(reshape(system%rhs, [6*n]), f, 'right-hand side', relative=1.0e-14_wp)
       do i = 1, n
@@ -165,29 +174,28 @@ contains
       before = 1
       !$ before = omp_get_max_threads()
       !$ call omp_set_num_threads(1)
-      call assemble_all(system, contacts, 0.0_wp)
+      call assemble_all(system, contacts)
       do threads = 2, 4
          others = system
          !$ call omp_set_num_threads(threads)
-         call assemble_all(others, contacts, 0.0_wp)
+         call assemble_all(others, contacts)
          call check_same(others, system)
       end do
       !$ call omp_set_num_threads(before)
    end subroutine any_number_of_threads
 
-   !> States, forces, multipliers and the retained share change, a few at a time, as in the
-   !> iteration of a step.
+   !> States, forces, multipliers and retained shares change, a few at a time, as in the iteration
+   !> of a step; K̂ changes by the springs that are noted for the solver.
    subroutine after_changes(n)
       integer, intent(in) :: n
       type(system_type) :: system, whole
       type(contacts_type) :: contacts
-      real(wp) :: retained
+      real(wp), allocatable :: noted(:,:,:)
       integer :: round, i, c
 
       call case('after changes')
       call random_contacts(system, contacts, n)
-      retained = 0.0_wp
-      call assemble_all(system, contacts, retained)
+      call assemble_all(system, contacts)
       do round = 1, 40
          do i = 1, modulo(round, 4)
             c = 1 + int(random(0.0_wp, real(contacts%n, wp)))
@@ -203,13 +211,35 @@ contains
                call add_shear_force(system, contacts, c, -1.0e3_wp/3)
             end select
          end do
-         if (modulo(round, 8) == 0) retained = merge(0.3_wp, 0.0_wp, modulo(round, 16) == 8)
-         call assemble_contacts(system, contacts, laws, retained)
+         c = 1 + int(random(0.0_wp, real(contacts%n, wp)))
+         contacts%retained(c) = merge(0.3_wp, 0.0_wp, modulo(round, 8) == 0)
+         noted = system%matrix%diagonal
+         call forget_changes(system%held%spring_changes)
+         call assemble_contacts(system, contacts, laws)
+         call add_noted(system%held%spring_changes, noted)
+         call check(maxval(abs(system%matrix%diagonal - noted)) <= 1.0e-13_wp*maxval(abs(noted)), &
+            'the noted changes')
          whole = system
-         call assemble_all(whole, contacts, retained)
+         call assemble_all(whole, contacts)
          call check_same(system, whole)
       end do
    end subroutine after_changes
+
+   !> diagonal += k u uᵀ of all changes.
+   subroutine add_noted(changes, diagonal)
+      type(rank_one_type), intent(in) :: changes
+      real(wp), intent(inout) :: diagonal(:,:,:)
+      integer :: i, side
+
+      do i = 1, changes%n
+         do side = 1, 2
+            associate (u => changes%u(:, side, i), block => changes%block(side, i))
+               diagonal(:, :, block) = diagonal(:, :, block) &
+                  + changes%k(i)*spread(u, 2, 6)*spread(u, 1, 6)
+            end associate
+         end do
+      end do
+   end subroutine add_noted
 
    !> A state changes: both its blocks and their coupling are assembled, and no others.  A force: no
    !> matrix.
@@ -220,14 +250,14 @@ contains
 
       call case('nothing else')
       call random_contacts(system, contacts, 40)
-      call assemble_all(system, contacts, 0.0_wp)
+      call assemble_all(system, contacts)
       system%matrix%diagonal = untouched
       system%matrix%lower = untouched
       system%rhs = untouched
       c = contacts%n/2
       contacts%bonded(c) = .false.
       contacts%state(c) = modulo(contacts%state(c) + 1, 3)
-      call assemble_contacts(system, contacts, laws, 0.0_wp)
+      call assemble_contacts(system, contacts, laws)
       call check(count(any(system%rhs /= untouched, 1)) == 2, 'two blocks of the right-hand side')
       call check(count(any(any(system%matrix%diagonal /= untouched, 1), 1)) == 2, &
          'two diagonal blocks')
@@ -235,11 +265,11 @@ contains
       system%matrix%diagonal = untouched
       system%rhs = untouched
       contacts%state(c) = contact_slide
-      call assemble_contacts(system, contacts, laws, 0.0_wp)
+      call assemble_contacts(system, contacts, laws)
       system%matrix%diagonal = untouched
       system%rhs = untouched
       contacts%slide_force(c) = 2*contacts%slide_force(c)
-      call assemble_contacts(system, contacts, laws, 0.0_wp)
+      call assemble_contacts(system, contacts, laws)
       call check(count(any(system%rhs /= untouched, 1)) == 2, 'two blocks for a force')
       call check(all(system%matrix%diagonal == untouched), 'no matrix for a force')
    end subroutine nothing_else

@@ -55,7 +55,7 @@ REMADE = {
     ("algebra", "lagged_factor_type"): {},
     ("algebra", "low_rank_type"): {
         name: "follows from the springs and the factor"
-        for name in ("columns", "gram", "order", "pivot", "t")
+        for name in ("columns", "gram", "n", "order", "pivot", "t")
     },
     ("algebra", "rank_one_type"): {},
     ("algebra", "factor_type"): {
@@ -68,7 +68,6 @@ REMADE = {
         "weight": "the input",
         "noise": "the input; under joint laws set in each step",
         "penetration_tolerance": "the input",
-        "stiffness_changes": "noted in each iteration",
         "slides": "listed in each iteration",
         "history": "forgotten in each step",
     },

@@ -10,22 +10,30 @@
 !> positive definite, C has a positive pivot for each term that enters and a negative one for each
 !> that leaves (inertia of the two Schur complements); where rounding says otherwise the update is
 !> refused.
+!>
+!> A term that changes again, as where contacts flip to and fro, keeps its column of W; one that has
+!> left altogether is no more part of C.
 module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_cholesky_single, only: factor_type
    use dda_front_plan, only: front_plan_type
    use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, &
       multiply_columns, project, subtract_columns, vector_width, column_panels
-   use dda_rank_one, only: rank_one_type, most_changes, forget_changes
+   use dda_rank_one, only: rank_one_type, most_changes, add_change, forget_changes
    implicit none
    private
    public :: low_rank_type, plan_low_rank, update_low_rank, rebuild_low_rank, correct
+
+   !> of u, by which the geometry of a contact drifts while its factor lasts
+   real(wp), parameter :: drift = 1.0e-3_wp
+   real(wp), parameter :: cancelled = 1.0e-9_wp  !< share of a term that is left by rounding
 
    !> The changes since the factor was made, with W and C.
    type :: low_rank_type
       type(rank_one_type) :: terms
       type(low_rank_columns_type) :: columns               !< W
-      integer :: order(most_changes) = 0          !< terms that enter, then those that leave
+      integer :: n = 0                            !< terms that differ from zero
+      integer :: order(most_changes) = 0          !< [n] terms that enter, then those that leave
       !> [most_changes, most_changes] WᵀW, its lower triangle of panels
       real(wp), allocatable :: gram(:,:)
       !> [most_changes, most_changes] C = T D Tᵀ in the order above
@@ -53,19 +61,47 @@ contains
       type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
       type(rank_one_type), intent(in) :: changes  !< from the matrix that `low` stands for
       logical, intent(out) :: done  !< .false.: the matrix has to be factorised
-      integer :: first
+      integer :: before, first, i, known
 
-      first = low%terms%n/vector_width + 1
-      done = low%terms%n + changes%n <= most_changes
+      done = changes%n <= most_changes
       if (.not. done) return
-      associate (old => low%terms%n, n => low%terms%n + changes%n)
-         low%terms%block(:, old + 1:n) = changes%block(:, :changes%n)
-         low%terms%u(:, :, old + 1:n) = changes%u(:, :, :changes%n)
-         low%terms%k(old + 1:n) = changes%k(:changes%n)
-      end associate
-      low%terms%n = low%terms%n + changes%n
-      call rebuild_low_rank(low, factor, first, done)
+      before = low%terms%n
+      do i = 1, changes%n
+         known = term_of(low%terms, changes%block(:, i), changes%u(:, :, i))
+         if (known == 0) then
+            call add_change(low%terms, changes%block(1, i), changes%u(:, 1, i), &
+               changes%block(2, i), -changes%u(:, 2, i), changes%k(i))
+         else
+            low%terms%k(known) = sum_of_terms(low%terms%k(known), changes%k(i))
+         end if
+      end do
+      done = low%terms%n <= most_changes
+      first = merge(before/vector_width, column_panels, low%terms%n > before) + 1
+      if (done) call rebuild_low_rank(low, factor, first, done)
    end subroutine update_low_rank
+
+   !> The term that is already there with the same u but for the drift of the geometry, else 0.
+   pure integer function term_of(terms, block, u)
+      type(rank_one_type), intent(in) :: terms  !< in W
+      integer, intent(in) :: block(2)  !< block rows
+      real(wp), intent(in) :: u(6, 2)  !< looked for
+      integer :: i
+
+      do i = 1, min(terms%n, most_changes)
+         if (any(terms%block(:, i) /= block)) cycle
+         term_of = i
+         if (sum((terms%u(:, :, i) - u)**2) <= drift**2*sum(u**2)) return
+      end do
+      term_of = 0
+   end function term_of
+
+   !> Zero where the two cancel but for rounding.
+   pure real(wp) function sum_of_terms(a, b) result(total)
+      real(wp), intent(in) :: a, b  !< N/m
+
+      total = a + b
+      if (abs(total) <= cancelled*max(abs(a), abs(b))) total = 0.0_wp
+   end function sum_of_terms
 
    !> W, WᵀW and C from the first panel on that holds new terms.
    subroutine rebuild_low_rank(low, factor, first, done)
@@ -90,11 +126,12 @@ contains
       filled = 0
       do pass = 1, 2
          do i = 1, low%terms%n
-            if ((low%terms%k(i) > 0.0_wp) .neqv. (pass == 1)) cycle
+            if (.not. merge(1.0_wp, -1.0_wp, pass == 1)*low%terms%k(i) > 0.0_wp) cycle
             filled = filled + 1
             low%order(filled) = i
          end do
       end do
+      low%n = filled
    end subroutine order_terms
 
    !> C = T D Tᵀ; .false. if a pivot has not the sign of its term.
@@ -103,7 +140,8 @@ contains
       logical, intent(out) :: done  !< .false.: the matrix has to be factorised
       integer :: i, j, n
 
-      n = low%terms%n
+      n = low%n
+      done = .true.
       do j = 1, n
          do i = j, n
             low%t(i, j) = low%gram(max(low%order(i), low%order(j)), min(low%order(i), low%order(j)))
@@ -119,7 +157,6 @@ contains
             low%t(i:n, i) = low%t(i:n, i) - low%t(i:n, j)*(low%t(i, j)*low%pivot(j))
          end do
       end do
-      done = .true.
    end subroutine factorise_capacity
 
    !> y = (I − W C⁻¹ Wᵀ) y, between forward and backward solve.
@@ -136,14 +173,14 @@ contains
       call subtract_columns(low%columns, plan, used, share, y)
    end subroutine correct
 
-   !> x = C⁻¹ x; zeros in the columns of the last panel that hold no term.
+   !> x = C⁻¹ x; zeros for columns of panels that hold no term, or one that has left.
    pure subroutine solve_capacity(low, x)
       type(low_rank_type), intent(in) :: low  !< update of the factor
       real(wp), intent(inout) :: x(most_changes)  !< a number for each term
       real(wp) :: z(most_changes)
       integer :: i, n
 
-      n = low%terms%n
+      n = low%n
       do i = 1, n
          z(i) = x(low%order(i))
       end do
@@ -154,7 +191,7 @@ contains
       do i = n, 1, -1
          z(i) = z(i) - dot_product(low%t(i + 1:n, i), z(i + 1:n))
       end do
-      x(n + 1:) = 0.0_wp
+      x = 0.0_wp
       do i = 1, n
          x(low%order(i)) = z(i)
       end do

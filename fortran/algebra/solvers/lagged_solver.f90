@@ -119,9 +119,8 @@ contains
          call serialise(archive, terms%u(:, :, :terms%n))
          call serialise(archive, terms%k(:terms%n))
          if (.not. archive%reading .or. allocated(archive%failure)) return
-         done = all(abs(terms%k(:terms%n)) > 0.0_wp)
       end associate
-      if (done) call rebuild_low_rank(lagged%low, lagged%factor, 1, done)
+      call rebuild_low_rank(lagged%low, lagged%factor, 1, done)
       if (.not. done) call fail_archive(archive, 'its changed terms do not fit its factor')
    end subroutine serialise_changes
 
