@@ -33,7 +33,9 @@ def call(*command, **options):
 def install_packages(packages: list[str]) -> None:
     """Install the system packages that are missing."""
     if shutil.which("dpkg-query") is None:
-        print("not a Debian system: the packages named in README.md are taken to be installed")
+        print(
+            "not a Debian system: the packages named in docs/install.md are taken to be installed"
+        )
         return
     missing = [name for name in packages if not installed(name)]
     if not missing:

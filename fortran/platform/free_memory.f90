@@ -11,6 +11,7 @@ module dda_free_memory
 
    integer(c_int), parameter :: address_space = 9  !< RLIMIT_AS on Linux
    real(wp), parameter :: kibi = 1024.0_wp, giga = 1.0e9_wp
+   real(wp), parameter :: unknown = huge(1.0_wp)/kibi  !< no limit that anything says
    character(len=*), parameter :: own_status = '/proc/self/status', groups = '/sys/fs/cgroup'
    integer, parameter :: longest_line = 1024
 
@@ -45,9 +46,9 @@ contains
    real(wp) function free_memory() result(bytes)
       integer(c_long) :: limits(2)
 
-      bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:'), free_in_groups())
+      bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), free_in_groups())
       if (getrlimit(address_space, limits) /= 0 .or. limits(1) < 0) return
-      bytes = min(bytes, real(limits(1), wp) - kibi*number_after(own_status, 'VmSize:'))
+      bytes = min(bytes, real(limits(1), wp) - kibi*number_after(own_status, 'VmSize:', 0.0_wp))
    end function free_memory
 
    !> Bytes that the control groups of this process (version 2) leave, as batch systems and
@@ -57,28 +58,27 @@ contains
       real(wp) :: limit
       integer :: slash
 
-      limit = huge(1.0_wp)
+      limit = unknown
       folder = text_after('/proc/self/cgroup', '0::')
       do
-         limit = min(limit, number_after(groups//folder//'/memory.max', ''))
+         limit = min(limit, number_after(groups//folder//'/memory.max', '', unknown))
          slash = index(folder, '/', back=.true.)
          if (slash == 0) exit
          folder = folder(:slash - 1)
       end do
-      bytes = limit
-      if (limit < huge(1.0_wp)) bytes = limit - kibi*number_after(own_status, 'VmRSS:')
+      bytes = limit - kibi*number_after(own_status, 'VmRSS:', 0.0_wp)
    end function free_in_groups
 
-   !> The number behind a key at the beginning of a line; huge where there is none.
-   real(wp) function number_after(file, key) result(value)
+   !> The number behind a key at the beginning of a line.
+   real(wp) function number_after(file, key, otherwise) result(value)
       character(len=*), intent(in) :: file, key  !< path; '': the first line
+      real(wp), intent(in) :: otherwise          !< where there is none, or no such file
       character(len=:), allocatable :: text
       integer :: status
 
       text = text_after(file, key)
       read (text, *, iostat=status) value
-      if (status /= 0) value = huge(1.0_wp)
-      value = min(value, huge(1.0_wp)/kibi)
+      if (status /= 0) value = otherwise
    end function number_after
 
    !> What stands behind a key at the beginning of a line of a file; blank where there is none.

