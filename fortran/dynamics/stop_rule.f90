@@ -7,7 +7,7 @@
 !> step to step while nothing moves.
 module dda_stop_rule
    use dda_kinds, only: wp, pi
-   use dda_edge_load, only: edge_load_type
+   use dda_edge_load, only: history_of
    use dda_simulation, only: simulation_type, block_name
    use dda_stage, only: never
    use dda_text, only: to_text
@@ -141,7 +141,8 @@ contains
          do i = 1, size(model%edge_loads)
             associate (load => model%edge_loads(i))
                if (load%present .and. size(load%time) > 1) quiet_from = max(quiet_from, &
-                  last_change(load%time, history_of(load), simulation%time))
+                  last_change(load%time, reshape([(history_of(load, k), k=1, size(load%time))], &
+                  [3, size(load%time)]), simulation%time))
             end associate
          end do
       end associate
@@ -162,15 +163,5 @@ contains
       end if
       last_change = times(k)
    end function last_change
-
-   !> What changes in a load on edges, [3,times].
-   pure function history_of(load) result(values)
-      type(edge_load_type), intent(in) :: load  !< with several times
-      real(wp) :: values(3, size(load%time))
-
-      values(1, :) = load%normal
-      values(2, :) = load%shear
-      values(3, :) = load%level
-   end function history_of
 
 end module dda_stop_rule

@@ -8,7 +8,7 @@
 module dda_edge_loads
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, place_of, shape_matrix
-   use dda_edge_load, only: edge_load_type, value_at, load_uniform, load_level, load_surface, &
+   use dda_edge_load, only: edge_load_type, values_at, load_uniform, load_level, load_surface, &
       load_line
    use dda_edge_piece, only: edge_piece_type, reference_at
    use dda_element, only: element_type
@@ -98,7 +98,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: time  !< s
       real(wp) :: force(6)
-      real(wp) :: ends(2, 2), factor, rise, shear
+      real(wp) :: ends(2, 2), values(3)
       integer :: i
 
       force = 0.0_wp
@@ -111,22 +111,22 @@ contains
             end do
          end associate
       end if
-      factor = value_at(load, load%normal, time)
-      shear = value_at(load, load%shear, time)
-      rise = value_at(load, load%level, time)
-      select case (load%kind)
-      case (load_uniform)
-         call add_stretch(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], [factor, factor], &
-            shear)
-      case (load_level)
-         call add_wet(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
-            load%unit_weight*(rise - ends(2, :)), 1.0_wp)
-      case (load_surface)
-         call add_below_line(force, load, k, blocks, ends, rise, factor)
-      case (load_line)
-         call add_wet(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], load%at_ends(:, k) &
-            + load%unit_weight*rise, factor)
-      end select
+      values = values_at(load, time)
+      associate (factor => values(1), shear => values(2), rise => values(3))
+         select case (load%kind)
+         case (load_uniform)
+            call add_stretch(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+               [factor, factor], shear)
+         case (load_level)
+            call add_wet(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+               load%unit_weight*(rise - ends(2, :)), 1.0_wp)
+         case (load_surface)
+            call add_below_line(force, load, k, blocks, ends, rise, factor)
+         case (load_line)
+            call add_wet(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], load%at_ends(:, k) &
+               + load%unit_weight*rise, factor)
+         end select
+      end associate
    end function force_on
 
    !> Hydrostatic pressure below a phreatic line, straight between its points; none beyond its ends.

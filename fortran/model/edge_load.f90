@@ -3,9 +3,11 @@
 module dda_edge_load
    use dda_kinds, only: wp
    use dda_edge_piece, only: edge_piece_type
+   use dda_interpolation, only: find_interval
    implicit none
    private
-   public :: edge_load_type, value_at, load_uniform, load_level, load_surface, load_line
+   public :: edge_load_type, values_at, history_of, load_uniform, load_level, load_surface, &
+      load_line
 
    integer, parameter :: load_uniform = 1  !< the same traction everywhere
    integer, parameter :: load_level = 2    !< hydrostatic below a level
@@ -32,27 +34,27 @@ module dda_edge_load
 
 contains
 
-   !> A quantity of a load at a time: linear between its times; outside zero, or held.
-   pure real(wp) function value_at(load, values, time) result(value)
+   !> Normal pressure (of water its factor), shear and level (of water its rise) at a time: linear
+   !> between the times of a load, constant beyond them.
+   pure function values_at(load, time) result(values)
       type(edge_load_type), intent(in) :: load  !< its times
-      real(wp), intent(in) :: values(:)         !< [times]
       real(wp), intent(in) :: time              !< s
-      integer :: k, n
+      real(wp) :: values(3)                     !< Pa (of water 1), Pa, m
       real(wp) :: share
+      integer :: k, last
 
-      n = size(load%time)
-      value = 0.0_wp
-      if (time < load%time(1) .or. time > load%time(n)) then
-         if (load%held) value = merge(values(1), values(n), time < load%time(1))
-         return
-      end if
-      k = max(1, min(n - 1, count(load%time <= time)))
-      value = values(min(k, n))
-      if (n == 1) return
-      share = 1.0_wp
-      if (load%time(k + 1) > load%time(k)) share = (time - load%time(k)) &
-         /(load%time(k + 1) - load%time(k))
-      value = values(k) + share*(values(k + 1) - values(k))
-   end function value_at
+      call find_interval(load%time, min(max(time, load%time(1)), load%time(size(load%time))), k, &
+         last, share)
+      values = history_of(load, k) + share*(history_of(load, last) - history_of(load, k))
+   end function values_at
+
+   !> What changes in a load, at one of its times.
+   pure function history_of(load, k) result(values)
+      type(edge_load_type), intent(in) :: load  !< its times
+      integer, intent(in) :: k                  !< time
+      real(wp) :: values(3)                     !< as `values_at`
+
+      values = [load%normal(k), load%shear(k), load%level(k)]
+   end function history_of
 
 end module dda_edge_load

@@ -2,6 +2,7 @@
 !> What acts on blocks from outside at material points, and the points that are measured.
 module dda_support
    use dda_kinds, only: wp
+   use dda_interpolation, only: find_interval
    implicit none
    private
    public :: fixed_point_type, load_type, point_type, load_at
@@ -45,26 +46,14 @@ contains
       type(load_type), intent(in) :: load  !< a force history
       real(wp), intent(in) :: time  !< s
       real(wp) :: force(2)
-      real(wp) :: ratio, since
-      integer :: low, high, middle
+      real(wp) :: share, since
+      integer :: k, last
 
       force = 0.0_wp
       since = time - load%start
-      low = 1
-      high = size(load%time)
-      if (since < load%time(low) .or. since > load%time(high)) return
-      do while (high - low > 1)
-         middle = (low + high)/2
-         if (load%time(middle) <= since) then
-            low = middle
-         else
-            high = middle
-         end if
-      end do
-      ratio = 1.0_wp
-      if (load%time(high) > load%time(low)) ratio = (since - load%time(low))/(load%time(high) &
-         - load%time(low))
-      force = load%force(:, low) + ratio*(load%force(:, high) - load%force(:, low))
+      if (since < load%time(1) .or. since > load%time(size(load%time))) return
+      call find_interval(load%time, since, k, last, share)
+      force = load%force(:, k) + share*(load%force(:, last) - load%force(:, k))
    end function load_at
 
 end module dda_support

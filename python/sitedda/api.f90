@@ -446,9 +446,9 @@ contains
    end subroutine contact_states
 
    !> Energies in the order of the output file.
-   subroutine energies(handle, values, status, message)
-      integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: values(23)  !< of `energy_terms`
+   subroutine energies(handle, n, values, status, message)
+      integer(c_int), intent(in) :: handle, n
+      real(c_double), intent(out) :: values(n)  !< of `energy_terms`
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -456,8 +456,8 @@ contains
 
       values = 0.0_c_double
       call find_run(handle, run, error)
-      if (.not. allocated(error)) values(:size(energy_terms)) = &
-         energy_values(run%simulation%energy)
+      if (.not. allocated(error)) call check_size(n, size(energy_terms), error)
+      if (.not. allocated(error)) values = energy_values(run%simulation%energy)
       call report(error, status, message)
    end subroutine energies
 

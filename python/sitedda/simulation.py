@@ -383,8 +383,8 @@ class Simulation:
     @property
     def energies(self) -> dict[str, float]:
         """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
-        values = self._ask("energies")
-        return dict(zip(engine_names("energies"), map(float, values), strict=True))
+        names = engine_names("energies")
+        return dict(zip(names, map(float, self._ask("energies", len(names))), strict=True))
 
     @property
     def counts(self) -> dict[str, int]:
