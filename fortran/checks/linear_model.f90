@@ -13,6 +13,7 @@ module dda_linear_model
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_blocks, only: blocks_type, shape_matrix
    use dda_damping, only: damping_type, is_damped, same_damping, modulus_factor
+   use dda_columns, only: column_count, column_of
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_elements, only: linear_terms_of
    use dda_friction, only: laws_type, shear_stiffness_of
@@ -89,6 +90,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(simulation_type) :: settled
       type(error_type), allocatable :: unrest  ! in the words of the equilibrium
+      integer :: i
 
       select case (which)
       case ('closed', 'present')
@@ -99,7 +101,11 @@ contains
             return
          end if
          settled = simulation
-         call equilibrate(settled, linear%equilibrium, unrest)
+         do i = 1, column_count(settled)
+            if (.not. allocated(unrest)) call equilibrate(column_of(settled, i), &
+               linear%equilibrium, unrest)
+         end do
+         if (.not. allocated(unrest)) call equilibrate(settled, linear%equilibrium, unrest)
          call build(linear, settled, .false.)
          call restore_run(linear, simulation)
       case default

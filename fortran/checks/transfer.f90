@@ -13,7 +13,7 @@ module dda_transfer
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_model, only: linear_model_type
    use dda_linear_terms, only: at_end, at_theta, end_dashpot, instants, &
-      term_support
+      term_support, term_free_side
    use dda_reduced_model, only: reduced_model_type, weights_type, reduce_model, solve_reduced, &
       weights_at, undamped_weights
    use dda_text, only: to_text
@@ -55,6 +55,12 @@ contains
       real(wp), allocatable :: static(:,:), force(:,:,:)
       integer :: i, j
 
+      if (any(linear%terms%term(:linear%terms%n)%kind == term_free_side)) then
+         call fail(error, error_input, 'the ground beyond free-field sides moves in its own '// &
+            'way, which a transfer function does not hold: run the model, or take kind = '// &
+            "'tied' for level ground")
+         return
+      end if
       if (any(points < 0 .or. points > size(linear%points))) then
          call fail(error, error_input, 'a transfer function needs two measured points; the '// &
             'model has '//to_text(size(linear%points)))

@@ -18,6 +18,7 @@ module dda_detection
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
+   integer, parameter :: most_across = 3  !< vertices across one, as where six triangles meet
 
    !> Distances that control the detection, and memory for the candidates.
    type :: detection_type
@@ -34,8 +35,8 @@ module dda_detection
       !> [2, vertices] edges that each vertex is pressed on, else 0
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
-      !> [vertices] the vertex across a place where four bonded corners meet, else 0: no contact
-      integer, allocatable :: opposite(:)
+      !> [most_across,vertices] those across a place where bonded corners meet, else 0: no contact
+      integer, allocatable :: opposite(:,:)
       !> [edges of the probes] a probe has at most as many contacts as edges
       type(candidate_type), allocatable :: candidate(:)
    end type detection_type
@@ -55,7 +56,7 @@ contains
       allocate (detection%depth(size(blocks%owner)), source=0.0_wp)
       allocate (detection%pressing(2, size(blocks%owner)), source=0)
       allocate (detection%corner(size(blocks%owner)), detection%candidate(0))
-      allocate (detection%opposite(size(blocks%owner)), source=0)
+      allocate (detection%opposite(most_across, size(blocks%owner)), source=0)
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
          detection%corner(v) = &
@@ -306,7 +307,7 @@ contains
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      if (detection%opposite(v) == w) return
+      if (any(detection%opposite(:, v) == w)) return
       tolerance = tolerance_of(detection, v, w)
       call list_choices(blocks, v, w, tolerance, detection%travel, choice, glancing)
       glancing = glancing .and. .not. was_pressed(detection, choice)

@@ -11,6 +11,8 @@ module dda_changes
    use dda_kinds, only: wp, long, pi
    use dda_baseline, only: displacement_at
    use dda_blocks, only: place_of
+   use dda_column_model, only: column_model
+   use dda_columns, only: column_count, column_of
    use dda_damping, only: highest_relaxation
    use dda_elements, only: match_velocities, set_elements
    use dda_energy, only: energy_changed
@@ -31,16 +33,21 @@ module dda_changes
 contains
 
    !> Take over what may change from a model, at the present time.
-   subroutine change_now(simulation, model, error)
+   recursive subroutine change_now(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
       type(error_type), allocatable, intent(out) :: error  !< it differs in what cannot change
       type(fixed_point_type), allocatable :: points(:)
       type(motion_type), allocatable :: motions(:)
       real(wp) :: speed
+      integer :: i
 
       call check_same(simulation%model, model, error)
       if (.not. allocated(error)) call check_bodies(simulation, model, error)
+      do i = 1, column_count(simulation)
+         if (.not. allocated(error)) call change_now(column_of(simulation, i), &
+            column_model(model, model%free_fields(i)), error)
+      end do
       if (allocated(error)) return
       speed = simulation%speed
       call evaluate_present(simulation, error)
@@ -67,6 +74,7 @@ contains
       same = old%blocks%n == new%blocks%n .and. size(old%joints) == size(new%joints) &
          .and. size(old%motions) == size(new%motions) .and. size(old%stages) == size(new%stages) &
          .and. size(old%fixed_points) <= size(new%fixed_points) &
+         .and. size(old%free_fields) == size(new%free_fields) &
          .and. size(old%loads) <= size(new%loads)
       if (same) same = size(old%blocks%owner) == size(new%blocks%owner)
       if (same) same = all(old%blocks%reference == new%blocks%reference)
@@ -99,11 +107,11 @@ contains
    end subroutine check_bodies
 
    !> Values that the state does not depend on; what stages have taken away stays away.
-   subroutine adopt_values(simulation, model)
+   recursive subroutine adopt_values(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< of the changed input
       type(laws_type) :: laws
-      integer :: m
+      integer :: m, i
 
       associate (own => simulation%model)
          own%control%gravity = model%control%gravity
@@ -122,6 +130,9 @@ contains
          call adopt_loads(own, model, simulation%blocks%removed)
          call adopt_points(own, model, simulation%blocks%removed, simulation%stage)
       end associate
+      do i = 1, column_count(simulation)
+         call adopt_values(column_of(simulation, i), column_model(model, model%free_fields(i)))
+      end do
    end subroutine adopt_values
 
    !> A motion that begins at a time.

@@ -20,6 +20,7 @@
 module dda_equilibrium
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type, begin_memory
+   use dda_columns, only: follow_columns
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_contact_search, only: find_contacts
    use dda_elements, only: set_elements, freeze_elements, balance_elements
@@ -137,6 +138,7 @@ contains
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
       call freeze_elements(simulation%elements, simulation%blocks, simulation%time)
+      call follow_columns(simulation)
       call stop_blocks(simulation)
       call stop_damping(simulation%blocks, simulation%energy)
    end subroutine begin_statics
@@ -162,7 +164,7 @@ contains
          in_vain = merge(0, in_vain + 1, equilibrium%unbalanced < 0.5_wp*least)
          least = min(least, equilibrium%unbalanced)
          if (equilibrium%at_rest .and. (in_vain >= most_in_vain .or. &
-            size(simulation%model%boundaries) == 0)) return
+            size(simulation%model%boundaries) + size(simulation%model%free_fields) == 0)) return
          if (equilibrium%steps == most_steps) return
          if (way > fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > most_iterations) return

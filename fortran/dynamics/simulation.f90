@@ -19,8 +19,8 @@ module dda_simulation
    use dda_text, only: to_text
    implicit none
    private
-   public :: simulation_type, counters_type, stop_state_type, next_step, exchange_lists, &
-      end_of_run, finished, stage_finished, summary, ending, block_name
+   public :: simulation_type, companions_type, counters_type, stop_state_type, next_step, &
+      exchange_lists, end_of_run, finished, stage_finished, summary, ending, block_name
 
    !> What has been counted since the start.
    type :: counters_type
@@ -41,6 +41,10 @@ module dda_simulation
       real(wp) :: since = 0.0_wp                !< time of the latter, s
    end type stop_state_type
 
+   !> Runs beside a run (`dda_columns`).
+   type, abstract :: companions_type
+   end type companions_type
+
    !> Everything a run is made of.
    type :: simulation_type
       type(model_type) :: model                !< what does not change
@@ -60,6 +64,7 @@ module dda_simulation
       type(energy_type) :: energy
       type(counters_type) :: counters
       type(stop_state_type) :: stop
+      class(companions_type), allocatable :: columns  !< of free fields
       integer :: stage = 0                     !< present stage
       integer(long) :: first_step = 0          !< steps done before it
       real(wp) :: first_time = 0.0_wp          !< time at its beginning, s

@@ -8,6 +8,7 @@ module dda_stages
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at
    use dda_blocks, only: change_material, place_of, remove_block
+   use dda_columns, only: column_count, column_of, name_column
    use dda_contact, only: filter_contacts
    use dda_elements, only: match_velocities, set_elements
    use dda_energy, only: energy_type, energy_terms, energy_values, add_energy, total_energy, &
@@ -56,12 +57,17 @@ contains
       if (.not. allocated(error)) call begin_stop_rule(simulation)
    end subroutine begin_first_stage
 
-   !> Begin the stage after the present one.
-   subroutine begin_next_stage(simulation, error)
+   !> Begin the stage after the present one, of columns of free fields first.
+   recursive subroutine begin_next_stage(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: s
+      integer :: s, i
 
+      do i = 1, column_count(simulation)
+         call begin_next_stage(column_of(simulation, i), error)
+         call name_column(simulation, i, error)
+         if (allocated(error)) return
+      end do
       s = simulation%stage + 1
       simulation%stage = s
       simulation%first_step = simulation%step

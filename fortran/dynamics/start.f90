@@ -8,6 +8,8 @@ module dda_start
    use dda_energy, only: add_energy, total_energy, energy_kinetic, energy_initial, energy_input
    use dda_energy_budget, only: start_energy_budget
    use dda_bonds, only: bond_contacts, find_opposites
+   use dda_column_model, only: column_model
+   use dda_columns, only: make_columns, column_of, name_column
    use dda_contact, only: reserve, filter_contacts
    use dda_contact_search, only: find_contacts
    use dda_detection, only: prepare_detection
@@ -29,8 +31,8 @@ module dda_start
 
 contains
 
-   !> Set up a run of a model.
-   subroutine start(simulation, model, error)
+   !> Set up a run of a model, and of the columns of its free fields.
+   recursive subroutine start(simulation, model, error)
       type(simulation_type), intent(out) :: simulation  !< a run and its state
       type(model_type), intent(in) :: model  !< as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -72,6 +74,7 @@ contains
       call start_energy_budget(simulation%energy, simulation%blocks, &
          simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
          next_step(simulation))
+      call start_columns(simulation, error)
    end subroutine start
 
    !> Bounds and tolerances of the open–close iteration.
@@ -90,7 +93,23 @@ contains
       end associate
    end subroutine prepare_iteration
 
-   !> Corners across a place where four bonded corners meet have no contact.
+   !> The runs of the columns of free fields.
+   recursive subroutine start_columns(simulation, error)
+      type(simulation_type), intent(inout) :: simulation  !< just started
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer :: i
+
+      associate (fields => simulation%model%free_fields)
+         call make_columns(simulation, size(fields))
+         do i = 1, size(fields)
+            call start(column_of(simulation, i), column_model(simulation%model, fields(i)), error)
+            call name_column(simulation, i, error)
+            if (allocated(error)) return
+         end do
+      end associate
+   end subroutine start_columns
+
+   !> Corners across a place where bonded corners meet have no contact.
    subroutine skip_opposites(simulation)
       type(simulation_type), intent(inout) :: simulation  !< with its first contacts
 
@@ -98,7 +117,7 @@ contains
          block
             logical :: across(contacts%n)
 
-            call find_opposites(contacts, simulation%detection%opposite, across)
+            call find_opposites(contacts, simulation%blocks, simulation%detection%opposite, across)
             if (any(across)) call filter_contacts(contacts, .not. across)
          end block
       end associate

@@ -8,7 +8,7 @@ module dda_system
    use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of
    use dda_blocks, only: blocks_type
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
-   use dda_elements, only: elements_type, prepare_elements, linear_terms_of, add_forces
+   use dda_elements, only: elements_type, linear_terms_of, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, coupled_blocks
    use dda_material_damping, only: add_damping_matrices, add_damping_loads
    use dda_neighbours, only: neighbours_type
@@ -126,7 +126,7 @@ contains
    !> All of K̂ and f̂ that does not depend on contact states.
    subroutine assemble_linear(system, elements, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(elements_type), intent(inout) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       integer :: p
@@ -142,7 +142,6 @@ contains
          end do
       end if
       if (blocks%damps) call add_damping_loads(blocks, step, system%load)
-      call prepare_elements(elements, blocks, step)
       call linear_terms_of(elements, blocks, step, system%terms)
       call add_to_matrix(system%terms, step_weights(step), system%linear)
       call add_forces(elements, blocks, step, system%load)

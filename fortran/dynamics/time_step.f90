@@ -5,6 +5,7 @@ module dda_time_step
    use dda_kinds, only: wp
    use dda_bonds, only: part_opposites
    use dda_friction, only: accept_contacts
+   use dda_columns, only: column_count, column_of, follow_columns, name_column
    use dda_contact_damping, only: damp_contacts, hold_forces
    use dda_contact_search, only: find_contacts
    use dda_diagnostics, only: explain, check_state
@@ -48,7 +49,8 @@ contains
       do attempt = 1, most_attempts
          call find_contacts(simulation, error)
          if (allocated(error)) return
-         call solve_step(simulation, error)
+         call solve_columns(simulation, attempt > 1, error)
+         if (.not. allocated(error)) call solve_step(simulation, error)
          if (.not. allocated(error)) then
             move = farthest_move(simulation%blocks, simulation%system%d)
             call note_move(simulation, move)
@@ -58,8 +60,9 @@ contains
          if (allocated(error)) return
       end do
       call lap(simulation%system%watch, phase_iterate)
+      call accept_columns(simulation, error)
       call accept(simulation)
-      call check_state(simulation, error)
+      if (.not. allocated(error)) call check_state(simulation, error)
       call lap(simulation%system%watch, phase_update)
    end subroutine advance
 
@@ -98,6 +101,61 @@ contains
          counters%most_iterations = max(counters%most_iterations, simulation%iteration%iterations)
       end associate
    end subroutine solve_step
+
+   !> Solve the step of the columns of free fields first, and hand it to the sides of the model.  On
+   !> the way to rest they are at rest already.
+   subroutine solve_columns(simulation, again, error)
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      logical, intent(in) :: again  !< another attempt at the same step
+      type(error_type), allocatable, intent(out) :: error  !< of the last column that fails
+      type(error_type), allocatable :: failure
+      integer :: i
+
+      if (simulation%resting) return
+      do i = 1, column_count(simulation)
+         call solve_column(column_of(simulation, i), simulation%time_step, again, failure)
+         call name_column(simulation, i, failure)
+         if (allocated(failure)) call move_alloc(failure, error)
+      end do
+      if (.not. allocated(error)) call follow_columns(simulation)
+   end subroutine solve_columns
+
+   !> Solve the step of a column, with a wider search where it moves too far for the first.
+   subroutine solve_column(run, time_step, again, error)
+      type(simulation_type), intent(inout) :: run  !< of the column
+      real(wp), intent(in) :: time_step            !< of the model, s
+      logical, intent(in) :: again                 !< another attempt at the same step
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp) :: move
+      integer :: search
+
+      run%time_step = time_step
+      do search = 1, most_searches
+         if (again .or. search > 1) call exchange_lists(run)
+         call find_contacts(run, error)
+         if (.not. allocated(error)) call solve_step(run, error)
+         if (allocated(error)) return
+         move = farthest_move(run%blocks, run%system%d)
+         call note_move(run, move)
+         if (.not. is_too_far(run, move)) return
+      end do
+      call fail(error, error_convergence, 'a vertex moves too far in one step')
+   end subroutine solve_column
+
+   !> Make the solutions of the columns their new states.
+   subroutine accept_columns(simulation, error)
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer :: i
+
+      if (simulation%resting) return
+      do i = 1, column_count(simulation)
+         call accept(column_of(simulation, i))
+         call check_state(column_of(simulation, i), error)
+         call name_column(simulation, i, error)
+         if (allocated(error)) return
+      end do
+   end subroutine accept_columns
 
    !> Iterate the contacts by the rules that the input asks for.
    subroutine close_step(simulation, error)

@@ -38,6 +38,7 @@ module dda_absorbing
       integer, allocatable :: block(:)                 !< [any] that the points are on, once each
       real(wp), allocatable :: reaction(:,:)           !< [6,any] force on each that stays, N/m …
       real(wp) :: stiffness = 0.0_wp                   !< of a static support, N/m per m
+      integer :: kind = term_boundary                  !< of its terms
       type(fixed_points_type), allocatable :: support  !< while a static stage holds them
    contains
       procedure :: add_linear
@@ -48,6 +49,7 @@ module dda_absorbing
       procedure :: inherit
       procedure :: balance
       procedure :: serialise
+      procedure :: increment_of
    end type absorbing_type
 
 contains
@@ -130,7 +132,7 @@ contains
          call self%support%add_linear(blocks, step, terms)
          return
       end if
-      term%kind = term_boundary
+      term%kind = self%kind
       term%instant = mean_dashpot
       do i = 1, size(self%point)
          t = rows_of(self, i, blocks)
@@ -165,9 +167,9 @@ contains
          call self%support%add_force(blocks, motions, step, load)
          return
       end if
-      if (all(self%motion == 0)) return
       do i = 1, size(self%point)
-         force = self%dashpot(:, i)*increment_of(self, i, motions, step)/step%time_step
+         force = self%dashpot(:, i)*self%increment_of(i, motions, step)/step%time_step
+         if (.not. any(abs(force) > 0.0_wp)) cycle
          associate (b => self%point(i)%block)
             load(:, b) = load(:, b) + matmul(force, rows_of(self, i, blocks))
          end associate
@@ -209,7 +211,7 @@ contains
       do i = 1, size(self%point)
          if (blocks%removed(self%point(i)%block)) cycle
          moved = matmul(rows_of(self, i, blocks), d(:, self%point(i)%block))
-         increment = increment_of(self, i, motions, step)
+         increment = self%increment_of(i, motions, step)
          force = self%dashpot(:, i)*(increment - moved)/step%time_step
          call add_energy(energy, energy_input, dot_product(force, increment))
          call add_energy(energy, energy_damping, dot_product(force, increment - moved))

@@ -24,7 +24,6 @@ module dda_element
       procedure(force_interface), deferred :: add_force
       procedure :: add_stored => add_no_stored
       procedure(budget_interface), deferred :: account
-      procedure :: prepare => prepare_nothing
       procedure :: accept => accept_nothing
       procedure :: match_velocity => match_nothing
       procedure :: freeze => freeze_nothing
@@ -75,15 +74,6 @@ contains
       type(step_type), intent(in) :: step           !< the one to come
       type(energy_type), intent(inout) :: energy    !< J per metre of thickness
    end subroutine add_no_stored
-
-   !> Before the forces of a step are asked for: solve what does not depend on the model; here:
-   !> nothing.
-   subroutine prepare_nothing(self, blocks, motions, step)
-      class(element_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks       !< at the start of the step
-      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
-      type(step_type), intent(in) :: step  !< the one to be taken
-   end subroutine prepare_nothing
 
    !> Take over a state of its own at the end of a step; here: none.
    subroutine accept_nothing(self, blocks, motions, step, d)

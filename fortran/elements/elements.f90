@@ -11,17 +11,19 @@ module dda_elements
    use dda_element, only: element_type
    use dda_energy, only: energy_type, energy_support
    use dda_fixed_points, only: new_fixed_points
+   use dda_free_sides, only: free_sides_type, new_free_sides, follow_column
    use dda_linear_terms, only: linear_terms_type, clear_terms
    use dda_model, only: model_type
    use dda_motion, only: motion_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
-   use dda_ties, only: new_ties
+   use dda_ties, only: ties_type, new_ties
    implicit none
    private
-   public :: elements_type, set_elements, register, prepare_elements, linear_terms_of, &
+   public :: elements_type, set_elements, register, linear_terms_of, &
       add_forces, update_stored, account_elements, revise_elements, bolt_states, accept_elements, &
-      match_velocities, freeze_elements, balance_elements, serialise_elements
+      match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
+      follow_free_field
 
    !> One kind of elements.
    type :: kind_type
@@ -60,6 +62,7 @@ contains
       end associate
       if (size(model%ties) > 0) call register(elements, new_ties(model%ties, &
          model%contact%normal_stiffness*[1.0_wp, 1.0_wp/model%contact%shear_ratio]))
+      if (size(model%free_fields) > 0) call register(elements, new_free_sides(model%free_fields))
       if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
       if (allocated(before)) call inherit_states(elements, before, blocks)
@@ -94,18 +97,6 @@ contains
       allocate (more(size(more))%element, source=element)
       call move_alloc(more, elements%kind)
    end subroutine register
-
-   !> Before the forces of a step are asked for.
-   subroutine prepare_elements(elements, blocks, step)
-      type(elements_type), intent(inout) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one to be taken
-      integer :: i
-
-      do i = 1, size(elements%kind)
-         call elements%kind(i)%element%prepare(blocks, elements%motions, step)
-      end do
-   end subroutine prepare_elements
 
    !> All springs and dashpots in the present geometry.
    subroutine linear_terms_of(elements, blocks, step, terms)
@@ -192,6 +183,43 @@ contains
          end select
       end do
    end function bolt_states
+
+   !> What ties exert on the blocks of one face, at t₀ + θΔt of a step whose increment d is known.
+   function face_forces(elements, face, blocks, step, d) result(force)
+      type(elements_type), intent(in) :: elements  !< of the model
+      integer, intent(in) :: face                  !< of each tie, 1 or 2
+      type(blocks_type), intent(in) :: blocks      !< at the start of the step
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp), intent(in) :: d(:,:)               !< [6,blocks]
+      real(wp) :: force(6, blocks%n)               !< N/m …
+      integer :: i
+
+      force = 0.0_wp
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (ties_type)
+            call element%add_face_force(face, blocks, step, d, force)
+         end select
+      end do
+   end function face_forces
+
+   !> Sides take over the step of the column of a free field.
+   subroutine follow_free_field(elements, number, block, column, d, force)
+      type(elements_type), intent(inout) :: elements  !< of the model
+      integer, intent(in) :: number                   !< of the free field
+      integer, intent(in) :: block(:)                 !< [n] of the model, that the column has
+      type(blocks_type), intent(in) :: column         !< its blocks at the start of the step
+      real(wp), intent(in) :: d(:,:)                  !< [6,n] their increments in it
+      real(wp), intent(in) :: force(:,:)              !< [6,n] on them at the side, N/m …
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (free_sides_type)
+            call follow_column(element, number, block, column, d, force)
+         end select
+      end do
+   end subroutine follow_free_field
 
    !> States of their own move to the end of the step.
    subroutine accept_elements(elements, blocks, step, d)

@@ -15,7 +15,7 @@ module dda_linear_terms
       add_to_matrix, add_product, step_weights, scale_penalty, coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
-      term_kinds, term_names
+      term_free_side, term_kinds, term_names
 
    integer, parameter :: at_theta = 1      !< stiffness at t₀ + θΔt
    integer, parameter :: at_end = 2        !< stiffness at the end of the step
@@ -29,10 +29,11 @@ module dda_linear_terms
    integer, parameter :: term_boundary = 4 !< dashpot of an absorbing boundary
    integer, parameter :: term_tie = 5      !< spring between the two sides of a model
    integer, parameter :: term_bolt = 6     !< spring of a bolt
-   integer, parameter :: term_kinds = 6
+   integer, parameter :: term_free_side = 7 !< dashpot between a side and its free field
+   integer, parameter :: term_kinds = 7
    character(len=*), parameter :: term_names(term_kinds) = [character(len=22) :: &
       'normal contact springs', 'shear contact springs', 'fixed points', 'absorbing boundaries', &
-      'ties of the sides', 'bolts']
+      'ties of the sides', 'bolts', 'free-field sides']
 
    !> One term.
    type :: linear_term_type

@@ -17,7 +17,7 @@ module dda_ties
    use dda_tie, only: tie_type
    implicit none
    private
-   public :: ties_type, spring_type, new_ties, spring_of
+   public :: ties_type, new_ties
 
    real(wp), parameter :: corner_share = 0.05_wp  !< as in `dda_detection`
    real(wp), parameter :: equal = 1.0e-9_wp       !< of a corner's size: no difference
@@ -25,6 +25,7 @@ module dda_ties
    !> The springs of a tie in the present geometry.
    type :: spring_type
       integer :: block(2) = 0          !< of the vertex, of the edge
+      integer :: face = 0              !< of the tie that the vertex belongs to
       real(wp) :: stretch(2) = 0.0_wp  !< gap and slip so far, m
       real(wp) :: row(6, 2, 2) = 0.0_wp !< [6, normal or shear, vertex or edge] of their changes
    end type spring_type
@@ -42,6 +43,7 @@ module dda_ties
       procedure :: accept
       procedure :: inherit
       procedure :: serialise
+      procedure :: add_face_force
    end type ties_type
 
 contains
@@ -74,6 +76,7 @@ contains
          face = first
          if (beyond(first) > least .and. beyond(3 - first) < beyond(first) - least) face = 3 - first
          spring = vertex_on_edge(blocks, tie, face)
+         spring%face = face
          spring%stretch(2) = self%slip(i)
       end associate
    end function spring_of
@@ -198,6 +201,30 @@ contains
          end associate
       end do
    end subroutine add_force
+
+   !> Add what the ties exert on the blocks of one face, at t₀ + θΔt of a step whose increment d is
+   !> known.
+   subroutine add_face_force(self, face, blocks, step, d, load)
+      class(ties_type), intent(in) :: self     !< elements of this kind
+      integer, intent(in) :: face              !< of each tie, 1 or 2
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step      !< the one being taken
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
+      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] N/m …
+      type(spring_type) :: spring
+      real(wp) :: force(2)
+      integer :: i, side
+
+      do i = 1, size(self%tie)
+         spring = spring_of(self, i, blocks)
+         force = -self%stiffness*(spring%stretch + step%scheme%theta*change_of(spring, d))
+         side = merge(1, 2, spring%face == face)
+         associate (b => spring%block(side))
+            load(:, b) = load(:, b) + merge(1.0_wp, -1.0_wp, side == 1) &
+               *matmul(spring%row(:, :, side), force)
+         end associate
+      end do
+   end subroutine add_face_force
 
    !> ½ k s² of each spring.
    subroutine add_stored(self, blocks, motions, step, energy)

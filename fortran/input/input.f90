@@ -12,6 +12,7 @@ module dda_input
    use dda_input_boundaries, only: read_boundaries, check_rest
    use dda_input_joint, only: read_joint
    use dda_input_edge_loads, only: read_edge_loads
+   use dda_input_free_field, only: check_columns
    use dda_input_material, only: read_material, fit_materials
    use dda_input_materials, only: read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
@@ -80,6 +81,7 @@ contains
       if (.not. allocated(error)) call read_ends(model, file, groups, error)
       if (.not. allocated(error)) call fit_materials(model, file, groups, error)
       call check_rest(model, file, groups, error)
+      call check_columns(model, file, groups, error)
       if (allocated(error)) return
       if (model%stages(1)%static) call refuse_velocities(file, model, error)
       call read_amplifications(model, file, groups, error)

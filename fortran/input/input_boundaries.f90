@@ -2,16 +2,18 @@
 !> The groups &boundary: edges of the outline that are fixed, on rollers, or absorb waves.
 !>
 !> Fixed edges and rollers become fixed points at the Gauss points of the edges; the others become
-!> boundaries of the model.
+!> boundaries or free fields of the model.
 module dda_input_boundaries
    use dda_kinds, only: wp
    use dda_blocks, only: place_of
    use dda_boundary, only: boundary_type
    use dda_edge_piece, only: edge_piece_type, gauss_points, piece_length, piece_normal
    use dda_errors, only: error_type
+   use dda_free_field, only: free_field_type
    use dda_input_edges, only: edge_choice_type, choose_edges, most_values
    use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
       require_choice, require_name, unset, is_set, name_length
+   use dda_input_free_field, only: find_column, check_plain
    use dda_input_names, only: list_length
    use dda_material, only: material_type, elasticity
    use dda_model, only: model_type
@@ -44,14 +46,15 @@ contains
       integer :: i
 
       if (allocated(error)) return
-      allocate (model%boundaries(0), model%ties(0))
+      allocate (model%boundaries(0), model%ties(0), model%free_fields(0))
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
          place = place_of_group(file, groups(i))
          call read_boundary(groups(i)%text, place, reading, error)
          if (allocated(error)) return
-         if (reading%kind == 'tied') then
-            call tie_sides(model, place, reading, error)
+         if (reading%kind == 'tied' .or. reading%kind == 'free_field') then
+            if (reading%kind == 'tied') call tie_sides(model, place, reading, error)
+            if (reading%kind /= 'tied') call continue_side(model, place, reading, error)
             if (allocated(error)) return
             cycle
          end if
@@ -172,6 +175,7 @@ contains
          reading%pressure_velocity]))) call input_error(error, place, &
          "kind = 'tied' has no direction, no motion and no half-space")
       if (size(model%ties) > 0) call input_error(error, place, 'the sides are tied already')
+      if (size(model%free_fields) > 0) call refuse_both(place, error)
       if (model%contact%original_rules) call input_error(error, place, &
          "ties act as bonded joints do: contact_rules = 'original' of &contact has none")
       choice%side = 'left'
@@ -179,11 +183,57 @@ contains
       choice%side = 'right'
       call choose_edges(choice, place, model%blocks, model%block_names, model%origin, right, error)
       if (allocated(error)) return
+      call check_plain(model, place, model%blocks%joint([left%edge, right%edge]), error)
       width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
       call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties)
       if (size(model%ties) == 0) call input_error(error, place, &
          'the left and the right side are at different heights: nothing meets')
    end subroutine tie_sides
+
+   !> Sides are tied to each other, or have a free field.
+   subroutine refuse_both(place, error)
+      type(place_type), intent(in) :: place  !< of the group
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      call input_error(error, place, "kind = 'tied' and kind = 'free_field' are two ways to "// &
+         'go on with the ground: leave out one of them')
+   end subroutine refuse_both
+
+   !> Level ground goes on beyond a side.
+   subroutine continue_side(model, place, reading, error)
+      type(model_type), intent(inout) :: model  !< receives the free field
+      type(place_type), intent(in) :: place  !< of the group
+      type(reading_type), intent(in) :: reading  !< as read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(free_field_type) :: field
+      type(edge_piece_type), allocatable :: pieces(:)
+
+      if (all(reading%choice%side /= ['left ', 'right']) .or. any(is_set(reading%choice%along)) &
+         .or. reading%choice%blocks /= '') call input_error(error, place, &
+         "kind = 'free_field' needs side = 'left' or side = 'right', and takes all of it: "// &
+         'leave out along and blocks')
+      if (any(reading%motion /= '') .or. reading%direction /= '' .or. reading%motion_is /= '') &
+         call input_error(error, place, "kind = 'free_field' has no direction, and the motion "// &
+         'of the ground from below: give it to the base')
+      if (size(model%ties) > 0) call refuse_both(place, error)
+      if (any(model%free_fields%side == reading%choice%side)) call input_error(error, place, &
+         'this side has a free field already')
+      if (model%contact%original_rules) call input_error(error, place, 'the free field acts as '// &
+         "bonded joints do: contact_rules = 'original' of &contact has none")
+      if (model%control%dynamic_factor < 1.0_wp) call input_error(error, place, &
+         'dashpots need velocities: dynamic_factor of &control must be 1')
+      call choose_edges(reading%choice, place, model%blocks, model%block_names, model%origin, &
+         pieces, error)
+      if (allocated(error)) return
+      field%side = reading%choice%side
+      field%boundary%name = reading%name
+      field%boundary%kind = reading%kind
+      field%boundary%piece = pieces
+      field%boundary%point = points_of(model, reading, pieces)
+      call set_half_space(field%boundary, model, reading, place, error)
+      call find_column(model, place, field, error)
+      model%free_fields = [model%free_fields, field]
+   end subroutine continue_side
 
    !> Supports or dashpots at the Gauss points of the pieces.
    subroutine add_boundary(model, place, reading, pieces, error)

@@ -299,8 +299,8 @@ module dda_input_catalogue
          'name in the output, and that stages release fixed edges by', allowed='any'), &
       variable_type('kind', 'text', '', 'required', &
          'fixed; roller: held along its normal; viscous: dashpots; compliant: with a motion; '// &
-         'tied: the left side meets the right one', &
-         allowed="'fixed', 'roller', 'viscous', 'compliant', 'tied'"), &
+         'tied: the left side meets the right one; free_field: level ground goes on', &
+         allowed="'fixed', 'roller', 'viscous', 'compliant', 'tied', 'free_field'"), &
       variable_type('direction', 'text', '', "'xy'; of a roller 'normal'", &
          'directions that are held; of a boundary that absorbs waves in static stages', &
          allowed="'x', 'y', 'xy', 'normal'"), &

@@ -14,6 +14,7 @@ module dda_model
    use dda_bolt, only: bolt_type
    use dda_boundary, only: boundary_type
    use dda_edge_load, only: edge_load_type
+   use dda_free_field, only: free_field_type
    implicit none
    private
    public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
@@ -42,6 +43,7 @@ module dda_model
       type(fixed_point_type), allocatable :: fixed_points(:)
       type(boundary_type), allocatable :: boundaries(:)  !< that absorb waves
       type(tie_type), allocatable :: ties(:)         !< of its left with its right side
+      type(free_field_type), allocatable :: free_fields(:)  !< at its sides
       type(load_type), allocatable :: loads(:)
       type(edge_load_type), allocatable :: edge_loads(:) !< tractions and water
       type(bolt_type), allocatable :: bolts(:)

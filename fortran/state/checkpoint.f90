@@ -32,7 +32,7 @@ module dda_checkpoint
 
    !> of all that is written
    character(len=*), parameter :: layout = &
-      ', checkpoints with springs of contacts, joint laws, bolts and impacts'
+      ', checkpoints with springs of contacts, joint laws, bolts, impacts and free fields'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

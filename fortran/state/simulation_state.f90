@@ -5,6 +5,7 @@ module dda_simulation_state
    use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, serialise_number
    use dda_system, only: set_matrix_pattern
    use dda_blocks, only: blocks_type, has_memory
+   use dda_columns, only: column_count, column_of
    use dda_contact_state, only: serialise_contacts, serialise_neighbours
    use dda_changes, only: adopt_values
    use dda_elements, only: serialise_elements, set_elements
@@ -26,9 +27,10 @@ contains
 
    !> When the archive is read, the simulation must be one of the same model, and comes to stand
    !> where the other stood.
-   subroutine serialise_simulation(archive, simulation)
+   recursive subroutine serialise_simulation(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      integer :: i
 
       call serialise_clock(archive, simulation)
       call serialise_changes(archive, simulation)
@@ -52,6 +54,9 @@ contains
          call analyse(simulation%solver, simulation%system%matrix)
       end if
       call serialise_solver(archive, simulation%solver, simulation%system%matrix)
+      do i = 1, column_count(simulation)
+         call serialise_simulation(archive, column_of(simulation, i))
+      end do
       call serialise_label(archive, 'end')
    end subroutine serialise_simulation
 

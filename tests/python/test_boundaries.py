@@ -5,12 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from lattices import DENSITY, MODULUS, POISSON, ROCK, SPEED, lattice, moved
 
 import sitedda
 
-DENSITY, SPEED, POISSON = 1800.0, 200.0, 0.25
-MODULUS = 2 * DENSITY * SPEED**2 * (1 + POISSON)
-ROCK = {"density": 2200.0, "shear_velocity": 800.0, "pressure_velocity": 1500.0}
 BARE = {"density": None, "shear_velocity": None, "pressure_velocity": None, "motion_x": None}
 RATIO = DENSITY * SPEED / (ROCK["density"] * ROCK["shear_velocity"])
 
@@ -194,45 +192,6 @@ def test_weight_on_dashpots_needs_a_static_stage():
     model.control.settle = None
     with pytest.raises(sitedda.InputError, match="dashpots do not carry weight"):
         model.check()
-
-
-def lattice(sides: str, along="x", columns=10, rows=3, order=1, acceleration=1.0, **control):
-    """Three layers of square blocks on a compliant base under a pulse, without gravity."""
-    control = {"time_step": 1e-3, "duration": 0.15, "analysis": "plane_strain"} | control
-    model = sitedda.Model("lattice", **control)
-    model.contact(normal_stiffness=40 * MODULUS, force_tolerance=1e-14)
-    model.joint("glue", friction_angle=40.0, cohesion=1e12, tensile_strength=1e12)
-    for j in range(rows):
-        name = f"layer_{j}"
-        model.material(
-            name,
-            density=DENSITY + 100 * j,
-            young_modulus=MODULUS * (2 - 0.5 * j),
-            poisson_ratio=POISSON,
-        )
-        for i in range(columns)[::order]:
-            model.block([i, j, i + 1, j, i + 1, j + 1, i, j + 1], name=f"b_{i}_{j}", material=name)
-    time = np.arange(0.0, 0.06, 1e-3)
-    pulse = acceleration * np.sin(np.pi * time / 0.06) ** 2 * np.sin(2 * np.pi * time / 0.06)
-    model.motion("rock", pulse, 1e-3, "acceleration", drift_order=0)
-    model.boundary("base", "compliant", side="bottom", **{f"motion_{along}": "rock"}, **ROCK)
-    if sides == "tied":
-        model.boundary(kind="tied")
-    return model
-
-
-def moved(model, columns: int = 10, rows: int = 3) -> np.ndarray:
-    """Displacements of the blocks at every tenth step, shape (n, rows, columns, 2), m."""
-    found = []
-    with sitedda.Simulation(model) as simulation:
-        names = list(simulation.block_names)
-        order = [names.index(f"b_{i}_{j}") for j in range(rows) for i in range(columns)]
-        first = simulation.coordinates.copy()
-        done = False
-        while not done:
-            done = simulation.advance(10)
-            found.append((simulation.coordinates - first)[order, :2].reshape(rows, columns, 2))
-    return np.array(found)
 
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])

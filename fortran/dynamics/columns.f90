@@ -1,0 +1,83 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The columns of the free fields of a run: each is a run of its own (`dda_column_model`) that takes
+!> its step before the model does and does not feel it.
+!>
+!> What it hands over are forces between its blocks and their images at t₀ + θΔt, as bonded joints
+!> of the model have them, and the motion of its side.
+module dda_columns
+   use dda_kinds, only: wp
+   use dda_elements, only: face_forces, follow_free_field
+   use dda_errors, only: error_type
+   use dda_simulation, only: companions_type, simulation_type, next_step
+   implicit none
+   private
+   public :: make_columns, column_count, column_of, follow_columns, name_column
+
+   !> The runs of all columns.
+   type, extends(companions_type) :: columns_type
+      type(simulation_type), allocatable :: run(:)  !< [free fields]
+   end type columns_type
+
+contains
+
+   !> Room for the runs of n columns.
+   subroutine make_columns(simulation, n)
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      integer, intent(in) :: n                            !< free fields of its model
+      type(columns_type), allocatable :: columns
+
+      if (n == 0) return
+      allocate (columns)
+      allocate (columns%run(n))
+      call move_alloc(columns, simulation%columns)
+   end subroutine make_columns
+
+   !> Number of columns.
+   pure integer function column_count(simulation)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+
+      column_count = 0
+      if (allocated(simulation%columns)) column_count = size(simulation%model%free_fields)
+   end function column_count
+
+   !> The run of a column.
+   function column_of(simulation, i) result(run)
+      type(simulation_type), intent(in), target :: simulation  !< a run and its state
+      integer, intent(in) :: i                                 !< number, from 1
+      type(simulation_type), pointer :: run
+
+      run => null()
+      select type (columns => simulation%columns)
+      type is (columns_type)
+         run => columns%run(i)
+      end select
+   end function column_of
+
+   !> The sides of the model take over the present step of their columns, solved and not yet taken;
+   !> of a model that is being brought to rest, their rest.
+   subroutine follow_columns(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), pointer :: run
+      integer :: i
+
+      do i = 1, column_count(simulation)
+         run => column_of(simulation, i)
+         if (simulation%resting) run%system%d = 0.0_wp
+         associate (field => simulation%model%free_fields(i))
+            call follow_free_field(simulation%elements, i, field%block, run%blocks, run%system%d, &
+               face_forces(run%elements, field%face, run%blocks, next_step(run), run%system%d))
+         end associate
+      end do
+   end subroutine follow_columns
+
+   !> Say that it is a column that has failed.
+   subroutine name_column(simulation, i, error)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      integer, intent(in) :: i                         !< number of the column
+      type(error_type), allocatable, intent(inout) :: error  !< of its run, if it has one
+
+      if (allocated(error)) error%message = 'free field at the '// &
+         trim(simulation%model%free_fields(i)%side)//' side: '//error%message
+   end subroutine name_column
+
+end module dda_columns

@@ -1,0 +1,96 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Sides with a free field behind them: forces of the neighbour that a block at the side would have
+!> in level ground, and dashpots on the motion relative to that ground.
+!>
+!> Both come from the column of the side, which is stepped before the model (`dda_columns`).  A
+!> model of level ground moves as its column does, and its dashpots do nothing.
+!>
+!> In statics the forces of the column at rest act, and no dashpots.
+module dda_free_sides
+   use dda_kinds, only: wp
+   use dda_absorbing, only: absorbing_type, new_absorbing_boundaries
+   use dda_blocks, only: blocks_type, shape_matrix
+   use dda_free_field, only: free_field_type
+   use dda_linear_terms, only: term_free_side
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type
+   implicit none
+   private
+   public :: free_sides_type, new_free_sides, follow_column
+
+   !> Gauss points of all such sides; `reaction` is the force of the neighbours.
+   type, extends(absorbing_type) :: free_sides_type
+      integer, allocatable :: field(:)    !< [points] free field behind each
+      real(wp), allocatable :: carried(:,:)  !< [2,points] of its ground over the step, m
+   contains
+      procedure :: freeze
+      procedure :: balance
+      procedure :: increment_of
+   end type free_sides_type
+
+contains
+
+   !> The sides of a model, without neighbours.
+   type(free_sides_type) function new_free_sides(fields) result(self)
+      type(free_field_type), intent(in) :: fields(:)  !< of the model
+      integer :: i, k
+
+      self%absorbing_type = new_absorbing_boundaries([(fields(i)%boundary, i=1, size(fields))], &
+         0.0_wp)
+      self%kind = term_free_side
+      self%field = [((i, k=1, size(fields(i)%boundary%point)), i=1, size(fields))]
+      allocate (self%carried(2, size(self%point)), source=0.0_wp)
+   end function new_free_sides
+
+   !> Take over the step of the column of one field: its motion, and the forces between its blocks
+   !> and their images.
+   pure subroutine follow_column(self, number, block, column, d, force)
+      class(free_sides_type), intent(inout) :: self  !< elements of this kind
+      integer, intent(in) :: number                  !< of the field
+      integer, intent(in) :: block(:)                !< [n] of the model, that the column has
+      type(blocks_type), intent(in) :: column        !< its blocks at the start of the step
+      real(wp), intent(in) :: d(:,:)                 !< [6,n] their increments in it
+      real(wp), intent(in) :: force(:,:)             !< [6,n] on them at the side, N/m …
+      integer :: i, b
+
+      do i = 1, size(self%block)
+         b = findloc(block, self%block(i), 1)
+         if (b > 0) self%reaction(:, i) = force(:, b)
+      end do
+      do i = 1, size(self%point)
+         if (self%field(i) /= number) cycle
+         b = findloc(block, self%point(i)%block, 1)
+         self%carried(:, i) = matmul(matmul(shape_matrix(column, b, self%point(i)%reference), &
+            d(:, b)), self%axes(:, :, i))
+      end do
+   end subroutine follow_column
+
+   !> Displacement of the free field over a step along the normal and along the edge, m.
+   pure function increment_of(self, i, motions, step) result(increment)
+      class(free_sides_type), intent(in) :: self   !< elements of this kind
+      integer, intent(in) :: i                     !< point
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp) :: increment(2)
+
+      increment = self%carried(:, i)
+   end function increment_of
+
+   !> No dashpots in statics.
+   subroutine freeze(self, blocks, motions, time)
+      class(free_sides_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(motion_type), intent(in) :: motions(:)    !< prescribed ones
+      real(wp), intent(in) :: time                   !< s
+
+      self%dashpot = 0.0_wp
+   end subroutine freeze
+
+   !> The forces of the neighbours are what they are.
+   subroutine balance(self, blocks, unbalanced)
+      class(free_sides_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks        !< at rest
+      real(wp), intent(in) :: unbalanced(:,:)        !< [6,blocks] sum of all forces, N/m …
+   end subroutine balance
+
+end module dda_free_sides

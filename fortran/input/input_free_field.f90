@@ -1,0 +1,161 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The column of a free-field side: the blocks up to the first vertical line that cuts none, whose
+!> right face must meet its left one.
+module dda_input_free_field
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_column_model, only: column_blocks
+   use dda_edge_piece, only: edge_piece_type
+   use dda_errors, only: error_type
+   use dda_free_field, only: free_field_type
+   use dda_input_group, only: place_type, place_of_group, input_error
+   use dda_model, only: model_type
+   use dda_namelist_groups, only: group_type
+   use dda_outline, only: outline_of, pieces_on_side
+   use dda_text, only: to_text, quoted
+   use dda_tie, only: tie_faces
+   implicit none
+   private
+   public :: find_column, check_columns, check_plain
+
+   real(wp), parameter :: touching = 1.0e-6_wp  !< of half the model size: no gap
+
+contains
+
+   !> Blocks and ties of the column at a side.
+   subroutine find_column(model, place, field, error)
+      type(model_type), intent(in) :: model  !< with its blocks
+      type(place_type), intent(in) :: place  !< of the group
+      type(free_field_type), intent(inout) :: field  !< with its side
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(blocks_type) :: column
+      type(edge_piece_type), allocatable :: left(:), right(:)
+      real(wp) :: width
+
+      call blocks_at_side(model%blocks, merge(-1.0_wp, 1.0_wp, field%side == 'left'), field%block)
+      if (size(field%block) == model%blocks%n) then
+         call input_error(error, place, 'the free field needs a column of blocks of its own at '// &
+            'the '//trim(field%side)//' side, and no vertical line passes between the blocks')
+         return
+      end if
+      column = column_blocks(model, field%block)
+      call outline_of(column, spread(.true., 1, column%n), left)
+      right = pieces_on_side(column, left, 'right')
+      left = pieces_on_side(column, left, 'left')
+      field%face = merge(2, 1, field%side == 'left')
+      width = maxval(column%vertex(1, :)) - minval(column%vertex(1, :))
+      if (.not. same_span(column, left, right)) then
+         call input_error(error, place, 'the column of blocks at the '//trim(field%side)// &
+            ' side, '//to_text(width)//' m wide, does not meet its own image: its left and '// &
+            'right faces must be vertical, without gaps and at the same heights')
+         return
+      end if
+      call check_plain(model, place, [column%joint(left%edge), column%joint(right%edge)], error)
+      call tie_faces(column, right, left, [width, 0.0_wp], field%tie)
+   end subroutine find_column
+
+   !> Ties have the springs of the contacts.
+   subroutine check_plain(model, place, joints, error)
+      type(model_type), intent(in) :: model  !< with its joints
+      type(place_type), intent(in) :: place  !< of the group
+      integer, intent(in) :: joints(:)       !< [any] of the faces that are tied
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i
+
+      do i = 1, size(joints)
+         if (.not. model%joints(joints(i))%is_plain()) call input_error(error, place, 'faces '// &
+            'are tied by the springs of &contact, and joint '// &
+            quoted(trim(model%joints(joints(i))%name))//' on them has a law or a stiffness per '// &
+            'area: give the edges at the sides a plain joint')
+      end do
+   end subroutine check_plain
+
+   !> Blocks between a side and the first vertical line from there that passes between blocks.
+   pure subroutine blocks_at_side(blocks, outward, list)
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      real(wp), intent(in) :: outward          !< −1: the left side; 1: the right one
+      integer, allocatable, intent(out) :: list(:)
+      real(wp) :: near(blocks%n), far(blocks%n), line, before, small
+      integer :: b
+
+      do b = 1, blocks%n
+         associate (x => -outward*blocks%vertex(1, blocks%first(b):blocks%first(b + 1) - 1))
+            near(b) = minval(x)
+            far(b) = maxval(x)
+         end associate
+      end do
+      small = touching*blocks%half_size
+      line = minval(near) + 2*small
+      do
+         before = line
+         line = maxval(far, mask=near < before - small)
+         if (line <= before + small) exit
+      end do
+      list = pack([(b, b=1, blocks%n)], near < line - small)
+   end subroutine blocks_at_side
+
+   !> Two lists of vertical faces cover the same heights, without gaps.
+   pure logical function same_span(blocks, one, other)
+      type(blocks_type), intent(in) :: blocks         !< of the column
+      type(edge_piece_type), intent(in) :: one(:), other(:)  !< faces
+      real(wp) :: span(3, 2)
+
+      same_span = size(one) > 0 .and. size(other) > 0
+      if (.not. same_span) return
+      span(:, 1) = span_of(one)
+      span(:, 2) = span_of(other)
+      same_span = all(abs(span(:, 1) - span(:, 2)) <= touching*blocks%half_size) .and. &
+         abs(span(2, 1) - span(1, 1) - span(3, 1)) <= touching*blocks%half_size
+
+   contains
+
+      !> Lowest and highest place, and sum of lengths, m.
+      pure function span_of(pieces) result(span)
+         type(edge_piece_type), intent(in) :: pieces(:)  !< whole edges
+         real(wp) :: span(3)
+
+         span = [minval(blocks%vertex(2, [pieces%edge, blocks%next(pieces%edge)])), &
+            maxval(blocks%vertex(2, [pieces%edge, blocks%next(pieces%edge)])), &
+            sum(blocks%length(pieces%edge))]
+      end function span_of
+   end function same_span
+
+   !> What columns do not know must not act on their blocks: removal and loads on edges.
+   subroutine check_columns(model, file, groups, error)
+      type(model_type), intent(in) :: model  !< complete
+      character(len=*), intent(in) :: file  !< path
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i, k, g
+
+      if (allocated(error) .or. size(model%free_fields) == 0) return
+      do g = 1, size(groups)
+         if (groups(g)%name == 'boundary' .and. index(groups(g)%text, 'free_field') > 0) exit
+      end do
+      do i = 1, size(model%free_fields)
+         associate (block => model%free_fields(i)%block, side => model%free_fields(i)%side)
+            do k = 1, size(model%stages)
+               if (any(model%stages(k)%removed(block))) call input_error(error, &
+                  place_of_group(file, groups(g)), 'stage '//quoted(trim(model%stages(k)%name))// &
+                  ' removes blocks of the column that is the free field at the '//trim(side)// &
+                  ' side: excavate farther from it')
+            end do
+            do k = 1, size(model%edge_loads)
+               if (has_any(block, model%edge_loads(k)%piece%block)) call input_error(error, &
+                  place_of_group(file, groups(g)), 'a load on edges acts on blocks of the '// &
+                  'column that is the free field at the '//trim(side)//' side, which has '// &
+                  'none: keep it off that column')
+            end do
+         end associate
+      end do
+   end subroutine check_columns
+
+   !> Two lists have a number in common.
+   pure logical function has_any(list, other)
+      integer, intent(in) :: list(:), other(:)
+      integer :: i
+
+      has_any = any([(any(list == other(i)), i=1, size(other))])
+   end function has_any
+
+end module dda_input_free_field

@@ -1,0 +1,22 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A side of the model beyond which level ground goes on: the column of blocks at that side, its own
+!> neighbour on both sides, is the free field, and dashpots take what the model sends out beyond it.
+module dda_free_field
+   use dda_boundary, only: boundary_type
+   use dda_tie, only: tie_type
+   implicit none
+   private
+   public :: free_field_type
+
+   !> The free field at a side.
+   type :: free_field_type
+      character(len=8) :: side = ''          !< 'left' or 'right'
+      !> which face of each tie is at the side of the model: 1, of the right ones; 2, of the left
+      integer :: face = 0
+      integer, allocatable :: block(:)       !< [any] of the model, that the column is made of
+      !> [any] its right with its left faces, in vertices of the column
+      type(tie_type), allocatable :: tie(:)
+      type(boundary_type) :: boundary        !< dashpots at the side, without a motion
+   end type free_field_type
+
+end module dda_free_field

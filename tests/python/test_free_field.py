@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Free-field sides: level ground moves as its column, hills radiate, states and words."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from lattices import DENSITY, MODULUS, lattice, moved
+
+import sitedda
+
+HILL = (5, 6)  # columns of one that is not symmetric
+WEIGHT = {"gravity": (0.0, -9.81), "settle": True}
+
+
+@pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
+@pytest.mark.parametrize("along", ["x", "y"])
+def test_level_ground_moves_as_its_column(integration, along):
+    """Ten times as wide as deep: every block within 1e-8 of the peak; with free sides not."""
+    column = moved(lattice("tied", along, 1, integration=integration), 1)
+    ground = moved(lattice("free_field", along, 30, integration=integration), 30)
+    peak = abs(column).max()
+    assert abs(ground - column).max() < 1e-8 * peak
+    if integration == "dda":
+        free = moved(lattice("free", along, 30), 30)
+        assert abs(free - column).max() > 0.01 * peak
+
+
+@pytest.mark.parametrize("control", [WEIGHT, {"time_step_control": "adaptive"}])
+def test_column_has_weight_and_steps_of_the_model(control):
+    column = moved(lattice("tied", columns=1, **control), 1)
+    ground = moved(lattice("free_field", **control))
+    assert abs(ground - column).max() < 1e-8 * abs(column).max()
+
+
+def test_column_is_what_stands_before_the_first_line_between_blocks():
+    """Blocks of two widths: one period of them is the column."""
+
+    def ground(periods: int, sides: str):
+        model = lattice("free", columns=2 * periods, rows=2)
+        for i in range(periods):
+            model.block(
+                [2 * i, 2, 2 * i + 2, 2, 2 * i + 2, 3, 2 * i, 3],
+                name=f"wide_{i}",
+                material="layer_1",
+            )
+        for side in ("left", "right") if sides == "free_field" else (None,):
+            model.boundary(kind=sides, side=side)
+        return moved(model, 2 * periods, 2)
+
+    column = ground(1, "tied")
+    several = ground(4, "free_field").reshape(-1, 2, 4, 2, 2)
+    assert abs(several - column[:, :, None]).max() < 1e-8 * abs(column).max()
+
+
+def test_a_mirrored_hill_moves_as_a_mirror_image():
+    here = moved(lattice("free_field", hill=HILL))
+    mirrored = [9 - i for i in HILL]
+    there = moved(lattice("free_field", order=-1, acceleration=-1.0, hill=mirrored))
+    np.testing.assert_allclose(here, there[:, :, ::-1] * [-1, 1], atol=1e-10 * abs(here).max())
+
+
+def test_what_a_hill_sends_out_leaves():
+    """Ten columns move as in ground so wide that nothing comes back from its sides in time."""
+    wide = moved(lattice("tied", columns=70, hill=[30 + i for i in HILL]), 70)[:, :, 30:40]
+    error = {
+        sides: abs(moved(lattice(sides, hill=HILL)) - wide).max() / abs(wide).max()
+        for sides in ("free_field", "viscous", "free")
+    }
+    assert error["free_field"] < 0.03
+    assert error["viscous"] > 5 * error["free_field"]
+    assert error["free"] > 4 * error["free_field"]
+
+
+def test_nothing_moves_when_the_ground_is_let_go():
+    """Less than 1e-9 of the sag at the change of stage, beside a hill."""
+    model = lattice("free_field", hill=HILL, acceleration=0.0, duration=0.5, **WEIGHT)
+    sag = DENSITY * 9.81 * 3.0**2 / 2 / (1.2 * MODULUS)
+    assert abs(moved(model)).max() < 1e-9 * sag
+
+
+def test_energy_and_bits_across_threads_and_a_checkpoint(tmp_path, same_bits, native, monkeypatch):
+    model = lattice("free_field", hill=HILL, **WEIGHT)
+    model.measured_point("crest", 6.0, 4.0)
+    file = tmp_path / "hill.nml"
+    model.write(file)
+    history = sitedda.run(file, output=tmp_path / "whole.nc").history
+    turned = history.energy_damping.values[-1] + abs(history.energy_input).values.max()
+    assert abs(history.energy_balance.values).max() < 1e-6 * turned
+    with sitedda.Simulation(file, tmp_path / "parts.nc") as simulation:
+        simulation.advance(77)
+    sitedda.resume(file, output=tmp_path / "parts.nc")
+    same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    done = native("run", file, "-o", tmp_path / "native.nc")
+    assert done.returncode == 0, done.stderr
+    same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
+
+
+def test_changes_between_steps_reach_the_column():
+    """Half of the weight is taken away: ground and column rise alike."""
+    rise = {}
+    for sides, columns in (("tied", 1), ("free_field", 6)):
+        with sitedda.Simulation(lattice(sides, columns=columns, **WEIGHT)) as simulation:
+            simulation.advance(20)
+            simulation.change({"gravity": (0.0, -4.9)})
+            first = simulation.coordinates.copy()
+            simulation.advance(20)
+            rise[sides] = (simulation.coordinates - first)[:, 1].reshape(3, columns)
+    assert abs(rise["free_field"] - rise["tied"]).max() < 1e-8 * abs(rise["tied"]).max()
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"side": None}, "needs side = 'left' or side = 'right'"),
+        ({"side": "bottom"}, "needs side = 'left' or side = 'right'"),
+        ({"along": [0.0, 0.0, 0.0, 3.0]}, "leave out along"),
+        ({"motion_x": "rock"}, "give it to the base"),
+        ({"direction": "x"}, "has no direction"),
+        ({"density": -1.0}, "density = -1"),
+    ],
+)
+def test_bad_free_fields_are_refused_in_words(values, words):
+    model = lattice("free", columns=3)
+    model.boundary(kind="free_field", **{"side": "left"} | values)
+    with pytest.raises(sitedda.InputError, match=words):
+        model.check()
+
+
+def two_fields():
+    model = lattice("free_field", columns=3)
+    model.boundary(kind="free_field", side="left")
+    return model
+
+
+def tied_and_free():
+    model = lattice("tied", columns=3)
+    model.boundary(kind="free_field", side="left")
+    return model
+
+
+def brickwork():
+    model = lattice("free", columns=3, rows=1)
+    model.block([-0.5, 1, 3.5, 1, 3.5, 2, -0.5, 2], material="layer_0")
+    model.boundary(kind="free_field", side="left")
+    return model
+
+
+def slope_at_side():
+    model = lattice("free", columns=3, rows=1)
+    model.block([0, 1, 1, 1, 1, 1.5, 0, 2], material="layer_0")
+    model.boundary(kind="free_field", side="left")
+    return model
+
+
+def original():
+    model = lattice("free_field", columns=3)
+    model.contact(contact_rules="original", force_tolerance=None)
+    return model
+
+
+def overdamped():
+    return lattice("free_field", columns=3, dynamic_factor=0.9)
+
+
+def own_stiffness():
+    model = lattice("free_field", columns=3)
+    model["joint"][0](normal_stiffness_per_area=1e10, shear_stiffness_per_area=1e10)
+    return model
+
+
+def loaded():
+    model = lattice("free_field", columns=3)
+    model.traction(side="top", normal=1e3)
+    return model
+
+
+def excavated():
+    model = lattice("free_field", columns=3, duration=None)
+    model.stage("dig", remove="b_0_2", duration=0.1)
+    return model
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (two_fields, "has a free field already"),
+        (tied_and_free, "two ways to go on with the ground"),
+        (brickwork, "no vertical line passes between the blocks"),
+        (slope_at_side, "does not meet its own image"),
+        (original, "contact_rules = 'original'"),
+        (overdamped, "dynamic_factor of &control must be 1"),
+        (own_stiffness, "give the edges at the sides a plain joint"),
+        (loaded, "keep it off that column"),
+        (excavated, "excavate farther from it"),
+    ],
+)
+def test_what_a_free_field_does_not_go_with_is_refused(make, words):
+    with pytest.raises(sitedda.InputError, match=words) as refusal:
+        make().check()
+    assert "group &boundary (line" in str(refusal.value)
+
+
+def test_a_transfer_function_does_not_hold_the_free_field():
+    model = lattice("free_field", columns=3)
+    model.measured_point("surface", 1.5, 3.0)
+    with pytest.raises(sitedda.InputError, match="take kind = 'tied' for level ground"):
+        sitedda.transfer(model, [5.0], base=None)
