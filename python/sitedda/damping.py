@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -13,7 +14,7 @@ from .arguments import not_negative, positive
 from .engine import api, checked
 from .scheme import Scheme, SteadyFactors
 
-__all__ = ["Body", "ConstantRatio", "MaterialDamping", "Rayleigh"]
+__all__ = ["Body", "ConstantRatio", "MaterialDamping", "Rayleigh", "damping_of"]
 
 Factors = tuple[NDArray[np.complex128], NDArray[np.complex128]]
 
@@ -179,3 +180,30 @@ class Rayleigh(MaterialDamping):
         inertia = np.where(steady.inertia == 0, np.finfo(float).tiny, steady.inertia)
         drag = self.alpha * steady.mean_dashpot / inertia
         return 1 + self.beta * steady.mean_dashpot, 1 + np.where(frequency > 0, drag, 0)
+
+
+def damping_of(material: Mapping) -> MaterialDamping | None:
+    """The damping of a group &material.
+
+    Parameters
+    ----------
+    material : mapping
+        Its variables, as they stand in the input.
+
+    Returns
+    -------
+    MaterialDamping or None
+        None: it has none.
+    """
+    if "rayleigh_alpha" in material or "rayleigh_beta" in material:
+        return Rayleigh(material.get("rayleigh_alpha", 0.0), material.get("rayleigh_beta", 0.0))
+    if not material.get("damping_ratio"):
+        return None
+    if "rayleigh_frequencies" in material:
+        return Rayleigh.at(material["damping_ratio"], material["rayleigh_frequencies"])
+    return ConstantRatio(
+        material["damping_ratio"],
+        material.get("reference_frequency", ConstantRatio.reference_frequency),
+        tuple(material["damping_band"]) if "damping_band" in material else None,
+        material.get("mechanisms"),
+    )

@@ -259,7 +259,7 @@ def _smoothed(axes: Axes, result: Amplification) -> None:
 
 
 def _theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
-    """The one-dimensional twin with the damping of the scheme."""
+    """The one-dimensional twin with the damping of the scheme and of the materials."""
     try:
         column = layered_twin(history, result.surface, result.base)
     except ValueError:
@@ -267,12 +267,14 @@ def _theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
     time_step = float(history.time_step[-1])
     scheme = run_scheme(history)
     speed = column.depth / column.travel_time
-    if len({(layer.shear_velocity, layer.density) for layer in column.layers}) == 1:
+    damped = any(layer.damping for layer in column.layers)
+    uniform = len({(layer.shear_velocity, layer.density) for layer in column.layers}) == 1
+    if uniform and not damped:
         damping = scheme_damping(result.frequency, time_step, scheme)
         theory = damped_amplification(result.frequency, column.depth, speed, damping)
     else:
         theory = abs(column.scheme_transfer(result.frequency, time_step, integration=scheme))
-    label = "1-D theory, damping of the scheme"
+    label = "1-D theory, damping of the scheme" + " and the materials" * damped
     axes.plot(result.frequency, np.asarray(theory), color=TWIN, lw=1.2, ls="--", label=label)
 
 

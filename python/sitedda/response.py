@@ -10,6 +10,8 @@ import f90nml
 import numpy as np
 
 from .column import Column, Layer
+from .damping import damping_of
+from .namelist_groups import listed, small_groups
 from .spectra import Peak, amplification, find_peak
 
 if TYPE_CHECKING:
@@ -103,7 +105,7 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
     Returns
     -------
     Column
-        Undamped layers on a rigid base.
+        Layers on a rigid base, with the damping of their materials.
 
     Raises
     ------
@@ -116,6 +118,7 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
     stack = [b for b in np.argsort(-boxes[:, 1]) if boxes[low, 1] < boxes[b, 1] <= boxes[high, 1]]
     tops, bottoms = boxes[stack, 3], boxes[stack, 1]
     size = boxes[high, 3] - boxes[low, 3]
+    materials = listed(small_groups(history.attrs["input_text"]), "material")
     if not stack or np.any(abs(np.append(tops[1:], boxes[low, 3]) - bottoms) > 1e-6 * size):
         raise ValueError("the blocks between base and surface are not stacked on each other")
     return Column(
@@ -124,7 +127,7 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
                 float(boxes[b, 3] - boxes[b, 1]),
                 density=float(history.block_density[b]),
                 shear_modulus=float(history.block_shear_modulus[b]),
-                damping=0.0,
+                damping=damping_of(materials[int(history.block_material[b])]) or 0.0,
             )
             for b in stack
         ]

@@ -93,7 +93,6 @@ def beside(
     surface: str | None = None,
     base: str | None = None,
     damping: float | None = None,
-    direction: str = "x",
 ) -> Beside:
     """Put a finished run beside the column that it models.
 
@@ -104,10 +103,8 @@ def beside(
     surface, base : str, optional
         Their names; by default those of the input's first &amplification.
     damping : float, optional
-        Damping ratio of the column's layers; by default the damping of the run's time integration,
-        exactly.
-    direction : {'x'}
-        Shear waves travel in a column.
+        Damping ratio of the column's layers; by default the damping of the run: that of its time
+        integration and of its materials.
 
     Returns
     -------
@@ -128,9 +125,8 @@ def beside(
                 f"no measured point {name!r} for the {role}: name it by --{role}; there are "
                 + (", ".join(names) or "none")
             )
-    axis = ("x", "y").index(direction)
     column = layered_twin(history, surface, base)
-    series = {name: history.acceleration.sel(point=name).isel(axis=axis).values for name in names}
+    series = {name: history.acceleration.sel(point=name).sel(axis="x").values for name in names}
     time = history.time.values
     step = (time[-1] - time[0]) / (time.size - 1)
     if np.any(np.abs(np.diff(time) - step) > 1e-6 * step):
@@ -155,9 +151,11 @@ def beside(
 def _response(column: Column, ground, step: float, scheme: Scheme, damping: float | None):
     """The column under the base's motion, and what damps it."""
     if damping is None:
+        damped = any(layer.damping for layer in column.layers)
+        also = "and the materials" if damped else "alone"
         return (
             ColumnResponse.of(column, ground, step, kind="within", scheme=scheme),
-            "damped by the time integration alone, as the blocks",
+            f"damped by the time integration {also}, as the blocks",
         )
     damped = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
     return (
