@@ -74,7 +74,9 @@ def write_block_file(file, blocks: Sequence[dict]) -> Path:
             data["vertices"].units = "m"
         writing.replace(file)
     except OSError as trouble:
-        raise OutputError(f"{file} cannot be written: {trouble.strerror}") from trouble
+        raise OutputError(f"{file} cannot be written: {trouble.strerror or trouble}") from trouble
+    finally:
+        writing.unlink(missing_ok=True)  # there only after an error
     return file
 
 

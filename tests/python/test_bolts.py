@@ -96,8 +96,10 @@ def test_rupture_lets_the_block_fall():
     history = hanging(steps=3000, rupture_elongation=0.025).run().history
     assert history.bolt_state[-1, 0] == 4
     assert history.bolt_force[-1, 0] == 0.0
-    lost = float(history.energy_yield[-1])
-    assert lost == pytest.approx(0.5 * STIFFNESS * 0.025**2, rel=0.05)
+    lost = math.sqrt(float(history.energy_yield[-1]) / (0.5 * STIFFNESS))  # elongation when broken
+    omega = math.sqrt(STIFFNESS / MASS)
+    speed = 10.0 / omega * math.sqrt(1.0 - (1.0 - 0.025 * omega**2 / 10.0) ** 2)
+    assert 0.025 <= lost < 0.025 + speed * 1e-4  # it breaks in the step that stretches it so far
     speed = history.energy_kinetic.diff("time")[-3:] > 0.0
     assert speed.all()
     assert residual(history) < 1e-9
@@ -113,20 +115,25 @@ def test_a_cable_takes_no_compression():
     assert residual(history) < 1e-9
 
 
-def grouted(friction=20.0, **bolt) -> Model:
+DIP, FRICTION = math.radians(30.0), math.radians(20.0)
+SHEAR_STIFFNESS = 1e7  # N/m
+# N/m, what friction leaves of the weight of a layer of 4 m²
+LEFT = 80e3 * (math.sin(DIP) - math.cos(DIP) * math.tan(FRICTION))
+
+
+def grouted(**bolt) -> Model:
     """Three layers on a 30° slope, in its axes, with a bolt grouted across both joints."""
-    dip = math.radians(30.0)
     model = Model("Grouted bolt", time_step=1e-3, steps=1, settle=True)
-    model.control(gravity=(10.0 * math.sin(dip), -10.0 * math.cos(dip)))
+    model.control(gravity=(10.0 * math.sin(DIP), -10.0 * math.cos(DIP)))
     model.contact(normal_stiffness=1e11, shear_ratio=1.0)
     model.material("rock", density=2000.0, young_modulus=1e13, poisson_ratio=0.0)
-    model.joint("joint", friction_angle=friction)
+    model.joint("joint", friction_angle=math.degrees(FRICTION))
     model.block([(-5, -2), (9, -2), (9, 0), (-5, 0)], name="base")
     model.block([(0, 0), (4, 0), (4, 1), (0, 1)], name="lower")
     model.block([(0, 1), (4, 1), (4, 2), (0, 2)], name="upper")
     for x in (-5.0, 9.0):
         model.fixed_point(x, -2.0)
-    values = {"axial_stiffness": 1e7, "shear_stiffness": 1e7} | bolt
+    values = {"axial_stiffness": 1e7, "shear_stiffness": SHEAR_STIFFNESS} | bolt
     model.bolt("dowel", (2.0, 1.5), (2.0, -0.5), grouted=True, **values)
     return model
 
@@ -136,11 +143,9 @@ def test_a_grouted_bolt_carries_what_friction_leaves():
     history = grouted().run().history
     assert history.bolt.values.tolist() == ["dowel", "dowel"]
     assert history.bolt_block.values.tolist() == [[2, 1], [1, 0]]
-    dip, friction = math.radians(30.0), math.radians(20.0)
-    left = 80e3 * (math.sin(dip) - math.cos(dip) * math.tan(friction))
     got = abs(history.bolt_shear_force[-1].values)
-    assert got == pytest.approx([left, 2.0 * left], rel=1e-3)
-    assert abs(history.bolt_force[-1].values).max() < 1e-2 * left
+    assert got == pytest.approx([LEFT, 2.0 * LEFT], rel=1e-3)
+    assert abs(history.bolt_force[-1].values).max() < 1e-2 * LEFT
 
 
 def test_a_grouted_bolt_turns_with_its_blocks():
@@ -165,11 +170,14 @@ def test_a_grouted_bolt_turns_with_its_blocks():
     assert stored < 1e-6 * 0.5 * 2 * 2000.0
 
 
-def test_shear_yield_and_rupture_of_a_grouted_bolt():
+@pytest.mark.parametrize("limit", ["shear_yield_force", "rupture_slip"])
+def test_shear_yield_and_rupture_of_a_grouted_bolt(limit):
+    """The lower joint carries what both blocks leave: the bolt holds just above that, not below."""
+    most = 2.0 * LEFT if limit == "shear_yield_force" else 2.0 * LEFT / SHEAR_STIFFNESS
+    held = grouted(**{limit: 1.02 * most}).run().history
+    assert abs(held.bolt_shear_force[-1, 1]) == pytest.approx(2.0 * LEFT, rel=1e-3)
     with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
-        grouted(shear_yield_force=10e3).run()
-    with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
-        grouted(rupture_slip=1e-3).run()
+        grouted(**{limit: 0.98 * most}).run()
 
 
 def test_stages_add_and_drop_bolts():

@@ -13,6 +13,8 @@ import sitedda
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 STEPS = 20
+# Its static stage rests with 3.8e-8 of the weight unbalanced: differences of that order stay.
+ALLOWED = {"dam.nml": 4e-8}
 
 WALL = """
 &control time_step = {step}, steps = 40, gravity = 3.0, -9.81, solver = '{solver}' /
@@ -51,7 +53,8 @@ def test_solvers_agree_on_every_input(file, solver):
     start, direct = moved(file, "direct")
     _, other = moved(file, solver)
     # a residual of 1e-11 in directions that only inertia holds, and the rounding of places
-    allowed = 3e-8 * np.abs(direct - start).max() + 4e-16 * np.abs(direct).max()
+    share = ALLOWED.get(file.name, 1e-8)
+    allowed = share * np.abs(direct - start).max() + 4e-16 * np.abs(direct).max()
     with sitedda.Simulation(file) as run:
         run.advance(STEPS)
         if set(run.contacts["state"]) & {0, 1}:
