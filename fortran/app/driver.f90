@@ -30,7 +30,7 @@ contains
    !> Carry out a command.
    subroutine act(arguments, error)
       type(arguments_type), intent(in) :: arguments  !< of the command line
-      type(error_type), allocatable, intent(out) :: error  !< its kind becomes the exit status
+      type(error_type), allocatable, intent(out) :: error  !< of the command
 
       select case (arguments%command)
       case ('help')

@@ -3,7 +3,7 @@
 program sitedda_native
    use dda_arguments, only: arguments_type, read_arguments
    use dda_driver, only: act
-   use dda_errors, only: error_type
+   use dda_errors, only: error_type, exit_status
    use dda_interrupts, only: watch_interrupts
    use dda_messages, only: warn
    implicit none
@@ -16,7 +16,7 @@ program sitedda_native
    if (.not. allocated(error)) call act(arguments, error)
    if (allocated(error)) then
       call warn('sitedda-native: '//error%message)
-      stop error%kind, quiet=.true.
+      stop exit_status(error), quiet=.true.
    end if
 
 end program sitedda_native

@@ -2,13 +2,13 @@
 !> Failure as a value: the library never stops its host.
 !>
 !> A procedure that can fail takes `type(error_type), allocatable, intent(out) :: error`;
-!> unallocated means success.  The kind becomes the exit status of the executable.
+!> unallocated means success.
 module dda_errors
    implicit none
    private
-   public :: error_type, fail
+   public :: error_type, fail, exit_status
    public :: error_input, error_check, error_convergence, error_solver, error_file, &
-      error_interrupted, error_memory
+      error_interrupted, error_memory, error_checkpoint
 
    !> A failure: its kind, and a message that says where and what to try.
    type :: error_type
@@ -23,6 +23,7 @@ module dda_errors
    integer, parameter :: error_file = 5         !< a file cannot be read or written
    integer, parameter :: error_interrupted = 6  !< stopped on request, results so far kept
    integer, parameter :: error_memory = 7       !< there is not enough memory
+   integer, parameter :: error_checkpoint = 8   !< no checkpoint can be used to go on from
 
 contains
 
@@ -34,5 +35,13 @@ contains
 
       error = error_type(kind, message)
    end subroutine fail
+
+   !> Exit status of the executable: the kind; that of a file for a checkpoint, which is one.
+   pure integer function exit_status(error)
+      type(error_type), intent(in) :: error  !< that ends the program
+
+      exit_status = error%kind
+      if (error%kind == error_checkpoint) exit_status = error_file
+   end function exit_status
 
 end module dda_errors

@@ -93,9 +93,9 @@ module dda_output_file
 
    !> Bolts, of models that have some.
    type(variable_type), parameter :: bolt_variables(bolt_columns + 3) = [ &
-      variable_type('bolt_force', nf90_double, 'bolt time', 'N m-1', &
+      variable_type('bolt_force', nf90_double, 'bolt time', 'N/m', &
          'axial force of a bolt, tension positive'), &
-      variable_type('bolt_shear_force', nf90_double, 'bolt time', 'N m-1', &
+      variable_type('bolt_shear_force', nf90_double, 'bolt time', 'N/m', &
          'shear force of a grouted bolt at a joint'), &
       variable_type('bolt_elongation', nf90_double, 'bolt time', 'm', &
          'elongation since it was put in'), &
@@ -295,7 +295,7 @@ contains
       call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
       call describe(dataset, 'changes', simulation%changes)
-      call describe(dataset, 'stages', joined(simulation%model%stages%name, ', '))
+      call describe(dataset, 'stages', joined(simulation%model%stages%name, new_line('a')))
       audit = audit_warning(simulation)
       if (audit == '') audit = 'balances'
       call describe(dataset, 'energy_audit', audit)

@@ -14,7 +14,7 @@ module dda_checkpoint
    use dda_byte_file, only: flush_stream
    use dda_checked_file, only: write_checked, read_checked
    use dda_checksum, only: checksum_of
-   use dda_errors, only: error_type, error_file, fail
+   use dda_errors, only: error_type, error_file, error_checkpoint, fail
    use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
    use dda_journal, only: journal_type, serialise_mark, return_to_mark
    use dda_model, only: model_type, block_sources
@@ -173,7 +173,7 @@ contains
          journal, error)
       if (allocated(error)) then
          if (is_file(checkpoints%previous)) reason%message = reason%message//'; '//error%message
-         call fail(error, error_file, reason%message)
+         call fail(error, error_checkpoint, reason%message)
          return
       end if
       unused = rename_file(checkpoints%previous, checkpoints%newest)

@@ -16,6 +16,7 @@ from .engine import version
 from .errors import (
     AuditWarning,
     CheckError,
+    CheckpointError,
     ConvergenceError,
     InputError,
     InterruptedRun,
@@ -42,6 +43,7 @@ del version
 __all__ = [
     "AuditWarning",
     "CheckError",
+    "CheckpointError",
     "Column",
     "ConvergenceError",
     "HalfSpace",

@@ -50,9 +50,13 @@ def main(arguments: list[str] | None = None) -> int:
     except SiteddaError as error:
         print(f"sitedda: {error}", file=sys.stderr)
         return error.kind
+    except OSError as trouble:  # of a picture, page or movie
+        words = f"{trouble.filename}: {trouble.strerror}" if trouble.filename else trouble
+        print(f"sitedda: {words}", file=sys.stderr)
+        return OutputError.kind
 
 
-class _Parser(argparse.ArgumentParser):
+class Parser(argparse.ArgumentParser):
     """Ends with the status of bad input; that of argparse means a refused check here."""
 
     def error(self, message: str) -> NoReturn:
@@ -62,7 +66,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="sitedda", description=__doc__)
+    parser = Parser(prog="sitedda", description=__doc__)
     parser.add_argument("--version", action="version", version=f"sitedda {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     running = commands.add_parser("run", help="run an input, print and draw what it asks for")
@@ -180,10 +184,7 @@ def _safety(options: argparse.Namespace) -> int:
     if moving is None:
         return 0
     picture = options.output or Path(f"{options.file.stem}_mechanism.png")
-    try:
-        moving.draw().figure.savefig(picture, dpi=130)
-    except OSError as trouble:
-        raise OutputError(f"{picture} cannot be written: {trouble.strerror}") from trouble
+    moving.draw().figure.savefig(picture, dpi=130)
     if not options.json:
         print(f"\npicture: {picture}")
     return 0

@@ -24,7 +24,7 @@ class SiteddaError(Exception):
 
     @staticmethod
     def of(kind: int, message: str) -> "SiteddaError":
-        """The exception of a kind."""
+        """The exception of a kind of the engine."""
         return {
             1: InputError,
             2: CheckError,
@@ -33,6 +33,7 @@ class SiteddaError(Exception):
             5: OutputError,
             6: InterruptedRun,
             7: OutOfMemory,
+            8: CheckpointError,
         }.get(kind, SiteddaError)(message)
 
 
@@ -64,6 +65,10 @@ class OutputError(SiteddaError, OSError):
     """A file cannot be read or written."""
 
     kind = 5
+
+
+class CheckpointError(OutputError):
+    """No checkpoint can be used to go on from: damaged, or of another input, version or build."""
 
 
 class InterruptedRun(SiteddaError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import groupby
@@ -247,6 +248,26 @@ class Model:
             raise ValueError("this group is not in the model")
         del self.groups[at[0]]
 
+    def clear(self, kind: str) -> None:
+        """Take all groups of a kind out; one that a model has once loses its variables."""
+        if known_group(kind) in single_groups():
+            self._once[kind] = Group(kind)
+        self.groups[:] = [group for group in self.groups if group._name != kind]
+
+    def copy(self) -> Model:
+        """A model of its own with the same groups."""
+        model = Model()
+        model.folder = self.folder
+        for name, group in self._once.items():
+            model._once[name](**group._values)
+        model.groups.extend(Group._of(one._name, one._values, one._place) for one in self.groups)
+        return model
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many groups of each kind there are, of those that may be there several times."""
+        return Counter(group._name for group in self.groups)
+
     def add_blocks(self, polygons, names=None, **values) -> list[Group]:
         """Add blocks from polygons.
 
@@ -269,8 +290,7 @@ class Model:
 
     def __repr__(self) -> str:
         """One line."""
-        kinds = [group._name for group in self.groups]
-        counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
+        counts = ", ".join(f"{count} {kind}" for kind, count in self.counts.items())
         return f"<sitedda.Model {self.title!r}: {counts or 'empty'}>"
 
     def _repr_html_(self) -> str:
@@ -392,14 +412,9 @@ class Model:
             if group._values
         ]
         built = build_blocks(parts, self.folder)
-        model = Model()
-        model.folder = self.folder
-        for name, group in self._once.items():
-            if name != "cutting":
-                model._once[name](**group._values)
-        kept = [group for group in self.groups if not is_made(group._name)]
-        for group in kept:
-            model.groups.append(Group._of(group._name, group._values, group._place))
+        model = self.copy()
+        model.clear("cutting")
+        model.groups[:] = [group for group in model.groups if not is_made(group._name)]
         model.groups.extend(Group._of("block", block) for block in built.blocks)
         return model
 

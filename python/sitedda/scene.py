@@ -17,7 +17,6 @@ from .namelist_groups import listed, small_groups
 from .simulation import Run, Simulation
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
-STATES = ("open", "sliding", "sticking")
 _LOST = 1.0  # sizes of the first view that a block may be outside of it
 
 
@@ -320,7 +319,7 @@ class Scene:
         """Names and first times (s) of the stages of a run that has more than one dynamic one."""
         if "stage" not in self.data or "stages" not in self.data.attrs:
             return []
-        names = str(self.data.attrs["stages"]).split(", ")
+        names = str(self.data.attrs["stages"]).split("\n")
         stage, time = self.data["stage"].values.astype(int), self.data["time"].values
         at = np.flatnonzero(np.diff(stage, prepend=0))
         # A sample at the end of a stage is not one of the next: that begins there.

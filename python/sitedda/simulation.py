@@ -59,7 +59,7 @@ class Simulation:
     InputError
         If the input cannot be run; the message names file, group and value.
     OutputError
-        If the output cannot be written, or no checkpoint of it is good.
+        If the output cannot be written; as `CheckpointError` if no checkpoint of it is good.
 
     Notes
     -----
@@ -111,7 +111,7 @@ class Simulation:
 
     def __repr__(self) -> str:
         """Title, blocks and time."""
-        if not self._handle:
+        if not self.is_open:
             return f"<sitedda.Simulation of {self.file}, closed>"
         blocks, now = self._sizes()[0], f"{self.time:g} of {self.duration:g} s"
         return f"<sitedda.Simulation {self.title!r}: {blocks} blocks, {now}>"
@@ -124,9 +124,14 @@ class Simulation:
 
     def close(self) -> None:
         """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
-        with self._one:
+        with self._one, self._writing():
             self._free()
             self._handle = 0
+
+    @property
+    def is_open(self) -> bool:
+        """False once it is closed."""
+        return bool(self._handle)
 
     def advance(self, steps: int = 1) -> bool:
         """Take up to `steps` steps; True when the run has ended, see `ending`.
@@ -136,7 +141,7 @@ class Simulation:
         ConvergenceError
             If a step does not close; the message names step, contact and blocks.
         """
-        with self._one, FILES if self._writes else nullcontext():
+        with self._one, self._writing():
             done = self._ask("advance_run", index(steps))
         self.done = bool(done)
         return self.done
@@ -168,8 +173,9 @@ class Simulation:
         lists them in its attribute ``changes``.
         """
         changes = dict(changes or {}) | more
-        text = changed_input(self._changed_text(), changes, BETWEEN_STEPS)
-        self._change(text, in_words(changes))
+        with self._one:
+            text = changed_input(self._changed_text(), changes, BETWEEN_STEPS)
+            self._change(text, in_words(changes))
 
     def add(self, kind: str, **values) -> None:
         """Add a load or a fixed point from the present time on.
@@ -185,7 +191,8 @@ class Simulation:
         if kind not in ("load", "fixed_point"):
             raise InputError(f"&{kind} cannot be added during a run, only &load and &fixed_point")
         group = group_text(kind, {k: checked_value(kind, k, v) for k, v in values.items()})
-        self._change(f"{self._changed_text().rstrip()}\n{group}", group.strip())
+        with self._one:
+            self._change(f"{self._changed_text().rstrip()}\n{group}", group.strip())
 
     def _changed_text(self) -> str:
         """The input with the changes so far."""
@@ -194,7 +201,7 @@ class Simulation:
         return b"".join(pieces).rstrip().decode("utf-8", "surrogateescape") or self.input_text
 
     def _change(self, text: str, words: str) -> None:
-        with FILES:
+        with self._one, FILES:  # in this order everywhere
             self._ask("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
 
     def checkpoint(self) -> None:
@@ -222,6 +229,10 @@ class Simulation:
     def output(self) -> Path:
         """Where the output goes, or would go."""
         return Path(os.fsdecode(self._text("output")))
+
+    def _writing(self):
+        """The lock of files, if this simulation has an output."""
+        return FILES if self._writes else nullcontext()
 
     def _ask(self, routine: str, *arguments):
         """What a routine of the engine says of this simulation; threads wait for each other."""
@@ -261,6 +272,12 @@ class Simulation:
     def notes(self) -> str:
         """What the model has that is seldom meant, a line each; empty if there is nothing."""
         return self._text("notes").decode("utf-8", "replace")
+
+    @property
+    def peak_warnings(self) -> list[str]:
+        """Where amplification peaks of a linear run are not those of its transfer function."""
+        with self._one, FILES:
+            return self._text("peaks").decode("utf-8", "replace").splitlines()
 
     @property
     def ending(self) -> str:
@@ -563,7 +580,7 @@ def resume(
 
     Raises
     ------
-    OutputError
+    CheckpointError
         If no checkpoint is good: damaged, or of another input, version or build.
     """
     return _run(file, output, progress, dict(changes or {}) | more, resume=True)
@@ -575,11 +592,11 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
     with tempfile.TemporaryDirectory() as folder, Stop(signals) as stop:
         target = Path(folder) / "history.nc" if output is None else output
         with Simulation(file, output=target, resume=resume, changes=changes) as simulation:
-            complete = _to_end(simulation, progress, stop)
+            complete = run_to_end(simulation, progress, stop)
             where = simulation.finish()
             if simulation.warning:
                 warnings.warn(simulation.warning, AuditWarning, stacklevel=3)
-            for words in simulation._text("peaks").decode("utf-8", "replace").splitlines():
+            for words in simulation.peak_warnings:
                 warnings.warn(words, PeakWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
@@ -589,8 +606,19 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
     return Run(history, complete, None if output is None else where, summary)
 
 
-def _to_end(simulation: Simulation, progress, stop: Stop) -> bool:
-    """Advance in chunks, so that it can be stopped between them."""
+def run_to_end(
+    simulation: Simulation, progress: Callable[[Simulation], None] | None, stop: Stop
+) -> bool:
+    """Advance in chunks, so that it can be stopped between them; True when the run has ended.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    progress : callable or None
+        Called after each chunk.
+    stop : Stop
+        Watches for signals.
+    """
     chunk = 1
     try:
         while not stop.asked:

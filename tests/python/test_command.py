@@ -389,3 +389,11 @@ def test_the_executable_needs_no_python(native, write_input, tmp_path):
         text=True,
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("words", [("draw",), ("view", "--no-open"), ("report",)])
+def test_a_picture_or_page_that_cannot_be_written_is_named(main, write_input, tmp_path, words):
+    target = tmp_path / "no" / "such.png"
+    done = main(*words, write_input(tower(steps=2)), "-o", target)
+    assert done.returncode == 5
+    assert done.stderr == f"sitedda: {target}: No such file or directory\n"

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import threading
+import time
 import tomllib
 from pathlib import Path
 
@@ -147,3 +148,39 @@ def test_a_check_waits_for_a_thread_that_steps(write_input, ask):
         thread.join()
         assert ended == ["step", "ask"]
         assert simulation.steps == 4000
+
+
+class SlowLock:
+    """A lock whose holder leaves other threads time to take what they can."""
+
+    def __init__(self):
+        self.lock = threading.Lock()
+
+    def __enter__(self):
+        self.lock.acquire()
+        time.sleep(0.05)
+
+    def __exit__(self, *_):
+        self.lock.release()
+
+
+def test_a_thread_that_changes_and_one_that_steps_both_end(write_input, tmp_path, monkeypatch):
+    """Both need the simulation and the lock of files: they must ask in the same order."""
+    monkeypatch.setattr("sitedda.simulation.FILES", SlowLock())
+    simulation = sitedda.Simulation(write_input(tower(steps=1000)), tmp_path / "out.nc")
+
+    def change():
+        for i in range(5):
+            simulation.change(gravity=(0.0, -1.0 - i))
+
+    def step():
+        for _ in range(5):
+            simulation.advance(2)
+
+    threads = [threading.Thread(target=act, daemon=True) for act in (change, step)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+    assert not any(thread.is_alive() for thread in threads)
+    assert simulation.steps == 10 and simulation.gravity[1] == -5.0

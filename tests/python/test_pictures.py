@@ -403,7 +403,7 @@ def excavated() -> list:
     return [
         *groups,
         ("measured_point", {"name": "low", "x": 7.5, "y": 0.5, "block": "layer_1"}),
-        ("stage", {"name": "shake", "steps": 40}),
+        ("stage", {"name": "shake, low", "steps": 40}),
         ("stage", {"name": "dig", "kind": "static", "remove": "layer_2"}),
         ("stage", {"name": "after <b>", "steps": 30}),
     ]
@@ -413,7 +413,7 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
     groups = changed(excavated(), "output", block_interval=10)
     run = sitedda.run(write_input(groups))
     scene = Scene.of(run)
-    assert [name for name, _ in scene.stage_starts()] == ["shake", "dig", "after <b>"]
+    assert [name for name, _ in scene.stage_starts()] == ["shake, low", "dig", "after <b>"]
     assert scene.removed(scene.frames - 1).tolist() == [False, False, True]
     axes = run.draw(color="velocity")
     paths = axes.collections[-1].get_paths()
@@ -425,7 +425,7 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
     assert blocks_of(scene, scene.frames - 1).cells["removed"].tolist() == [0, 0, 1]
     figure = run_picture(run.history)
     texts = [t.get_text() for a in figure.subfigs[1].axes for t in a.texts]
-    assert {"shake", "after <b>"} <= set(texts)
+    assert {"shake, low", "after <b>"} <= set(texts)
     assert "damping of the scheme" in figure.texts[-1].get_text()
 
 

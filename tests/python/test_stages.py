@@ -162,8 +162,9 @@ def test_loads_of_time_zero_act_and_motions_do_not(write_input):
         first = bare.stresses.copy()
     with sitedda.Simulation(write_input([*groups, ("load", load)])) as loaded:
         assert loaded.energies["kinetic"] == 0.0
-        change = loaded.stresses - first
-        assert change.min() == pytest.approx(-1.0e6 / 15.0, rel=0.6)
+        change = (loaded.stresses - first)[1:, 1]
+        # the load acts in the middle of the upper layer and passes the lower one from top to bottom
+        assert change == pytest.approx([-1.0e6 / 15.0, -0.5e6 / 15.0], rel=1e-3)
 
 
 def test_what_does_not_come_to_rest_is_named(write_input, native):
@@ -288,7 +289,7 @@ def test_excavation_hands_the_reactions_on(write_input, tmp_path):
         for frame in (1, data.sizes["frame"] - 1):
             assert reactions(data, frame) == pytest.approx([1.5 * weight, 1.2 * weight], rel=1e-3)
         assert data.stage.values.tolist() == [1, 2, *[3] * 20, *[4] * 20, 5]
-        assert data.attrs["stages"] == "rest, dig, wait, soften, last"
+        assert data.attrs["stages"].split("\n") == ["rest", "dig", "wait", "soften", "last"]
         assert float(data.time[-1]) == pytest.approx(20e-3 + 40e-3)
         assert np.abs(data.displacement.values[2:]).max() < 1e-9
         assert np.abs(data.displacement.values[:2]).max() > 1e-6
@@ -556,6 +557,7 @@ KILLED = """
 import sys, time, sitedda
 run = sitedda.Simulation(sys.argv[1], sys.argv[2])
 run.advance(int(sys.argv[3]))
+run.checkpoint()
 print("ready", flush=True)
 while True:
     run.advance(1)

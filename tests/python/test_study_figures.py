@@ -84,7 +84,7 @@ def table() -> xr.Dataset:
             "status": (("record", "pga"), status),
             "message": (("record", "pga"), np.where(status == "failed", "it fell", "")),
         },
-        {"record": list("abcde"), "pga": ("pga", level, {"units": "m s-2"})},
+        {"record": list("abcde"), "pga": ("pga", level, {"units": "m/s^2"})},
     )
 
 

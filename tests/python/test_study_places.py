@@ -18,6 +18,7 @@ import xarray as xr
 from dask_cluster import cluster
 from environment import executable
 from model_text import changed, tower
+from study_functions import same
 
 import sitedda
 from sitedda.errors import InputError
@@ -37,11 +38,6 @@ results = {top = "displacement[surface].x.largest", energy = "energy_balance.las
 "material.rock.density" = [2500.0, -1.0, 2700.0]
 "scale" = {changes = "motion.scale", from = 1.0, to = 4.0, count = 3, spacing = "log"}
 """
-
-
-def same(one: xr.Dataset, other: xr.Dataset) -> None:
-    """The same table: every bit, but for the seconds that cases took."""
-    xr.testing.assert_identical(one.drop_vars("seconds").load(), other.drop_vars("seconds").load())
 
 
 @pytest.fixture

@@ -41,6 +41,12 @@ def test_unknown_case_is_named():
         run_case("nonsense")
 
 
+def test_a_wall_that_never_rests_fails_its_rows(monkeypatch):
+    monkeypatch.setattr("sitedda.validation.masonry_limits.rest_of", lambda *_: None)
+    result = run_case("tilting_wall", short=True)
+    assert not result.passed and len(result.rows) == 3
+
+
 def test_rigid_slide_on_a_constant_push():
     time = np.linspace(0, 1, 101)
     slip, velocity = rigid_slide(time, np.full(101, -3.0), 0.0, 10.0)

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 from ..errors import SiteddaError
 from .html import fragment
 from .page import Facts, Part, Picture
@@ -14,7 +12,7 @@ _MOST_DRAWN = 3000  # blocks: a notebook must not wait
 
 def simulation_fragment(simulation) -> str:
     """Title, blocks, time and a picture of a simulation, as HTML."""
-    if not simulation._handle:
+    if not simulation.is_open:
         return fragment(Facts([("simulation", f"of {simulation.file}, closed")]))
     blocks = len(simulation.block_names)
     facts = [
@@ -32,8 +30,7 @@ def model_fragment(model) -> str:
     """Title, groups and a picture of a model, as HTML."""
     from ..simulation import Simulation
 
-    counts = Counter(group._name for group in model.groups)
-    groups = ", ".join(f"{count} {name}" for name, count in counts.items()) or "none"
+    groups = ", ".join(f"{count} {name}" for name, count in model.counts.items()) or "none"
     facts = [("model", model.title or "Untitled"), ("groups", groups)]
     try:
         with Simulation(model) as simulation:

@@ -73,7 +73,3 @@ class Motion:
     def history(self, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
         """Back to the times of the samples; shape (..., samples)."""
         return np.fft.irfft(spectrum, self.length, axis=-1)[..., : self.acceleration.size]
-
-    def scaled(self, factor: float) -> Motion:
-        """The same motion times a factor."""
-        return Motion(factor * self.acceleration, self.time_step, self.length)

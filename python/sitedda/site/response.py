@@ -138,12 +138,6 @@ class ColumnResponse:
             self.acceleration(depth), self.motion.time_step, periods, damping
         )
 
-    def fourier(self, depth: float = 0.0) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-        """Frequencies (Hz) and Fourier spectrum (m/s) of the acceleration at a depth (m)."""
-        series = self.acceleration(depth)
-        step = self.motion.time_step
-        return np.fft.rfftfreq(series.size, step), step * np.fft.rfft(series)
-
     def intensity(self, depth: float = 0.0) -> Intensity:
         """Arias intensity, D5–95 and the rest at a depth (m)."""
         return intensity(self.acceleration(depth), self.motion.time_step)
@@ -171,8 +165,8 @@ class ColumnResponse:
 
         return xr.Dataset(
             {
-                "acceleration": peaks("depth", accelerations, "m s-2"),
-                "velocity": peaks("depth", velocities, "m s-1"),
+                "acceleration": peaks("depth", accelerations, "m/s^2"),
+                "velocity": peaks("depth", velocities, "m/s"),
                 "displacement": peaks("depth", displacements, "m"),
                 "strain": peaks("middle", self._histories(middles, 1, 2), "1"),
                 "stress": peaks("middle", self._histories(middles, 2, 2), "Pa"),

@@ -19,8 +19,7 @@ import numpy as np
 from ..errors import InputError
 from .strength import Rest, come_to_rest, released, static_model
 
-VERDICTS = ("stable", "slides", "topples")
-_STRONGEST, _WEAKEST = 2.0**-12, 2.0**12  # factors that are looked at
+_LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # factors that are looked at
 _BEYOND = 1.02  # over the factor at failure, of the motion that the mechanism is taken from
 _SETTLEMENT = 0.2  # of its radius: largest way of a block to the first state of rest
 _UNDISTURBED = 0.1  # of that way: the state of rest that the mechanism begins from
@@ -228,7 +227,7 @@ class _Trials:
     def find_reference(self, factor: float) -> float | None:
         """The first factor, from a quarter of one down, at which the model rests."""
         factor *= 0.25
-        while factor >= _STRONGEST:
+        while factor >= _LEAST_REDUCTION:
             if self.stands(factor):
                 return factor
             factor /= 16.0
@@ -283,9 +282,9 @@ def safety(
         lowest = trials.done[-1].factor
         return Safety(0.0, lowest, tuple(trials.done), _mechanism(trials, 1.0, None))
     low, high = strong, 1.0
-    while high <= _WEAKEST and trials.stands(high):
+    while high <= _MOST_REDUCTION and trials.stands(high):
         low, high = high, 2.0 * high
-    if high > _WEAKEST:
+    if high > _MOST_REDUCTION:
         return Safety(low, math.inf, tuple(trials.done), None)
     low, high = bisect(trials.stands, low, high, tolerance)
     mechanism = _mechanism(trials, _BEYOND * high, trials.undisturbed())

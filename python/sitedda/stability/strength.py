@@ -72,21 +72,18 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     stages = [_static(group) for group in model["stage"]]
     for number, group in enumerate(model["joint"], 1):
         group(name=group.name or f"joint {number}")
-    if "stop" in model._once:
-        model._once["stop"] = Group("stop")
-    for group in model.groups:
-        if group._name in _TIME_ZERO:
-            _hold(group, *_TIME_ZERO[group._name])
-        elif group._name == "fixed_point":
-            group(motion_x=None, motion_y=None)
-        elif group._name == "material":
-            damping = [name for name in group.as_dict() if "damping" in name or "rayleigh" in name]
-            group(**dict.fromkeys(["initial_velocity", *damping]))
-        elif group._name == "boundary":
-            _fix(group)
-    model.groups[:] = [
-        g for g in model.groups if g._name not in ("motion", "amplification", "stage")
-    ]
+    for kind in ("motion", "amplification", "stage", "stop"):
+        model.clear(kind)
+    for kind, how in _TIME_ZERO.items():
+        for load in model[kind]:
+            _hold(load, *how)
+    for point in model["fixed_point"]:
+        point(motion_x=None, motion_y=None)
+    for material in model["material"]:
+        damping = [name for name in material.as_dict() if "damping" in name or "rayleigh" in name]
+        material(**dict.fromkeys(["initial_velocity", *damping]))
+    for boundary in model["boundary"]:
+        _fix(boundary)
     for values in filter(None, stages):
         model.stage(**values)
     if not model["stage"]:
@@ -125,15 +122,9 @@ def _hold(load: Group, names: tuple[str, ...], ends: bool) -> None:
 
 def weakened(model: Model, factor: float) -> Model:
     """A copy of a model with tan φ, c and T of all joints divided by a factor."""
-    weak = Model()
-    weak.folder = model.folder
-    for name, group in model._once.items():
-        weak._once[name](**group._values)
-    for group in model.groups:
-        copy = Group._of(group._name, group._values, group._place)
-        if group._name == "joint":
-            copy(**_divided(group.as_dict(), factor))
-        weak.groups.append(copy)
+    weak = model.copy()
+    for joint in weak["joint"]:
+        joint(**_divided(joint.as_dict(), factor))
     return weak
 
 
@@ -193,7 +184,7 @@ def released(model: Model, factor: float, held: float | None, time_step: float, 
     moving.control(integration="backward_euler")
     names = []
     if held is None:
-        moving.groups[:] = [g for g in moving.groups if g._name != "stage"]
+        moving.clear("stage")
     else:
         for joint in moving["joint"]:
             weak = f"{joint.name} weaker"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InterruptedRun, OutputError, SiteddaError
+from ..errors import CheckpointError, InterruptedRun, OutputError, SiteddaError
 from ..stop import Stop
 from .quantities import Array, Quantity, measure, returned
 from .store import (
@@ -31,7 +31,7 @@ from .store import (
 _STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 _STATE = ("", ".partial", ".journal", ".checkpoint", ".checkpoint.previous", ".checkpoint.coming",
           ".writing")  # fmt: skip
-KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time"}
+KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time", 7: "memory"}
 
 
 @dataclass(frozen=True)
@@ -179,16 +179,13 @@ def run_input(folder: Path, time_limit: float = np.inf) -> str:
         remove_output(folder)  # killed before its warnings were written
     try:
         return _to_end(folder, time_limit)
-    except OutputError as error:
-        if "checkpoint" not in str(error):
-            raise
-    remove_output(folder)  # no checkpoint can be used: from the start
-    return _to_end(folder, time_limit)
+    except CheckpointError:
+        remove_output(folder)
+        return _to_end(folder, time_limit)
 
 
 def _to_end(folder: Path, time_limit: float) -> str:
-    from ..simulation import Simulation
-    from ..simulation import _to_end as step_to_end
+    from ..simulation import Simulation, run_to_end
 
     begun = time.monotonic()
 
@@ -201,12 +198,12 @@ def _to_end(folder: Path, time_limit: float) -> str:
         Stop(_STOPS) as stop,
         Simulation(folder / INPUT, folder / OUTPUT, resume=True) as simulation,
     ):
-        complete = step_to_end(simulation, look, stop)
+        complete = run_to_end(simulation, look, stop)
         simulation.finish()
         if not complete:
             raise InterruptedRun("interrupted")
-        peaks = simulation._text("peaks").decode("utf-8", "replace")
-        write_whole(folder / WORDS, "\n".join(filter(None, [simulation.warning, peaks])))
+        words = filter(None, [simulation.warning, *simulation.peak_warnings])
+        write_whole(folder / WORDS, "\n".join(words))
     return warnings_of(folder)
 
 

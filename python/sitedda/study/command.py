@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..command import Parser
 from ..errors import InterruptedRun, SiteddaError
 from .api import gather, run, shown
 from .plan import plan_of_folder
@@ -37,15 +38,8 @@ def main(words: list[str]) -> int:
         return InterruptedRun.kind
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str):
-        """Say what is wrong with the command line and end."""
-        self.print_usage(sys.stderr)
-        self.exit(1, f"{self.prog}: {message}\n")
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog="sitedda study",
         description="Run a model with many values of its parameters; what is done stays done.",
     )

@@ -54,6 +54,11 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
             progress(done, failed)
 
 
+def workers_of(executor) -> int | None:
+    """How many tasks an executor works on at once; None if it does not say."""
+    return getattr(executor, "count", None) or getattr(executor, "_max_workers", None)
+
+
 class _Loop:
     def __init__(self, executor, work: Work, keys: Sequence[str]):
         self.executor, self.work = executor, work
@@ -61,7 +66,7 @@ class _Loop:
         self.running: dict = {}
         self.ended: queue.SimpleQueue = queue.SimpleQueue()
         self.deaths: Counter = Counter()
-        workers = getattr(executor, "count", None) or getattr(executor, "_max_workers", None)
+        workers = workers_of(executor)
         self.window = 2 * workers if workers else _WINDOW
 
     def results(self):

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
-
-FRACTILES = (0.16, 0.5, 0.84)
+from .maps import FRACTILES, label_of
 
 
 @dataclass(frozen=True)
@@ -52,9 +51,9 @@ class Ida:
 
     def picture(self):
         """Intensity over response, as is the custom."""
-        from ..drawing import BLUE, GREY, RED, new_figure
+        from ..drawing import BLUE, GREY, RED, canvas
 
-        figure, axes = new_figure(size=(7.0, 5.0))
+        figure, (axes,) = canvas(1, size=(7.0, 5.0))
         for i, row in enumerate(self.response):
             axes.plot(row, self.intensity, "-", color=GREY, lw=0.9, alpha=0.7, marker=".", ms=3,
                       label="records" if i == 0 else None)  # fmt: skip
@@ -65,7 +64,6 @@ class Ida:
             axes.axvline(self.threshold, color=RED, lw=1, label=f"threshold {self.threshold:g}")
         axes.set(xlabel=self.labels[0], ylabel=self.labels[1], ylim=(0, None), xlim=(0, None))
         axes.legend(frameon=False)
-        axes.spines[["top", "right"]].set_visible(False)
         return figure
 
 
@@ -95,8 +93,7 @@ def ida(table, quantity: str, intensity: str, record: str = "record", threshold=
     fractiles = np.full((3, level.size), np.nan)
     fractiles[:, counted] = np.nanquantile(response[:, counted], FRACTILES, axis=0)
     capacity = [_capacity(row, level, threshold) for row in response]
-    unit = table[intensity].attrs.get("units", "")
-    labels = (quantity, f"{intensity} ({unit})" if unit else intensity)
+    labels = (quantity, label_of(table, intensity))
     names = [str(name) for name in table[record].values]
     return Ida(level, response, fractiles, threshold, np.array(capacity), names, labels)
 

@@ -8,10 +8,12 @@ from concurrent.futures import FIRST_COMPLETED, wait
 
 import numpy as np
 
+from .distribute import workers_of
 from .plan import Plan, _plain
 from .quantities import Array, returned
 from .table import _values
 
+_WORKERS = 32  # of an executor that does not say how many it has
 _TASKS_EACH = 8  # tasks for each worker: a slow one holds nobody up
 
 
@@ -31,7 +33,7 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
         With ``status`` and ``message`` of each case.
     """
     cases = [{name: _plain(value) for name, value in one.items()} for one in plan.changes()]
-    workers = getattr(executor, "count", None) or getattr(executor, "_max_workers", None) or 32
+    workers = workers_of(executor) or _WORKERS
     size = max(1, -(-len(cases) // (workers * _TASKS_EACH)))
     starts = range(0, len(cases), size)
     futures = {executor.submit(call_each, plan.model, cases[i : i + size]): i for i in starts}

@@ -64,9 +64,9 @@ class Fragility:
 
     def picture(self):
         """The curve with its confidence, and the shares that failed."""
-        from ..drawing import BLUE, INK, new_figure
+        from ..drawing import BLUE, INK, canvas
 
-        figure, axes = new_figure(size=(7.0, 4.6))
+        figure, (axes,) = canvas(1, size=(7.0, 4.6))
         x = np.linspace(0.0, 1.25 * self.intensity.max(), 300)[1:]
         low, high = self.band(x)
         words = f"{self.confidence:.0%} confidence"
@@ -79,7 +79,6 @@ class Fragility:
         axes.set(xlabel=f"{self.name}{unit}", ylabel="probability of failure", ylim=(-0.02, 1.02))
         axes.set_xlim(0, x[-1])
         axes.legend(frameon=False, loc="best")
-        axes.spines[["top", "right"]].set_visible(False)
         return figure
 
 

@@ -74,7 +74,7 @@ def parameter_map(table, quantity: str, x: str, y: str, level: float | None = No
     places = [np.asarray(table[name].values) for name in (x, y)]
     if any(place.dtype.kind not in "fiu" for place in places):
         raise InputError("a map needs two parameters that are numbers")
-    names = tuple(_label(table, name) for name in (x, y, quantity))
+    names = tuple(label_of(table, name) for name in (x, y, quantity))
     orders = [np.argsort(place) for place in places]
     grid = values.transpose(y, x).values[np.ix_(orders[1], orders[0])]
     return Map(places[0][orders[0]], places[1][orders[1]], grid, names, level)
@@ -103,9 +103,9 @@ class Bands:
 
     def picture(self):
         """The samples, faint; median and fractiles."""
-        from ..drawing import BLUE, GREY, new_figure
+        from ..drawing import BLUE, GREY, canvas
 
-        figure, axes = new_figure(size=(7.5, 4.8))
+        figure, (axes,) = canvas(1, size=(7.5, 4.8))
         for row in self.samples[:200]:
             axes.plot(self.coordinate, row, color=GREY, lw=0.4, alpha=0.25)
         low, middle, high = self.fractiles
@@ -118,7 +118,6 @@ class Bands:
         if np.all(self.samples >= 0):
             axes.set_ylim(0, 1.1 * np.quantile(self.samples.max(axis=1), 0.95))
         axes.legend(frameon=False)
-        axes.spines[["top", "right"]].set_visible(False)
         return figure
 
 
@@ -143,11 +142,12 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
     samples = samples[np.all(np.isfinite(samples), axis=1)]
     if not len(samples):
         raise InputError(f"no case has {quantity}")
-    names = (_label(table, rest[0]), _label(table, quantity))
+    names = (label_of(table, rest[0]), label_of(table, quantity))
     coordinate = np.asarray(table[rest[0]].values)
     return Bands(coordinate, np.quantile(samples, FRACTILES, axis=0), samples, names)
 
 
-def _label(table, name: str) -> str:
+def label_of(table, name: str) -> str:
+    """Name of a variable with its unit, as axes have it."""
     unit = str(table[name].attrs.get("units", ""))
     return f"{name} ({unit})" if unit not in ("", "1") else name

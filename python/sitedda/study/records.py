@@ -15,7 +15,7 @@ from ..records import read_record
 from ..signals import arias_intensity, running_integral, spectral_acceleration
 from .axes import checked_name, coordinate
 
-_UNITS = {"scale": "1", "pga": "m s-2", "pgv": "m s-1", "sa": "m s-2", "arias": "m s-1"}
+_UNITS = {"scale": "1", "pga": "m/s^2", "pgv": "m/s", "sa": "m/s^2", "arias": "m/s"}
 
 
 @dataclass(frozen=True)

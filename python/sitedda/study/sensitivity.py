@@ -41,9 +41,9 @@ class Tornado:
 
     def picture(self):
         """Bars about the base."""
-        from ..drawing import BLUE, INK, ORANGE, new_figure
+        from ..drawing import BLUE, INK, ORANGE, canvas
 
-        figure, axes = new_figure(size=(7.5, 1.2 + 0.5 * len(self.names)))
+        figure, (axes,) = canvas(1, size=(7.5, 1.2 + 0.5 * len(self.names)))
         y = np.arange(len(self.names))[::-1]
         for values, ends, color in (
             (self.low, self.low_values, BLUE),
@@ -61,7 +61,6 @@ class Tornado:
         axes.margins(x=0.15)
         axes.set_xlabel(self.quantity)
         axes.legend(frameon=False)
-        axes.spines[["top", "right"]].set_visible(False)
         return figure
 
 
@@ -112,9 +111,9 @@ class SobolIndices:
 
     def picture(self):
         """Bars with their confidence."""
-        from ..drawing import BLUE, INK, ORANGE, new_figure
+        from ..drawing import BLUE, INK, ORANGE, canvas
 
-        figure, axes = new_figure(size=(7.0, 4.2))
+        figure, (axes,) = canvas(1, size=(7.0, 4.2))
         x = np.arange(len(self.names))
         for values, ends, shift, color, label in (
             (self.first, self.first_interval, -0.2, BLUE, "first order"),
@@ -127,7 +126,6 @@ class SobolIndices:
         axes.set(ylabel="share of the variance", title=self.quantity)
         axes.axhline(0, color=INK, lw=0.8)
         axes.legend(frameon=False)
-        axes.spines[["top", "right"]].set_visible(False)
         return figure
 
 

@@ -7,7 +7,7 @@ import json
 import shutil
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +45,7 @@ def collect(study, file=None):
     if file is None and results.size > IN_MEMORY:
         file = study / "table.nc"
     if file is None:
-        return results.dataset(lambda name, shape, chunks: np.full(shape, np.nan))
+        return results.dataset()
     file = Path(file).absolute()
     kind = _write_zarr if file.suffix == ".zarr" else _write_netcdf
     scratch = Path(tempfile.mkdtemp(prefix=".new-", dir=file.parent))
@@ -206,11 +206,11 @@ class _Results:
             "fixed": json.dumps(self.manifest.get("fixed", {})),
         }
 
-    def dataset(self, make: Callable):
+    def dataset(self):
         """The dataset in memory."""
         import xarray as xr
 
-        arrays = {name: make(name, self.array_dims(name)[1], None) for name in self.arrays}
+        arrays = {name: np.full(self.array_dims(name)[1], np.nan) for name in self.arrays}
         self.fill(arrays)
         variables = {
             name: (self.array_dims(name)[0], values, {"units": self.arrays[name]["units"]})

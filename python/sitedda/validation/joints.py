@@ -14,6 +14,7 @@ from scipy.special import erf
 from ..drawing import BLUE, COLORS, GREEN, ORANGE, canvas
 from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
 from .model import (
+    GRAVITY,
     block,
     contact,
     control,
@@ -435,7 +436,7 @@ def released_slope(short: bool) -> Outcome:
     ):
         slope = np.radians(angle)
         shape = turned(rectangle(0, 0, 2, 1), -slope)
-        push = 0.8 * 9.81 * 2 * DENSITY * np.array([np.cos(slope), -np.sin(slope)])
+        push = 0.8 * GRAVITY * 2 * DENSITY * np.array([np.cos(slope), -np.sin(slope)])
         text = "".join(
             (
                 control(1e-3, 1000, settle=True, max_displacement_ratio=0.05),
@@ -463,7 +464,7 @@ def released_slope(short: bool) -> Outcome:
         time = data.time.values
         free = time >= 0.35
         fit = np.polyfit(time[free] - 0.35, along[free], 2)
-        theory = 9.81 * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(rest)))
+        theory = GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(rest)))
         label = f"{angle:g}°, φ {peak:g}° to {rest:g}°"
         rows.append(
             absolute(f"way before the push, {label}", 0.0, along[time < 0.2][-1], 1e-6, "m")

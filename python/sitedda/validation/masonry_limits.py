@@ -12,8 +12,8 @@ from ..drawing import GROUND, STONE, bare, canvas, draw_blocks
 from ..model import Model
 from ..stability import bisect
 from .case import Outcome, at_most, case, true
-from .model import rectangle
-from .slopes import GRAVITY, Rest, rest_of
+from .model import GRAVITY, rectangle
+from .slopes import Rest, rest_of
 from .stability import RADIUS, voussoirs
 
 TILT = {(3, 6): 30.862, (4, 12): 26.458}  # bricks × courses: upper limit of the angle, degrees
@@ -109,6 +109,9 @@ def tilting_wall(short: bool) -> Outcome:
         rows.append(at_most(f"{words}: angle over its upper limit", high / limit, 1.0))
         rows.append(at_most(f"{words}: shortfall of it", 1.0 - low / limit, 0.06))
         rest = rest_of(tilted_wall(*size, low))
+        rows.append(true(f"{words}: rests at the lower angle", True, _holds(rest)))
+        if rest is None:
+            continue
         turn = math.radians(low)
         c, s = np.cos(turn), np.sin(turn)
         draw_blocks(at, [p @ np.array([[c, -s], [s, c]]) for p in rest.polygons],
