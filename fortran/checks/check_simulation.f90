@@ -4,6 +4,7 @@ module dda_check_simulation
    use dda_kinds, only: wp, long, pi
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type
+   use dda_contact, only: contact_open
    use dda_check_material, only: check_material
    use dda_check_band, only: band_type, significant_band
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, verdict_fail, &
@@ -17,7 +18,7 @@ module dda_check_simulation
    use dda_omega_max, only: find_omega_max
    use dda_ringing, only: ringing_type, find_ringing
    use dda_scheme_response, only: forced_damping
-   use dda_simulation, only: simulation_type
+   use dda_simulation, only: simulation_type, comes_suddenly
    use dda_text, only: to_text, short_text
    use dda_time_step, only: advance
    use dda_unresolved, only: count_unresolved
@@ -29,6 +30,8 @@ module dda_check_simulation
    real(wp), parameter :: most_ringing = 1000.0_wp
    integer, parameter :: wanted_modes = 5
    integer, parameter :: timed_steps = 3, timed_blocks = 5000
+   integer, parameter :: many_blocks = 1000                 !< of which sudden gravity is slow
+   real(wp), parameter :: least_slope = 0.5_wp              !< |n·g|/|g| of other than head joints
    integer, parameter :: stiff_limit_blocks = 2000          !< beyond, the stiff limit is estimated
 
 contains
@@ -46,6 +49,7 @@ contains
       call significant_band(simulation%model%motions, report%band)
       call measure_blocks(simulation%blocks, report)
       call check_contacts(linear, report)
+      call check_start(simulation, report)
       call check_highest(stiff, report)
       call check_ringing(stiff, report)
       call check_impacts(simulation, linear, report)
@@ -93,6 +97,26 @@ contains
             to_text(linear%closed)//' closed contacts'//settled, 'model', '')
       end if
    end subroutine check_contacts
+
+   !> Gravity that comes suddenly on many blocks with touching head joints: these neither press nor
+   !> part before the wave of the settling has passed.
+   subroutine check_start(simulation, report)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(report_type), intent(inout) :: report  !< check report
+      integer :: c, head_joints
+
+      associate (contacts => simulation%contacts(simulation%now), model => simulation%model)
+         if (model%blocks%n <= many_blocks .or. .not. comes_suddenly(model)) return
+         head_joints = count([(contacts%state(c) /= contact_open .and. &
+            abs(dot_product(contacts%normal(:, c), model%control%gravity)) < &
+            least_slope*norm2(model%control%gravity), c=1, contacts%n)])
+         if (head_joints == 0) return
+         call add_line(report, verdict_warn, 'start', 'gravity comes suddenly on '// &
+            to_text(model%blocks%n)//' blocks, '//to_text(head_joints)//' contacts of head '// &
+            'joints touch: each of the first steps takes as long as some 100 at rest', 'model', &
+            'geostatic = .true. and a head_joint of &wall above 0')
+      end associate
+   end subroutine check_start
 
    !> ω_max, and Δt against 4/ω_max.
    subroutine check_highest(linear, report)

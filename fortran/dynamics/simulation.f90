@@ -20,7 +20,8 @@ module dda_simulation
    implicit none
    private
    public :: simulation_type, companions_type, counters_type, stop_state_type, next_step, &
-      exchange_lists, end_of_run, finished, stage_finished, summary, ending, block_name
+      exchange_lists, end_of_run, finished, stage_finished, summary, ending, block_name, &
+      comes_suddenly
 
    !> What has been counted since the start.
    type :: counters_type
@@ -176,12 +177,13 @@ contains
       end if
    end function ending
 
-   !> Gravity acts on a model that is not brought to rest.
+   !> Gravity acts on a model that neither is brought to rest nor begins with stresses.
    pure logical function comes_suddenly(model)
       type(model_type), intent(in) :: model  !< as read from the input
 
       comes_suddenly = norm2(model%control%gravity) > 0.0_wp .and. &
-         model%control%dynamic_factor > 0.0_wp .and. .not. model%stages(1)%static
+         model%control%dynamic_factor > 0.0_wp .and. .not. model%stages(1)%static .and. &
+         .not. any(abs(model%blocks%initial_stress) > 0.0_wp)
    end function comes_suddenly
 
    pure function block_name(simulation, b) result(name)

@@ -9,7 +9,7 @@ module dda_input_blocks
       require_name, unset, is_set, name_length
    use dda_input_materials, only: find_substances
    use dda_model, only: model_type
-   use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall, &
+   use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall, bury, &
       outline_failure
    use dda_text, only: quoted, to_text
    implicit none
@@ -143,6 +143,29 @@ contains
       if (failure /= '') call input_error(error, place, 'vertices'//failure)
    end subroutine check_outline
 
+   !> The new blocks of a group begin with their weight as stress, if it says so.
+   subroutine begin_at_rest(place, model, outlines, first, geostatic, overburden, error)
+      type(place_type), intent(in) :: place      !< of the group
+      type(model_type), intent(in) :: model      !< with its gravity
+      type(outlines_type), intent(inout) :: outlines         !< with the new blocks
+      integer, intent(in) :: first               !< of the new blocks
+      logical, intent(in) :: geostatic           !< as the input has it
+      real(wp), intent(in) :: overburden         !< Pa, as the input has it
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      call require(error, place, 'overburden', [overburden])
+      if (overburden > 0.0_wp .and. .not. geostatic) call input_error(error, place, &
+         'overburden = '//to_text(overburden)//' is part of the stress of geostatic = .true., '// &
+         'which is not set; loads are given by &traction')
+      if (allocated(error) .or. .not. geostatic) return
+      associate (gravity => model%control%gravity)
+         if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
+            place, 'geostatic = .true. needs a gravity that acts downwards; gravity is '// &
+            to_text(gravity(1))//', '//to_text(gravity(2)))
+      end associate
+      if (.not. allocated(error)) call bury(outlines, first, overburden)
+   end subroutine begin_at_rest
+
    !> &layers: a stack of equal layers.
    subroutine read_layers(text, place, source, model, outlines, error)
       character(len=*), intent(in) :: text       !< of the group
@@ -152,10 +175,12 @@ contains
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, material, joint
-      real(wp) :: left, bottom, width, thickness
+      real(wp) :: left, bottom, width, thickness, overburden
       character(len=256) :: message
-      integer :: status, m, j, count
-      namelist /layers/ name, material, joint, left, bottom, width, thickness, count
+      integer :: status, m, j, count, first
+      logical :: geostatic
+      namelist /layers/ name, material, joint, left, bottom, width, thickness, count, geostatic, &
+         overburden
 
       name = 'layer'
       material = ''
@@ -165,14 +190,18 @@ contains
       width = unset
       thickness = unset
       count = 1
+      geostatic = .false.
+      overburden = 0.0_wp
       read (text, nml=layers, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
       call require(error, place, 'left bottom width thickness count', &
          [left, bottom, width, thickness, real(count, wp)])
       call check_stem(place, name, error)
       call find_substances(place, material, joint, model, m, j, error)
-      if (.not. allocated(error)) call add_layers(outlines, left, bottom, width, thickness, count, &
-         m, j, source, name)
+      if (allocated(error)) return
+      first = outlines%n + 1
+      call add_layers(outlines, left, bottom, width, thickness, count, m, j, source, name)
+      call begin_at_rest(place, model, outlines, first, geostatic, overburden, error)
    end subroutine read_layers
 
    !> &drums: a column of drums, tapering from `width` to `top_width`.
@@ -218,11 +247,12 @@ contains
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, material, joint
-      real(wp) :: left, bottom, brick_length, brick_height
+      real(wp) :: left, bottom, brick_length, brick_height, head_joint, overburden
       character(len=256) :: message
-      integer :: status, m, j, bricks, courses
+      integer :: status, m, j, bricks, courses, first
+      logical :: geostatic
       namelist /wall/ name, material, joint, left, bottom, brick_length, brick_height, bricks, &
-         courses
+         courses, head_joint, geostatic, overburden
 
       name = 'brick'
       material = ''
@@ -233,17 +263,27 @@ contains
       brick_height = unset
       bricks = 1
       courses = 1
+      head_joint = 0.0_wp
+      geostatic = .false.
+      overburden = 0.0_wp
       read (text, nml=wall, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
-      call require(error, place, 'left bottom brick_length brick_height bricks courses', &
-         [left, bottom, brick_length, brick_height, real(bricks, wp), real(courses, wp)])
+      call require(error, place, 'left bottom brick_length brick_height bricks courses '// &
+         'head_joint', [left, bottom, brick_length, brick_height, real(bricks, wp), &
+         real(courses, wp), head_joint])
+      if (head_joint >= 0.5_wp*brick_length) call input_error(error, place, 'head_joint = '// &
+         to_text(head_joint)//' m leaves nothing of half a brick of brick_length = '// &
+         to_text(brick_length)//' m')
       if (real(courses, wp)*bricks > most_blocks) call input_error(error, place, 'courses = '// &
          to_text(courses)//' of '//to_text(bricks)//' bricks are more than '// &
          to_text(int(most_blocks))//' blocks')
       call check_stem(place, name, error)
       call find_substances(place, material, joint, model, m, j, error)
-      if (.not. allocated(error)) call add_wall(outlines, left, bottom, &
-         [brick_length, brick_height], bricks, courses, m, j, source, name)
+      if (allocated(error)) return
+      first = outlines%n + 1
+      call add_wall(outlines, left, bottom, [brick_length, brick_height], bricks, courses, m, j, &
+         source, name, head_joint)
+      call begin_at_rest(place, model, outlines, first, geostatic, overburden, error)
    end subroutine read_wall
 
 end module dda_input_blocks

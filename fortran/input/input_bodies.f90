@@ -57,8 +57,23 @@ contains
       call set_blocks(model%blocks, outlines%first(:outlines%n + 1), outlines%vertices, &
          outlines%material(:outlines%n), outlines%joint(:outlines%n_vertices), model%materials, &
          model%control%plane_strain)
+      call stress_by_weight(model, outlines)
       call check_overlap(model, file, groups, outlines%source, error)
    end subroutine read_bodies
+
+   !> Vertical stress of buried blocks at first, on top of that of their material.
+   pure subroutine stress_by_weight(model, outlines)
+      type(model_type), intent(inout) :: model  !< with its blocks
+      type(outlines_type), intent(in) :: outlines  !< of all blocks
+      integer :: b
+
+      associate (blocks => model%blocks, weight => norm2(model%control%gravity))
+         do b = 1, blocks%n
+            blocks%initial_stress(2, b) = blocks%initial_stress(2, b) - outlines%overburden(b) &
+               - weight*model%materials(blocks%material(b))%density*outlines%cover(b)
+         end do
+      end associate
+   end subroutine stress_by_weight
 
    !> Places and sizes must be such that rounding leaves the shape of every block, generated ones
    !> too.

@@ -276,14 +276,23 @@ module dda_input_catalogue
       variable_type('height', 'real', 'm', 'required', 'height of a drum', above_zero), &
       variable_type('count', 'integer', '', '1', 'number of drums', 1.0_wp, most_blocks)]
 
-   type(variable_type), parameter :: wall_variables(6) = [ &
+   type(variable_type), parameter :: rest_variables(2) = [ &
+      variable_type('geostatic', 'logical', '', '.false.', &
+         'the blocks begin with the vertical stress of their weight'), &
+      variable_type('overburden', 'real', 'Pa', '0', &
+         'vertical pressure on the highest block that this stress holds as well', 0.0_wp, &
+         1.0e12_wp)]
+
+   type(variable_type), parameter :: wall_variables(7) = [ &
       variable_type('left', 'real', 'm', '0', 'left side of the wall'), &
       variable_type('bottom', 'real', 'm', '0', 'lower side of the first course'), &
       variable_type('brick_length', 'real', 'm', 'required', 'length of a brick', above_zero), &
       variable_type('brick_height', 'real', 'm', 'required', 'height of a brick', above_zero), &
       variable_type('bricks', 'integer', '', '1', &
          'bricks in a course, in running bond', 1.0_wp, 1.0e6_wp), &
-      variable_type('courses', 'integer', '', '1', 'number of courses', 1.0_wp, most_blocks)]
+      variable_type('courses', 'integer', '', '1', 'number of courses', 1.0_wp, most_blocks), &
+      variable_type('head_joint', 'real', 'm', '0', &
+         'width by which the joints between bricks of a course are open', 0.0_wp)]
 
    type(variable_type), parameter :: fixed_point_variables(4) = [ &
       variable_type('name', 'text', '', 'blank', 'name that stages release it by', allowed='any'), &
@@ -507,11 +516,11 @@ contains
       case ('blocks')
          list = [blocks_variables, naming_variables]
       case ('layers')
-         list = [layers_variables, generated_variables, naming_variables]
+         list = [layers_variables, rest_variables, generated_variables, naming_variables]
       case ('drums')
          list = [drums_variables, generated_variables, naming_variables]
       case ('wall')
-         list = [wall_variables, generated_variables, naming_variables]
+         list = [wall_variables, rest_variables, generated_variables, naming_variables]
       case ('stage')
          list = stage_variables
       case ('amplification')

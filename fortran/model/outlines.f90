@@ -6,7 +6,7 @@ module dda_outlines
    use dda_polygon, only: area_of, is_simple
    implicit none
    private
-   public :: outlines_type, add_outline, add_layers, add_drums, add_wall, outline_failure
+   public :: outlines_type, add_outline, add_layers, add_drums, add_wall, bury, outline_failure
 
    real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the polygon's size
 
@@ -20,6 +20,8 @@ module dda_outlines
       integer, allocatable :: joint(:)             !< [any] joint of the edge from each vertex
       integer, allocatable :: source(:)            !< input group that each came from
       character(len=64), allocatable :: name(:)
+      real(wp), allocatable :: cover(:)            !< height whose weight stresses each at first, m
+      real(wp), allocatable :: overburden(:)       !< vertical pressure beyond that, Pa
    end type outlines_type
 
 contains
@@ -41,6 +43,8 @@ contains
       call grow(outlines%joint, last)
       call grow(outlines%source, n)
       call grow(outlines%name, n)
+      call grow(outlines%cover, n)
+      call grow(outlines%overburden, n)
       outlines%vertices(:, outlines%n_vertices + 1:last) = vertices
       outlines%first(n:n + 1) = [outlines%n_vertices, last] + 1
       outlines%material(n) = material
@@ -120,30 +124,51 @@ contains
 
    !> A running-bond wall: every other course begins and ends with half a brick.
    subroutine add_wall(outlines, left, bottom, brick, bricks, courses, material, joint, source, &
-      name)
+      name, head_joint)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
       real(wp), intent(in) :: left, bottom            !< m, lower left corner
       real(wp), intent(in) :: brick(2)                !< m, length and height
       integer, intent(in) :: bricks, courses          !< in a full course; of the wall
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered`
+      real(wp), intent(in) :: head_joint              !< m, by which bricks of a course are apart
       real(wp) :: from, to, low
-      integer :: course, i, k
+      integer :: course, i, k, last
 
       k = 0
       do course = 1, courses
          low = bottom + (course - 1)*brick(2)
-         do i = 1, bricks + merge(0, 1, modulo(course, 2) == 1)
+         last = bricks + merge(0, 1, modulo(course, 2) == 1)
+         do i = 1, last
             from = left + (i - 1)*brick(1)
             if (modulo(course, 2) == 0) from = max(left, from - 0.5_wp*brick(1))
             to = left + i*brick(1)
             if (modulo(course, 2) == 0) to = min(left + bricks*brick(1), to - 0.5_wp*brick(1))
+            if (i > 1) from = from + 0.5_wp*head_joint
+            if (i < last) to = to - 0.5_wp*head_joint
             k = k + 1
             call add_outline(outlines, rectangle(from, low, to, bottom + course*brick(2)), &
                material, joint, source, numbered(name, k))
          end do
       end do
    end subroutine add_wall
+
+   !> Polygons from `first` on begin with the stress of what lies above them, up to the highest.
+   pure subroutine bury(outlines, first, overburden)
+      type(outlines_type), intent(inout) :: outlines  !< list
+      integer, intent(in) :: first                    !< number of the polygon
+      real(wp), intent(in) :: overburden              !< vertical pressure on the highest, Pa
+      real(wp) :: top
+      integer :: i
+
+      top = maxval(outlines%vertices(2, outlines%first(first):outlines%n_vertices))
+      do i = first, outlines%n
+         associate (y => outlines%vertices(2, outlines%first(i):outlines%first(i + 1) - 1))
+            outlines%cover(i) = top - 0.5_wp*(minval(y) + maxval(y))
+         end associate
+         outlines%overburden(i) = overburden
+      end do
+   end subroutine bury
 
    !> 'name_i', or nothing for a nameless generator.
    pure function numbered(name, i) result(full)

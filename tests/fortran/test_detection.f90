@@ -239,7 +239,7 @@ contains
       integer :: k
 
       call case('running bond')
-      call add_wall(outlines, 0.0_wp, 0.0_wp, [0.6_wp, 0.3_wp], 3, 3, 1, 1, 1, '')
+      call add_wall(outlines, 0.0_wp, 0.0_wp, [0.6_wp, 0.3_wp], 3, 3, 1, 1, 1, '', 0.0_wp)
       do k = 0, 5
          if (k > 0) outlines%vertices = turned(outlines%vertices, 0.61_wp)
          call blocks_of(outlines, blocks)

@@ -17,7 +17,8 @@ contains
       call growth()
       call layers()
       call drums()
-      call walls()
+      call walls(0.0_wp)
+      call walls(0.02_wp)
    end subroutine outlines_suite
 
    pure function outline(outlines, i) result(vertices)
@@ -114,19 +115,21 @@ contains
    end subroutine drums
 
    !> Full and broken courses by turns; each fills its height from end to end.
-   subroutine walls()
+   subroutine walls(head_joint)
+      real(wp), intent(in) :: head_joint
       type(outlines_type) :: outlines
-      integer :: bricks, courses
+      integer :: bricks, courses, joints
 
       call case('walls')
       do bricks = 1, 4
          do courses = 1, 5
             call clear(outlines)
             call add_wall(outlines, 1.0_wp, -2.0_wp, [0.6_wp, 0.3_wp], bricks, courses, 1, 1, 1, &
-               'brick')
+               'brick', head_joint)
             call check(outlines%n == bricks*courses + courses/2, 'count')
-            call check_close(total_area(outlines), 0.18_wp*bricks*courses, 'area', &
-               relative=1.0e-13_wp)
+            joints = courses*(bricks - 1) + courses/2
+            call check_close(total_area(outlines), 0.18_wp*bricks*courses &
+               - 0.3_wp*head_joint*joints, 'area', relative=1.0e-13_wp)
             call check_close(deepest_overlap(outlines), 0.0_wp, 'no overlap', absolute=1.0e-14_wp)
             associate (v => outlines%vertices(:, :outlines%n_vertices))
                call check_close(minval(v, 2), [1.0_wp, -2.0_wp], 'lower left', relative=1.0e-14_wp)

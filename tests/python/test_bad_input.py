@@ -498,6 +498,9 @@ EVERYTHING = [
             "brick_height": 0.5,
             "bricks": 2,
             "courses": 2,
+            "head_joint": 0.001,
+            "geostatic": True,
+            "overburden": 1.0e3,
         },
     ),
     (
