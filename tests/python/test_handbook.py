@@ -2,6 +2,7 @@
 """The handbook: its code runs and prints what it shows, its links lead somewhere."""
 
 import contextlib
+import importlib
 import io
 import re
 import shlex
@@ -99,8 +100,7 @@ def test_every_page_is_in_a_table_of_contents(root):
 
 def test_the_input_reference_has_all_that_the_engine_publishes(root, monkeypatch):
     monkeypatch.syspath_prepend(root / "docs" / "extensions")
-    pytest.importorskip("docutils")
-    reference = pytest.importorskip("input_reference")
+    reference = importlib.import_module("input_reference")
     shown = {(group, v.name) for group, found in reference.rows().items() for v in found}
     assert shown == {(v.group, v.name) for v in input_catalogue()}
     nodes = reference.InputReference.run(None)

@@ -36,7 +36,6 @@ from .store import (
 from .store import write_whole as write
 
 _FORMAT = 1
-_CHECKPOINTS = ("checkpoint_interval", "checkpoint_minutes")
 
 
 @dataclass
@@ -100,11 +99,7 @@ class Plan:
         files = _Files(self.folder)
         with opened_input(self.model) as (file, text):
             base = files.kept_in(text, Path(file).parent)
-        standing = Namelist.of(base)
-        always: dict = {"output.file": OUTPUT}
-        if not any(g.get(name) for g in standing.named("output") for name in _CHECKPOINTS):
-            always["output.checkpoint_minutes"] = 1
-        base = changed_input(base, always)
+        base = changed_input(base, {"output.file": OUTPUT})
         head = (str(_FORMAT), engine.version(), build(), _task_name(self.task))
         keys = []
         for number, changes in enumerate(self.changes()):
