@@ -28,7 +28,7 @@ napoleon_use_ivar = True
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 exclude_patterns = ["ford.md", "packaging/*"]
-nitpicky = False
+smartquotes = False  # quotes are those of the input
 
 html_theme = "furo"
 html_title = f"sitedda {release}"
