@@ -65,6 +65,7 @@ contains
       end do
       call set_blocks(blocks, first, model%blocks%vertex(:, vertex), model%blocks%material(list), &
          model%blocks%joint(vertex), model%materials, model%control%plane_strain)
+      blocks%initial_stress = model%blocks%initial_stress(:, list)
       call set_damping(blocks, model%blocks%damping)
       blocks%half_size = model%blocks%half_size  ! distances of the search are the model's
    end function column_blocks
