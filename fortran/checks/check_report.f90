@@ -43,6 +43,7 @@ module dda_check_report
       real(wp) :: ringing = 0.0_wp        !< steps to 1/e of the slowest alternating mode
       real(wp) :: shift = 0.0_wp          !< of the first frequency by the compliance of the joints
       real(wp) :: memory = 0.0_wp         !< bytes of the state, about
+      real(wp) :: seconds = 0.0_wp        !< of the run at the pace of its first steps; 0: not known
    end type report_type
 
 contains

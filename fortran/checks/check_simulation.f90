@@ -371,8 +371,6 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-
-      real(wp) :: seconds
       character(len=:), allocatable :: found
 
       ! Blocks with their matrices, contacts with their rows, K̂, and its factor at about three
@@ -381,8 +379,8 @@ contains
          + 4*36.0_wp*(linear%n + size(linear%stiffness%column)))
       found = to_text(run_steps(simulation%model))//' steps, about '// &
          short_text(report%memory/2.0_wp**20)//' MiB'
-      seconds = seconds_per_step(simulation)
-      if (seconds > 0.0_wp) found = found//', '//short_text(seconds*run_steps(simulation%model))// &
+      report%seconds = seconds_per_step(simulation)*run_steps(simulation%model)
+      if (report%seconds > 0.0_wp) found = found//', '//short_text(report%seconds)// &
          ' s at the pace of the first '//to_text(timed_steps)//' steps'
       call add_line(report, verdict_ok, 'cost', found, 'measured', '')
    end subroutine check_cost

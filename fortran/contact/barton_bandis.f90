@@ -23,6 +23,7 @@ module dda_barton_bandis
       real(wp) :: roughness = 0.0_wp       !< JRC
       real(wp) :: wall_strength = 1.0_wp   !< JCS, Pa
       real(wp) :: residual_angle = 0.0_wp  !< φ_r, degrees
+      real(wp) :: reduction = 1.0_wp       !< that the shear strength is divided by
    contains
       procedure :: normal_force
       procedure :: tangent
@@ -42,6 +43,7 @@ contains
       law%roughness = joint%roughness
       law%wall_strength = joint%wall_strength
       law%residual_angle = joint%friction_angle
+      law%reduction = joint%strength_reduction
    end function new_barton_bandis
 
    !> Initial stiffness k_ni, Pa/m, and largest closure V_m, m, from the index values of the joint
@@ -131,7 +133,7 @@ contains
       angle = law%residual_angle + law%roughness &
          *max(0.0_wp, log10(law%wall_strength*state%length/normal_force))
       angle = max(law%residual_angle, min(steepest, angle))
-      strength = normal_force*tan(angle*pi/180.0_wp)
+      strength = normal_force*tan(angle*pi/180.0_wp)/law%reduction
    end function strength
 
 end module dda_barton_bandis

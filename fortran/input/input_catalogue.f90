@@ -180,7 +180,7 @@ module dda_input_catalogue
       variable_type('initial_velocity', 'real list', 'm/s, rad/s', '0, 0, 0', &
          'velocity of its blocks at the start: x, y, rotation')]
 
-   type(variable_type), parameter :: joint_variables(19) = [ &
+   type(variable_type), parameter :: joint_variables(20) = [ &
       variable_type('name', 'text', '', 'blank', &
          'name that block groups refer to', allowed='any, used once'), &
       variable_type('friction_angle', 'real', 'degrees', 'required', &
@@ -219,6 +219,8 @@ module dda_input_catalogue
          'are not given', 1.0_wp, 1.0e12_wp), &
       variable_type('max_closure', 'real', 'm', 'from compressive_strength', &
          'barton_bandis: largest closure V_m', 1.0e-12_wp, 1.0e3_wp), &
+      variable_type('strength_reduction', 'real', '', '1', &
+         'barton_bandis: its shear strength is divided by it', 1.0e-9_wp, 1.0e9_wp), &
       variable_type('restitution', 'real', '', 'none: as the scheme and the step make it', &
          'velocity after an impact over that before it; its unbonded contacts do not ring', &
          0.0_wp, 1.0_wp), &

@@ -25,13 +25,13 @@ contains
       real(wp) :: friction_angle, cohesion, tensile_strength, normal_stiffness_per_area, &
          shear_stiffness_per_area, residual_friction_angle, residual_cohesion, &
          residual_tensile_strength, weakening_slip, dilation_angle, dilation_slip, jrc, jcs, &
-         compressive_strength, max_closure, restitution, damping
+         compressive_strength, max_closure, strength_reduction, restitution, damping
       character(len=256) :: message
       integer :: status
-      namelist /joint/ name, friction_angle, cohesion, tensile_strength, law, &
+      namelist /joint/ name, friction_angle, cohesion, tensile_strength, law, jrc, jcs, damping, &
          normal_stiffness_per_area, shear_stiffness_per_area, residual_friction_angle, &
          residual_cohesion, residual_tensile_strength, weakening_slip, dilation_angle, &
-         dilation_slip, jrc, jcs, compressive_strength, max_closure, restitution, damping
+         dilation_slip, compressive_strength, max_closure, strength_reduction, restitution
 
       name = ''
       law = 'coulomb'
@@ -50,6 +50,7 @@ contains
       jcs = unset
       compressive_strength = unset
       max_closure = unset
+      strength_reduction = unset
       restitution = unset
       damping = 0.0_wp
       read (group, nml=joint, iostat=status, iomsg=message)
@@ -62,7 +63,7 @@ contains
       call read_stiffness(error, place, new, normal_stiffness_per_area, shear_stiffness_per_area)
       call read_law(error, place, new, [cohesion, tensile_strength], [residual_friction_angle, &
          residual_cohesion, residual_tensile_strength, weakening_slip, dilation_angle, &
-         dilation_slip], [jrc, jcs, compressive_strength, max_closure])
+         dilation_slip], [jrc, jcs, compressive_strength, max_closure, strength_reduction])
    end subroutine read_joint
 
    !> What impacts leave of a velocity, and the dashpot.
@@ -87,15 +88,16 @@ contains
       type(joint_type), intent(inout) :: new  !< with its law and friction angle
       real(wp), intent(in) :: strength(2)     !< cohesion, tensile strength, as given
       real(wp), intent(in) :: after(6)        !< residual strength, weakening, dilation, as given
-      real(wp), intent(in) :: rough(4)        !< JRC, JCS, σ_c, V_m, as given
+      real(wp), intent(in) :: rough(5)        !< JRC, JCS, σ_c, V_m, reduction, as given
 
       if (new%law == 'barton_bandis') then
          call refuse(error, place, new%law, 'coulomb', 'cohesion tensile_strength', strength)
          call read_rough(error, place, new, rough(1), rough(2), rough(3), rough(4))
+         call take(error, place, 'strength_reduction', rough(5), 1.0_wp, new%strength_reduction)
       else
          call read_strength(error, place, new, strength(1), strength(2))
          call refuse(error, place, new%law, 'barton_bandis', 'jrc jcs compressive_strength '// &
-            'max_closure', rough)
+            'max_closure strength_reduction', rough)
       end if
       if (new%law == 'mohr_coulomb') then
          call read_residual(error, place, new, after(1), after(2), after(3))

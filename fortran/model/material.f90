@@ -36,6 +36,7 @@ module dda_material
       real(wp) :: roughness = 0.0_wp        !< JRC, –
       real(wp) :: wall_strength = 0.0_wp    !< JCS, Pa
       real(wp) :: max_closure = 0.0_wp      !< V_m, m
+      real(wp) :: strength_reduction = 1.0_wp !< divides that of Barton and Bandis
       real(wp) :: restitution = -1.0_wp     !< of impacts, 0 … 1; negative: not prescribed
       real(wp) :: damping = 0.0_wp          !< normal dashpot of a contact, N s/m per metre
    contains

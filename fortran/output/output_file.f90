@@ -17,7 +17,7 @@ module dda_output_file
    use dda_model, only: model_type, block_sources
    use dda_netcdf_calls, only: dataset_type, variable_type, checked, define_variables, &
       define_dimension, describe, describe_number, put, put_names, text_of
-   use dda_run_verdict, only: run_verdict_type, add_frame, conclude
+   use dda_run_verdict, only: run_verdict_type, new_verdict, add_frame, add_sample, conclude
    use dda_sample, only: sample_head, most_columns, contact_columns, &
       sample_size, frame_size
    use dda_simulation, only: simulation_type, summary, ending
@@ -25,7 +25,7 @@ module dda_output_file
    use dda_stage, only: stage_type
    use dda_text, only: joined, quoted, to_text
    use dda_diagnostics, only: audit_warning
-   use dda_version, only: version
+   use dda_version, only: version, commit
    use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
       nf90_nowrite, nf90_noerr, nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char
    implicit none
@@ -240,6 +240,7 @@ contains
             call define_file(dataset, journal, simulation)
             call write_constants(dataset, simulation)
             output%points = size(simulation%model%points)
+            output%verdict = new_verdict(output%points)
             call copy_rows(output, journal, simulation, error)
             call describe_verdict(dataset, output%verdict)
             call checked(dataset, nf90_close(dataset%id), 'close the file')
@@ -288,6 +289,7 @@ contains
 
       call describe(dataset, 'title', simulation%model%title)
       call describe(dataset, 'source', 'sitedda '//version)
+      call describe(dataset, 'commit', commit)
       call describe(dataset, 'compiler', compiler_version()//' '//compiler_options())
       call describe(dataset, 'input_file', simulation%model%file)
       call describe(dataset, 'input_text', simulation%model%text)
@@ -314,8 +316,8 @@ contains
 
       if (verdict%frames == 0) return
       call describe(dataset, 'verdict', verdict%words)
-      do i = 1, verdict%n
-         call describe_number(dataset, trim(verdict%values(i)%name), verdict%values(i)%value)
+      do i = 1, size(verdict%values)
+         call describe_number(dataset, verdict%values(i)%name, verdict%values(i)%value)
       end do
    end subroutine describe_verdict
 
@@ -456,6 +458,10 @@ contains
             output%samples = output%samples + 1
             call read_numbers(reader, sample, error)
             output%sample(output%waiting, :) = sample
+            associate (velocity => sample_head + 2*output%points, width => 2*output%points)
+               call add_sample(output%verdict, sample(1), sample(velocity + 1:velocity + width), &
+                  sample(velocity + width + 1:velocity + 2*width))
+            end associate
          else
             if (allocated(frame)) deallocate (frame)
             allocate (frame(frame_size(simulation, contacts)))

@@ -10,18 +10,20 @@ module dda_run_verdict
    use dda_diagnostics, only: audit_warning
    use dda_energy, only: balance
    use dda_model, only: half_size
+   use dda_point_intensity, only: intensity_type, new_intensity, add_motion, main_axis, &
+      arias_intensity
+   use dda_response_spectrum, only: spectral_acceleration
    use dda_simulation, only: simulation_type, ending
-   use dda_text, only: to_text, short_text
+   use dda_text, only: to_text, short_text, valid_text
    implicit none
    private
-   public :: run_verdict_type, verdict_value_type, add_frame, conclude
+   public :: run_verdict_type, verdict_value_type, new_verdict, add_frame, add_sample, conclude
 
    real(wp), parameter :: least_movement = 1.0e-5_wp  !< of the model's size: below, none is counted
-   integer, parameter :: most_values = 16
 
    !> A number of the verdict.
    type :: verdict_value_type
-      character(len=32) :: name = ''         !< with its unit
+      character(len=:), allocatable :: name  !< with its unit
       real(wp) :: value = 0.0_wp
    end type verdict_value_type
 
@@ -35,17 +37,38 @@ module dda_run_verdict
    !> A verdict in the making.
    type :: run_verdict_type
       character(len=:), allocatable :: words           !< "topic: sentence", a line each
-      type(verdict_value_type) :: values(most_values)
-      integer :: n = 0                                 !< values
+      type(verdict_value_type), allocatable :: values(:)
       integer :: frames = 0
       real(wp), allocatable :: first(:,:)              !< [3, blocks] places in the first frame
       real(wp), allocatable :: corners(:,:)            !< [2, vertices] in the first frame, m
       integer, allocatable :: vertex(:), edge(:)       !< [contacts] that touch in the first frame
       type(largest_type) :: moved, turned              !< of all frames
       type(largest_type) :: moved_last, turned_last    !< of the last frame
+      type(intensity_type), allocatable :: shaken(:)   !< [measured points]
    end type run_verdict_type
 
 contains
+
+   !> Before the first frame and sample.
+   pure type(run_verdict_type) function new_verdict(points) result(verdict)
+      integer, intent(in) :: points  !< that are measured
+
+      allocate (verdict%values(0))
+      allocate (verdict%shaken(points), source=new_intensity())
+   end function new_verdict
+
+   !> Take in a sample, in the order of the run.
+   pure subroutine add_sample(verdict, time, velocity, acceleration)
+      type(run_verdict_type), intent(inout) :: verdict   !< of the samples so far
+      real(wp), intent(in) :: time                       !< of the sample, s
+      real(wp), intent(in) :: velocity(:)                !< [2 × points] m/s
+      real(wp), intent(in) :: acceleration(:)            !< [2 × points] m/s²
+      integer :: i
+
+      do i = 1, size(verdict%shaken)
+         call add_motion(verdict%shaken(i), time, velocity(2*i - 1:2*i), acceleration(2*i - 1:2*i))
+      end do
+   end subroutine add_sample
 
    !> Take in a frame, in the order of the run.
    subroutine add_frame(verdict, simulation, time, coordinates, corners, contacts)
@@ -122,6 +145,7 @@ contains
          call say(verdict, 'bonds', to_text(simulation%counters%broken)//' broken')
          call note(verdict, 'bonds_broken', real(simulation%counters%broken, wp))
       end if
+      call judge_points(verdict, simulation)
       if (audit_warning(simulation) == '') then
          write (left, '(es8.1e2)') balance(simulation%energy)
          call say(verdict, 'energy', 'balances, '//trim(adjustl(left))//' J/m left over')
@@ -201,6 +225,51 @@ contains
 
    end subroutine judge_contacts
 
+   !> How strongly the measured points that moved were shaken, along the axis of the largest
+   !> acceleration.
+   subroutine judge_points(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< of all frames and samples
+      type(simulation_type), intent(in) :: simulation    !< at the time of the last
+      character(len=:), allocatable :: name, along
+      real(wp) :: arias, spectral, period
+      integer :: i, axis
+
+      do i = 1, size(verdict%shaken)
+         associate (shaken => verdict%shaken(i))
+            if (.not. maxval(shaken%acceleration) > 0.0_wp) cycle
+            axis = main_axis(shaken)
+            name = point_label(simulation%model%points(i)%name, i)
+            along = 'along '//merge('x', 'y', axis == 1)
+            arias = arias_intensity(shaken, axis)
+            call spectral_acceleration(shaken%spectrum(axis), shaken%last(axis), spectral, period)
+            call say(verdict, 'point '//name, along//': PGA '// &
+               short_text(shaken%acceleration(axis))//' m/s², PGV '// &
+               short_text(shaken%velocity(axis))//' m/s, Arias '//short_text(arias)//' m/s')
+            call say(verdict, 'Sa '//name, along//', 5 %: largest '//short_text(spectral)// &
+               ' m/s² at '//short_text(period)//' s')
+            call note(verdict, 'pga_m_s2['//name//']', shaken%acceleration(axis))
+            call note(verdict, 'pgv_m_s['//name//']', shaken%velocity(axis))
+            call note(verdict, 'arias_m_s['//name//']', arias)
+            call note(verdict, 'sa_m_s2['//name//']', spectral)
+            call note(verdict, 'sa_period_s['//name//']', period)
+         end associate
+      end do
+   end subroutine judge_points
+
+   !> The name of a measured point as names of attributes may hold it, or its number.
+   pure function point_label(name, number) result(label)
+      character(len=*), intent(in) :: name  !< of the input
+      integer, intent(in) :: number         !< of the point
+      character(len=:), allocatable :: label
+      integer :: c
+
+      label = valid_text(trim(name))
+      if (label == '') label = to_text(number)
+      do c = 1, len(label)
+         if (label(c:c) == '/' .or. iachar(label(c:c)) < iachar(' ')) label(c:c) = '|'
+      end do
+   end function point_label
+
    !> How much, and between which blocks.
    function where_text(verdict, simulation, number, what, largest) result(text)
       type(run_verdict_type), intent(in) :: verdict   !< of all frames
@@ -250,8 +319,7 @@ contains
       character(len=*), intent(in) :: name               !< with its unit
       real(wp), intent(in) :: value                      !< in that unit
 
-      verdict%n = verdict%n + 1
-      verdict%values(verdict%n) = verdict_value_type(name, value)
+      verdict%values = [verdict%values, verdict_value_type(name, value)]
    end subroutine note
 
    !> The name of a block, or its number.

@@ -39,7 +39,7 @@ module api
    use dda_diagnostics, only: audit_warning
    use dda_text, only: joined
    use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
-   use dda_version, only: version
+   use dda_version, only: version, commit
    implicit none
    private
    public :: open_run, advance_run, change_input, save_state, finish_run, close_run, run_sizes, &
@@ -49,7 +49,8 @@ module api
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
-   public :: spectrum_of, amplification_of, peak_of, engine_version, engine_names, input_catalogue
+   public :: spectrum_of, amplification_of, peak_of, engine_version, engine_commit, engine_names
+   public :: input_catalogue
 
    integer, parameter :: most_runs = 65536
 
@@ -590,12 +591,12 @@ contains
    !> The check report as text, its worst verdict (1 ok, 2 warn, 3 fail), and its numbers:
    !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz), steps
    !> in which the slowest alternating mode falls to 1/e (0: none alternates; huge: it does not
-   !> decay).
+   !> decay), memory (bytes) and duration (s) of the run, about.
    subroutine check_run(handle, text, worst, numbers, status, message)
       integer(c_int), intent(in) :: handle
       character(len=8192), intent(out) :: text
       integer(c_int), intent(out) :: worst
-      real(c_double), intent(out) :: numbers(8)
+      real(c_double), intent(out) :: numbers(10)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -613,7 +614,7 @@ contains
          worst = found%worst
          numbers = [found%highest%omega, found%highest%bracket%lower, found%highest%bracket%upper, &
             found%highest%residual, found%shift, found%band%lowest, found%band%highest, &
-            found%ringing]
+            found%ringing, found%memory, found%seconds]
       end if
       call report(error, status, message)
    end subroutine check_run
@@ -892,6 +893,12 @@ contains
 
       text = version
    end subroutine engine_version
+
+   subroutine engine_commit(text)
+      character(len=32), intent(out) :: text
+
+      text = commit
+   end subroutine engine_commit
 
    !> Names, with blanks between: 'energies', 'phases' and 'counts' in the order of their values,
    !> 'groups' of the input, 'single groups' those that may appear once, 'built groups' those that

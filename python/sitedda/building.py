@@ -235,6 +235,11 @@ def block_writer(file, block_file: bool | None = None) -> Callable[[Sequence[dic
     return put
 
 
+def needs_building(text: str) -> bool:
+    """Whether a text may have groups that are to be turned into blocks; quick."""
+    return _ANY.search(text) is not None
+
+
 def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built]:
     """A namelist text whose groups of joints and masonry are turned into blocks.
 
@@ -248,7 +253,7 @@ def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built
     put : callable
         Turns the blocks into text.
     """
-    every = list(find_groups(text)) if _ANY.search(text) else []
+    every = list(find_groups(text)) if needs_building(text) else []
     found = [one for one in every if is_made(one.name)]
     if not found:
         return text, Built()

@@ -59,7 +59,7 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -
         If a name is unknown, or does not say which of several groups is meant.
     """
     namelist = Namelist.of(text)
-    for path, value in _flat(changes):
+    for path, value in flat_changes(changes):
         groups, variable = _target(namelist, path)
         if isinstance(value, Typed):
             value = _as_meant(path, value.strip(), variables()[groups[0].name][variable])
@@ -79,7 +79,7 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -
 
 def in_words(changes: Mapping) -> str:
     """Changes as one line, for the output."""
-    return ", ".join(f"{path} = {value_text(value)}" for path, value in _flat(changes))
+    return ", ".join(f"{path} = {value_text(value)}" for path, value in flat_changes(changes))
 
 
 def _as_meant(path: str, text: str, kind: str) -> Verbatim:
@@ -93,12 +93,12 @@ def _as_meant(path: str, text: str, kind: str) -> Verbatim:
     return Verbatim(text)
 
 
-def _flat(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:
+def flat_changes(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:
     """Paths and values of mappings within mappings."""
     for name, value in changes.items():
         path = f"{before}.{name}" if before else str(name)
         if isinstance(value, Mapping):
-            yield from _flat(value, path)
+            yield from flat_changes(value, path)
         else:
             yield path, value
 

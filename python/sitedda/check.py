@@ -50,6 +50,10 @@ class Report:
     ringing : float
         Steps in which the slowest velocity that changes its sign every step falls to 1/e; 0 where
         none does, inf where it does not decay.
+    memory : float
+        Bytes of a run, about.
+    seconds : float
+        Of a run at the pace of its first steps; 0 where they were not timed.
     """
 
     text: str
@@ -60,6 +64,8 @@ class Report:
     shift: float
     band: tuple[float, float]
     ringing: float
+    memory: float
+    seconds: float
 
     def __str__(self) -> str:
         """The report for a screen."""
@@ -209,6 +215,8 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
         float(numbers[4]),
         (float(numbers[5]), float(numbers[6])),
         float(finite_or_inf(numbers[7])),
+        float(numbers[8]),
+        float(numbers[9]),
     )
 
 

@@ -15,7 +15,16 @@ os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 from ._core import api  # noqa: E402
 from .errors import SiteddaError  # noqa: E402
 
-__all__ = ["FILES", "InputVariable", "api", "checked", "engine_names", "input_catalogue", "version"]
+__all__ = [
+    "FILES",
+    "InputVariable",
+    "api",
+    "checked",
+    "commit",
+    "engine_names",
+    "input_catalogue",
+    "version",
+]
 
 FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
@@ -39,6 +48,11 @@ def checked(*result):
 def version() -> str:
     """Version of the engine, which is that of the package."""
     return api.engine_version().decode().strip()
+
+
+def commit() -> str:
+    """The commit that the engine was built from; blank if the build could not know."""
+    return api.engine_commit().decode().strip()
 
 
 class InputVariable(NamedTuple):

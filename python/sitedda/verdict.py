@@ -13,7 +13,7 @@ from .namelist_groups import listed, small_groups
 from .response import amplifications
 from .scene import Scene
 from .scheme import Scheme, scheme_damping
-from .signals import arias_intensity, spectral_acceleration
+from .signals import spectral_acceleration
 
 PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
 SPECTRUM_DAMPING = 0.05
@@ -59,12 +59,10 @@ def verdict(source) -> Verdict:
     scene = source if isinstance(source, Scene) else Scene.of(source)
     found = Verdict()
     lines = _engine_lines(found, scene.data)
-    _drift(found, scene)
-    _fallen(found, scene)
-    _lost(found, scene)
-    _points(found, scene.data)
-    _spectra(found, scene.data)
-    _damping(found, scene.data)
+    add_drift(found, scene)
+    add_fallen(found, scene)
+    add_lost(found, scene)
+    add_damping(found, scene.data)
     audit = [line for line in lines if line[0] == "energy"]
     found.lines[:] = [line for line in lines if line not in audit] + found.lines + audit
     return found
@@ -132,7 +130,7 @@ def _engine_lines(found: Verdict, data: xr.Dataset) -> list[tuple[str, str]]:
     return [(topic, words) for topic, _, words in (line.partition(": ") for line in lines)]
 
 
-def _drift(found: Verdict, scene: Scene) -> None:
+def add_drift(found: Verdict, scene: Scene) -> None:
     """Sideways movement of the highest block against the lowest, over their distance."""
     start = scene.coordinates(0)
     low, high = int(np.argmin(start[:, 1])), int(np.argmax(start[:, 1]))
@@ -151,7 +149,7 @@ def _drift(found: Verdict, scene: Scene) -> None:
     found.say("drift", words, residual_drift=drift)
 
 
-def _fallen(found: Verdict, scene: Scene) -> None:
+def add_fallen(found: Verdict, scene: Scene) -> None:
     """Blocks that have moved by more than their own size, against the lowest one."""
     low, size = int(np.argmin(scene.coordinates(0)[:, 1])), np.sqrt(scene.areas())
 
@@ -176,7 +174,8 @@ def _names(scene: Scene, blocks: np.ndarray) -> str:
     return ", ".join(scene.names[b] for b in blocks[:5]) + (" …" if len(blocks) > 5 else "")
 
 
-def _lost(found: Verdict, scene: Scene) -> None:
+def add_lost(found: Verdict, scene: Scene) -> None:
+    """Blocks that have left the model."""
     gone = scene.lost(scene.frames - 1)
     if len(gone) == 0:
         return
@@ -190,46 +189,7 @@ def _lost(found: Verdict, scene: Scene) -> None:
     )
 
 
-def _main_motions(data: xr.Dataset):
-    """Name, axis, acceleration and velocity of measured points that move, and the time step."""
-    if "acceleration" not in data or data.sizes["time"] < 3:
-        return
-    step = float(data.time[-1] - data.time[0]) / (data.sizes["time"] - 1)
-    for i, name in enumerate(map(str, data.point.values)):
-        acceleration = data.acceleration.values[:, i]
-        if not np.any(acceleration):
-            continue
-        axis = int(np.argmax(abs(acceleration).max(axis=0)))
-        yield name, "xy"[axis], acceleration[:, axis], data.velocity.values[:, i, axis], step
-
-
-def _points(found: Verdict, data: xr.Dataset) -> None:
-    for name, axis, acceleration, velocity, step in _main_motions(data):
-        arias = arias_intensity(acceleration, step)
-        found.say(
-            f"point {name}",
-            f"along {axis}: PGA {abs(acceleration).max():.3g} m/s², "
-            f"PGV {abs(velocity).max():.3g} m/s, Arias {arias:.3g} m/s",
-            **{
-                f"pga_m_s2[{name}]": abs(acceleration).max(),
-                f"pgv_m_s[{name}]": abs(velocity).max(),
-                f"arias_m_s[{name}]": arias,
-            },
-        )
-
-
-def _spectra(found: Verdict, data: xr.Dataset) -> None:
-    for name, axis, acceleration, _, step in _main_motions(data):
-        spectrum = acceleration_spectrum(acceleration, step)
-        top = int(np.argmax(spectrum))
-        found.say(
-            f"Sa {name}",
-            f"along {axis}, 5 %: largest {spectrum[top]:.3g} m/s² at {PERIODS[top]:.2g} s",
-            **{f"sa_m_s2[{name}]": spectrum[top]},
-        )
-
-
-def _damping(found: Verdict, data: xr.Dataset) -> None:
+def add_damping(found: Verdict, data: xr.Dataset) -> None:
     """At the peak of the amplification, where one is asked for."""
     try:
         peaks = [result.peak for result in amplifications(data)]

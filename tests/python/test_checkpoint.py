@@ -522,7 +522,7 @@ simulation.finish()
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("kill.py", "--quick", "--kills", "9", "--signals", "KILL,KILL,TERM"),
+        ("kill.py", "--quick", "--kills", "12", "--signals", "KILL,KILL,TERM"),
         ("full_disk.py", "--quick", "--cases", "5"),
         ("damage.py", "--cases", "25"),
     ],

@@ -9,7 +9,7 @@ import xml.etree.ElementTree as xml
 
 import numpy as np
 import pytest
-from model_text import changed, rectangle, tower
+from model_text import changed, flying_block, rectangle, tower
 from PIL import Image
 from test_view import EVIL, TITLE, sliding_blocks
 
@@ -21,6 +21,8 @@ from sitedda.report import Page, Paragraph, Table, to_html
 from sitedda.report.html import json_for_script
 from sitedda.response import amplifications
 from sitedda.scene import Scene
+from sitedda.signals import GRAVITY, arias_intensity
+from sitedda.verdict import PERIODS, acceleration_spectrum
 from sitedda.vtk import write_vtk
 
 
@@ -258,10 +260,41 @@ def test_the_verdict_says_what_moved_and_slipped(run):
     assert values["residual_displacement_m"] == pytest.approx(
         np.linalg.norm(scene.displacement(scene.frames - 1), axis=1).max()
     )
-    acceleration = run.history.acceleration.values
-    assert values["pga_m_s2[top<&]"] == pytest.approx(abs(acceleration).max())
     text = str(run.verdict)
     assert "PGA" in text and "Arias" in text and "balances" in text
+
+
+def test_the_output_says_how_strongly_points_were_shaken(run):
+    """PGA, PGV, Arias and Sa of the engine against those of the package, from the history."""
+    attributes = run.history.attrs
+    for name in run.history.point.values:
+        motion = run.history.sel(point=name)
+        axis = int(np.argmax(abs(motion.acceleration.values).max(axis=0)))
+        acceleration, step = motion.acceleration.values[:, axis], float(motion.time[1])
+        expected = {
+            "pga_m_s2": abs(acceleration).max(),
+            "pgv_m_s": abs(motion.velocity.values[:, axis]).max(),
+            "arias_m_s": arias_intensity(acceleration, step),
+            "sa_m_s2": acceleration_spectrum(acceleration, step).max(),
+            "sa_period_s": PERIODS[acceleration_spectrum(acceleration, step).argmax()],
+        }
+        for measure, value in expected.items():
+            assert attributes[f"{measure}[{name}]"] == pytest.approx(value, rel=1e-9), measure
+            assert run.verdict.values[f"{measure}[{name}]"] == attributes[f"{measure}[{name}]"]
+
+
+def test_intensities_of_unequal_steps_and_of_names_that_attributes_cannot_have(write_input):
+    """A block under a constant push: a = F/m from the first step on, whatever the steps are."""
+    groups = flying_block(50, time_step_control="adaptive", max_displacement_ratio=1e-4)
+    groups = changed(groups, "measured_point", name="Größe/α")
+    load = {"x": 1.0, "y": 0.5, "time": [0.0, 9.0], "force_y": [5e5, 5e5]}
+    history = sitedda.run(write_input([*groups, ("load", load)])).history
+    time, acceleration = history.time.values, history.acceleration.values[:, 0, 1]
+    assert np.ptp(np.diff(time)) > 0
+    found = np.pi / (2 * GRAVITY) * np.trapezoid(acceleration**2, time)
+    assert history.attrs["arias_m_s[Größe|α]"] == pytest.approx(found, rel=1e-12)
+    # Under a step of acceleration an oscillator overshoots, by less than the step if it is damped.
+    assert acceleration[-1] < history.attrs["sa_m_s2[Größe|α]"] < 2.0 * acceleration[-1]
 
 
 def test_contacts_have_slipped_and_opened_as_their_joints_have(run):

@@ -10,6 +10,8 @@ import pytest
 from model_text import changed, tower
 
 import sitedda
+from sitedda import engine
+from sitedda.report import provenance
 
 RECORD = "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
 
@@ -102,3 +104,8 @@ def test_a_run_with_no_motion_names_none(write_input):
     history = sitedda.run(write_input(groups)).history
     assert history.attrs["motions"] == ""
     assert np.all(history.block_rates == 0.0)
+
+
+def test_output_and_report_name_the_commit_of_the_engine(first_run):
+    assert first_run().attrs["commit"] == engine.commit()
+    assert dict(provenance()).get("commit", "") == engine.commit()

@@ -54,6 +54,20 @@ def test_factor_of_a_block_on_a_plane(slope, friction, cohesion, height):
     assert f"{found.factor:.4g}" in str(found)
 
 
+def test_factor_of_rough_joints():
+    """F W sin α = Σ N tan[φ_r + JRC log₁₀(JCS L/N)], of the two contacts that the weight tilts."""
+    model, dip = block_on_plane(30.0, 25.0), math.radians(30.0)
+    model["joint.plane"](law="barton_bandis", jrc=9.0, jcs=50e6, max_closure=1e-3,
+                         cohesion=None, normal_stiffness_per_area=1e10)  # fmt: skip
+    weight, length, height = 4.0 * 25e3, 4.0, 1.0
+    normal = 0.5 * weight * (math.cos(dip) + math.sin(dip) * height / length * np.array([1, -1]))
+    angle = 25.0 + 9.0 * np.log10(50e6 * 0.5 * length / normal)
+    expected = float(np.sum(normal * np.tan(np.radians(angle)))) / (weight * math.sin(dip))
+    found = sitedda.safety(model, tolerance=1e-3)
+    assert found.factor == pytest.approx(expected, rel=2e-3)
+    assert found.mechanism.verdicts == ("stable", "slides")
+
+
 def test_what_topples_stands_at_no_strength():
     found = sitedda.safety(block_on_plane(40.0, 50.0, height=8.0))
     assert found.low == 0.0

@@ -15,7 +15,7 @@ import numpy as np
 INPUTS = Path(__file__).parents[2] / "inputs"
 
 WALL = """&run title = 'A wall of 200 bricks' /
-&control time_step = 1.0e-3, steps = {steps}, gravity = 0.0, -9.81, solver = '{solver}' /
+&control time_step = 1.0e-3, {steps}gravity = 0.0, -9.81, solver = '{solver}' /
 &contact normal_stiffness = 2.0e10 /
 &material name = 'stone', density = 2500.0, young_modulus = 10.0e9, poisson_ratio = 0.25 /
 &joint name = 'dry', friction_angle = 35.0 /
@@ -28,6 +28,17 @@ WALL = """&run title = 'A wall of 200 bricks' /
 &fixed_point x = 20.0, y = -0.25, motion_x = 'cycle' /
 &measured_point name = 'top', x = 0.1, y = 4.9 /
 &output file = 'wall.nc', block_interval = 20, checkpoint_interval = {interval} /
+"""
+
+
+STAGES = """&joint name = 'worn', friction_angle = 25.0 /
+&layers name = 'cap', left = 0.0, bottom = 5.0, width = {bricks}.0, thickness = 0.5 /
+&stage name = 'rest', kind = 'static' /
+&stage name = 'shake', steps = {steps}, motions = 'cycle' /
+&stage name = 'unload', kind = 'static', remove = 'cap*' /
+&stage name = 'weaken', steps = {steps}, change_joints = 'dry -> worn',
+   zero_displacements = .true. /
+&stage name = 'shorter steps', steps = {steps}, time_step = 5.0e-4, integration = 'theta' /
 """
 
 
@@ -47,7 +58,13 @@ def column(duration: float = 5.0, interval: int = 50) -> str:
 
 def wall(steps: int = 100, interval: int = 5, bricks: int = 20, solver: str = "auto") -> str:
     """A wall of 10 courses, shaken."""
-    return WALL.format(steps=steps, interval=interval, bricks=bricks, solver=solver)
+    return WALL.format(steps=f"steps = {steps}, ", interval=interval, bricks=bricks, solver=solver)
+
+
+def staged_wall(steps: int = 40, interval: int = 5, bricks: int = 20) -> str:
+    """The same in five stages, two of them static, which take loads, bricks and friction away."""
+    text = WALL.format(steps="", interval=interval, bricks=bricks, solver="auto")
+    return text + STAGES.format(steps=steps, bricks=bricks)
 
 
 def native_program(name: str | None = None) -> str:

@@ -31,6 +31,7 @@ from interrupted import (
     leftovers,
     native_program,
     prepare,
+    staged_wall,
     start,
     wall,
 )
@@ -66,8 +67,14 @@ def models(quick: bool) -> dict[str, str]:
             "layered site": layered_site(6000, 100),
             "column": column(0.5, 5),
             "wall": wall(30, 2, bricks=6),
+            "wall in stages": staged_wall(10, 2, bricks=6),
         }
-    return {"layered site": layered_site(), "column": column(), "wall of 200": wall(300)}
+    return {
+        "layered site": layered_site(),
+        "column": column(),
+        "wall of 200": wall(300),
+        "wall in stages": staged_wall(100),
+    }
 
 
 def attempt(program, command, folder, chance, whole, signals, kill) -> tuple[int | None, str]:

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import json
 import os
 import platform
 import shlex
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
+
+from ..engine import commit
 
 
 def provenance(**more: str) -> list[tuple[str, str]]:
@@ -19,9 +19,8 @@ def provenance(**more: str) -> list[tuple[str, str]]:
 
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
     lines.append(("program", f"sitedda {__version__}"))
-    commit = installed_commit()
-    if commit:
-        lines.append(("commit", commit))
+    if commit():
+        lines.append(("commit", commit()))
     return [
         *lines,
         ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
@@ -50,12 +49,3 @@ def _processor() -> str:
         return ""
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return f"{names[0]}, " if names else ""
-
-
-def installed_commit() -> str:
-    """The commit that the package was installed from, where the installer noted it."""
-    try:
-        text = importlib.metadata.distribution("sitedda").read_text("direct_url.json")
-        return json.loads(text or "{}").get("vcs_info", {}).get("commit_id", "")
-    except (importlib.metadata.PackageNotFoundError, ValueError):
-        return ""

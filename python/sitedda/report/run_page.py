@@ -55,7 +55,7 @@ def _run_page(scene: Scene, report: Report | None, discrete) -> Page:
     _add_input(page, scene)
     page.provenance = provenance(
         input=str(data.attrs.get("input_file", "")),
-        computed_by=str(data.attrs.get("source", "")),
+        computed_by=_maker(data),
         step_control=str(data.attrs.get("step_control", "")),
         solver=str(data.attrs.get("solver", "")),
     )
@@ -76,6 +76,12 @@ def _lead(scene: Scene) -> str:
     complete = scene.data.attrs.get("complete", "yes") == "yes"
     words = f"{scene.blocks:,} blocks, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
     return words + ("." if complete else "; the run is not complete.")
+
+
+def _maker(data) -> str:
+    """Program and commit that computed an output."""
+    maker, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
+    return f"{maker}, commit {commit}" if commit else maker
 
 
 def _amplifications(data):

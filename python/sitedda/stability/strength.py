@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..changes import changed_input
-from ..errors import ConvergenceError, InputError, SolverError
+from ..errors import ConvergenceError, SolverError
 from ..model import Group, Model
 from ..simulation import Simulation
 
@@ -130,12 +130,9 @@ def weakened(model: Model, factor: float) -> Model:
 
 def _divided(joint: dict, factor: float) -> dict:
     """Strengths of a joint divided by a factor."""
-    new = {}
     if joint.get("law") == "barton_bandis":
-        raise InputError(
-            f"joint {joint['name']!r}: strength reduction divides tan φ, c and T, which the law "
-            "'barton_bandis' has not; give it the 'mohr_coulomb' strength at its normal stress"
-        )
+        return {"strength_reduction": factor * joint.get("strength_reduction", 1.0)}
+    new = {}
     for name, value in joint.items():
         if "friction_angle" in name or name == "dilation_angle":
             angle = math.degrees(math.atan(math.tan(math.radians(value)) / factor))

@@ -9,9 +9,9 @@ from concurrent.futures import FIRST_COMPLETED, wait
 import numpy as np
 
 from .distribute import workers_of
-from .plan import Plan, _plain
+from .plan import Plan, plain
 from .quantities import Array, returned
-from .table import _values
+from .table import coordinate_values
 
 _WORKERS = 32  # of an executor that does not say how many it has
 _TASKS_EACH = 8  # tasks for each worker: a slow one holds nobody up
@@ -32,7 +32,7 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
     xarray.Dataset
         With ``status`` and ``message`` of each case.
     """
-    cases = [{name: _plain(value) for name, value in one.items()} for one in plan.changes()]
+    cases = [{name: plain(value) for name, value in one.items()} for one in plan.changes()]
     workers = workers_of(executor) or _WORKERS
     size = max(1, -(-len(cases) // (workers * _TASKS_EACH)))
     starts = range(0, len(cases), size)
@@ -72,7 +72,7 @@ def _table(plan: Plan, rows: list):
         "message": (dims, messages.reshape(shape)),
     }
     coordinates = {
-        name: (tuple(where), _values([_plain(v) for v in values]), attributes)
+        name: (tuple(where), coordinate_values([plain(v) for v in values]), attributes)
         for axis in plan.axes
         for name, (where, values, attributes) in axis.coordinates.items()
     }

@@ -17,7 +17,7 @@ import numpy as np
 
 from .. import engine
 from ..building import opened_input
-from ..changes import _flat, changed_input
+from ..changes import changed_input, flat_changes
 from ..errors import InputError
 from ..groups import variables
 from ..namelist import Namelist
@@ -117,7 +117,7 @@ class Plan:
     def _write_calls(self) -> list[str]:
         keys = []
         for changes in self.changes():
-            text = json.dumps(changes, default=_plain)
+            text = json.dumps(changes, default=plain)
             keys.append(checksum(str(_FORMAT), build(), function_name(self.model), text))
             folder = make_folder(case_folder(self.folder, keys[-1]))
             write(folder / "values.json", text)
@@ -125,7 +125,7 @@ class Plan:
 
     def _manifest(self) -> dict:
         coordinates = {
-            name: {"dims": list(dims), "values": [_plain(v) for v in values], "attrs": attrs}
+            name: {"dims": list(dims), "values": [plain(v) for v in values], "attrs": attrs}
             for axis in self.axes
             for name, (dims, values, attrs) in axis.coordinates.items()
         }
@@ -140,7 +140,7 @@ class Plan:
             "task": _task_name(self.task),
             "dims": self.dims,
             "coordinates": coordinates,
-            "fixed": {name: _plain(value) for name, value in self.fixed.items()},
+            "fixed": {name: plain(value) for name, value in self.fixed.items()},
             "quantities": [one.name for one in self.quantities],
             "cases": self.keys,
         }
@@ -160,7 +160,7 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
         raise InputError("results are what the function returns; give none")
     axes = axes_of(parameters)
     where = None if folder is None else Path(folder).absolute()
-    return Plan(model, axes, wanted, task, dict(_flat(fixed or {})), where)
+    return Plan(model, axes, wanted, task, dict(flat_changes(fixed or {})), where)
 
 
 def plan_of_folder(folder) -> Plan:
@@ -201,12 +201,12 @@ def build() -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()[:32]
 
 
-def _plain(value):
+def plain(value):
     """A value as JSON holds it."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray | list | tuple):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     if isinstance(value, str | int | float | bool | None):
         return value
     return str(value)

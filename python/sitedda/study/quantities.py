@@ -31,21 +31,16 @@ _WRITTEN = "attributes"  # of the output: what the engine itself says
 _TOPICS = {
     _WRITTEN: ("largest_displacement_m", "residual_displacement_m", "largest_tilt_rad",
                "residual_tilt_rad", "contacts_slipped", "contacts_opened", "largest_slip_m",
-               "largest_opening_m", "bonds_broken", "energy_balance_j_m", "end_s"),
-    "_drift": ("residual_drift",),
-    "_fallen": ("blocks_fallen", "first_block_fallen_s"),
-    "_lost": ("blocks_lost", "first_block_lost_s"),
-    "_points": ("pga_m_s2", "pgv_m_s", "arias_m_s"),
-    "_spectra": ("sa_m_s2",),
-    "_damping": ("amplification", "amplification_frequency_hz"),
+               "largest_opening_m", "bonds_broken", "energy_balance_j_m", "end_s",
+               "pga_m_s2", "pgv_m_s", "arias_m_s", "sa_m_s2", "sa_period_s"),
+    "add_drift": ("residual_drift",),
+    "add_fallen": ("blocks_fallen", "first_block_fallen_s"),
+    "add_lost": ("blocks_lost", "first_block_lost_s"),
+    "add_damping": ("amplification", "amplification_frequency_hz"),
 }  # fmt: skip
 _BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates")
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
-_NEEDS = {
-    "_points": _HISTORY,
-    "_spectra": _HISTORY,
-    "_damping": _HISTORY,
-}
+_NEEDS = {"add_damping": _HISTORY}
 _LARGE = 5e7  # bytes of block coordinates; of larger outputs only frames in question are read
 _ZERO = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 
@@ -185,7 +180,7 @@ def measure(file: Path, wanted: Iterable[Quantity]) -> tuple[dict[str, float], d
 
     Names are
 
-    - ``verdict``, all numbers of `sitedda.Run.verdict` but those of spectra, or one by its name, as
+    - ``verdict``, all numbers of `sitedda.Run.verdict`, or one by its name, as
       ``largest_tilt_rad`` or ``pga_m_s2[top]``; counts of what did not happen are 0;
     - ``variable[point or block].component``, such as ``displacement[top].x``,
       ``block_stress[drum_3].yy``, ``energy_friction``: a history; with ``.max``, ``.min``,
@@ -221,7 +216,7 @@ def _one(output: Output, wanted: Quantity) -> dict:
         return returned(wanted.label, wanted.function(_run(output.file)))
     name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
     if name == "verdict":
-        return _verdict(output, [part for part in _TOPICS if part != "_spectra"])
+        return _verdict(output, list(_TOPICS))
     for part, names in _TOPICS.items():
         if name in names:
             return {wanted.label: _verdict_number(output, part, name, label)}
@@ -250,10 +245,11 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
 
     found = words.Verdict()
     if "amplification" not in str(output.attributes.get("input_text", "")).lower():
-        parts = [part for part in parts if part != "_damping"]
+        parts = [part for part in parts if part != "add_damping"]
     given = output.attributes
     if _WRITTEN in parts:
-        found.values.update({n: given[n] for n in _TOPICS[_WRITTEN] if n in given})
+        topics = _TOPICS[_WRITTEN]
+        found.values.update({n: v for n, v in given.items() if n.partition("[")[0] in topics})
     read = [part for part in parts if part != _WRITTEN]
     if read:
         names = [*_BLOCKS, *(name for part in read for name in _NEEDS.get(part, ()))]

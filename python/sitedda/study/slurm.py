@@ -14,13 +14,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..building import _ANY, built_text
+from ..building import built_text, needs_building
 from ..errors import InputError, OutputError, SiteddaError
 from .plan import Plan
 from .store import INPUT, case_folder, write_whole
 
 SCRIPT, TASKS = "submit.sh", "tasks.txt"
 _MOST_TASKS = 1000  # of a job array, where Slurm has its default of MaxArraySize
+_MIB = 2**20  # bytes
 _BASE = 200.0  # MiB of the executable and its libraries
 _OPTION = re.compile(r"--[a-z][a-z0-9-]*(=[^\n]*)?")
 
@@ -180,7 +181,7 @@ def build_inputs(plan: Plan) -> None:
     for key in dict.fromkeys(plan.keys):
         file = case_folder(plan.folder, key) / INPUT
         text = file.read_text("utf-8", "surrogateescape")
-        if _ANY.search(text) and (built := built_text(text, file)[0]) != text:
+        if needs_building(text) and (built := built_text(text, file)[0]) != text:
             write_whole(file, built)
 
 
@@ -195,14 +196,10 @@ def estimate_of(file: Path) -> Mapping[str, float]:
     from ..check import check
 
     try:
-        text = check(file).text
+        report = check(file)
     except SiteddaError:
         return {"memory": 0.0, "seconds": 0.0}
-    cost = " ".join(text.partition("cost ")[2].split())
-    memory = re.search(r"about ([\d.E+-]+) MiB", cost)
-    seconds = re.search(r"MiB, ([\d.E+-]+) s", cost)
-    return {"memory": float(memory[1]) if memory else 0.0,
-            "seconds": float(seconds[1]) if seconds else 0.0}  # fmt: skip
+    return {"memory": report.memory / _MIB, "seconds": report.seconds}
 
 
 def _option(text: str) -> str:

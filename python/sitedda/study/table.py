@@ -188,7 +188,7 @@ class _Results:
     def coordinate_variables(self) -> dict[str, tuple]:
         """Coordinates of parameters and of inner dimensions."""
         found = {
-            name: (tuple(one["dims"]), _values(one["values"]), one.get("attrs", {}))
+            name: (tuple(one["dims"]), coordinate_values(one["values"]), one.get("attrs", {}))
             for name, one in self.manifest["coordinates"].items()
         }
         units = {"time": "s", "frame": "s", "period": "s", "frequency": "Hz"}
@@ -219,7 +219,8 @@ class _Results:
         return xr.Dataset(self.small() | variables, self.coordinate_variables(), self.attributes())
 
 
-def _values(values: list) -> np.ndarray:
+def coordinate_values(values: list) -> np.ndarray:
+    """Values of a coordinate; texts as objects, whose length is not bound."""
     found = np.asarray(values)
     return found.astype(object) if found.dtype.kind in "US" else found
 
