@@ -4,6 +4,7 @@ module dda_check_simulation
    use dda_kinds, only: wp, long, pi
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type
+   use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
    use dda_check_material, only: check_material
    use dda_check_band, only: band_type, significant_band
@@ -60,6 +61,7 @@ contains
       call check_resolution(linear%time_step, report)
       call check_damping(linear, report)
       call check_material(simulation, linear, report)
+      call check_boundaries(simulation, linear, report)
       call check_cost(simulation, linear, report)
    end subroutine check_simulation
 
@@ -297,12 +299,23 @@ contains
       eta = report%block_size(2)*report%band%highest/report%speed(1)
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= 1.0_wp/12), 'element size', 'eta = 1/'//to_text(1/eta)//' at '// &
-         short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20', 'paper eq. 12', &
+         short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20; waves there are '// &
+         short_text(100*dispersion(eta))//' % too fast', 'paper eq. 12', &
          advice_if(eta > 1.0_wp/12, 'blocks no larger than '// &
          to_text(report%speed(1)/report%band%highest/12)//' m'))
       call add_line(report, merge(verdict_ok, verdict_warn, time_step < eta*period), &
          'time resolution', to_text(time_step)//' s against eta T = '//to_text(eta*period)//' s', &
          'paper eq. 15', advice_if(time_step >= eta*period, 'a smaller time_step'))
+
+   contains
+
+      !> Share by which S waves along a row of bonded blocks are too fast, (kΔx)²/24: displacements
+      !> are linear in a block and its mass is spread over it.
+      pure real(wp) function dispersion(eta)
+         real(wp), intent(in) :: eta  !< Δx/λ
+
+         dispersion = (2.0_wp*pi*eta)**2/24.0_wp
+      end function dispersion
    end subroutine check_resolution
 
    !> Damping ratio of the scheme at the first mode and over the band of the record.

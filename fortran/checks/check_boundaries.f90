@@ -1,0 +1,165 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a check says of boundaries that absorb waves: what their dashpots send back, and what the
+!> sides of the model do.
+module dda_check_boundaries
+   use dda_kinds, only: wp, pi
+   use dda_blocks, only: blocks_type
+   use dda_boundary, only: boundary_type
+   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, advice_if
+   use dda_linear_model, only: linear_model_type
+   use dda_model, only: model_type
+   use dda_oblique_reflection, only: wave_p, wave_s, absorbed_angle
+   use dda_simulation, only: simulation_type
+   use dda_text, only: short_text, to_text
+   implicit none
+   private
+   public :: check_boundaries
+
+   real(wp), parameter :: most_reflected = 0.02_wp  !< of the amplitude, without a word
+   real(wp), parameter :: absorbed = 0.99_wp        !< share of the energy, at a good angle
+   real(wp), parameter :: touching = 1.0e-6_wp      !< of half the model size: no gap
+   character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']
+
+contains
+
+   !> Lines for dashpots and for the sides of a model that has some.
+   subroutine check_boundaries(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
+      type(boundary_type), allocatable :: all_of(:)
+      integer :: i
+
+      associate (model => simulation%model)
+         all_of = [model%boundaries, (model%free_fields(i)%boundary, i=1, size(model%free_fields))]
+         if (size(all_of) == 0) return
+         call check_dashpots(simulation%blocks, all_of, linear, report)
+         if (size(model%boundaries) > 0) call check_sides(model, report)
+      end associate
+   end subroutine check_boundaries
+
+   !> What dashpots reflect of waves that come straight on, and up to which angle they absorb.
+   subroutine check_dashpots(blocks, boundaries, linear, report)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(boundary_type), intent(in) :: boundaries(:)  !< all with dashpots
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(report_type), intent(inout) :: report  !< check report
+      character(len=:), allocatable :: found, advice
+      real(wp) :: ratio(2), by_blocks, by_scheme, worst
+      integer :: i
+
+      ratio = [huge(1.0_wp), 0.0_wp]
+      worst = 0.0_wp
+      do i = 1, size(boundaries)
+         associate (quotient => boundaries(i)%dashpot(1, :)/boundaries(i)%dashpot(2, :))
+            ratio = [min(ratio(1), minval(quotient)), max(ratio(2), maxval(quotient))]
+         end associate
+         worst = max(worst, slowest_crossing(blocks, boundaries(i)))
+      end do
+      found = '99 % of the energy is absorbed up to '// &
+         to_text(min(angle_of(ratio(1), wave_p), angle_of(ratio(2), wave_p)))// &
+         '° from the normal of P waves, '//to_text(min(angle_of(ratio(1), wave_s), &
+         angle_of(ratio(2), wave_s)))//'° of S waves'
+      advice = ''
+      if (report%band%known) then
+         ! (kh)²/48, kh = ω h/V_s
+         by_blocks = (2.0_wp*pi*report%band%highest*worst)**2/48.0_wp
+         by_scheme = scheme_floor(linear, report%band%highest)
+         found = found//'; of what comes straight on at '//short_text(report%band%highest)// &
+            ' Hz they reflect '//short_text(100*by_blocks)//' % by the size of the blocks, '// &
+            short_text(100*by_scheme)//' % by the time step'
+         if (by_blocks > most_reflected) advice = '; smaller blocks in front of the boundaries'
+         if (by_scheme > most_reflected) advice = advice//'; a smaller time_step, or '// &
+            "integration = 'midpoint' or 'theta'"
+      end if
+      call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'dashpots', found, &
+         'Lysmer and Kuhlemeyer 1969', advice(min(3, len(advice) + 1):))
+   end subroutine check_dashpots
+
+   !> Degrees from the normal up to which a half-space of V_p/V_s absorbs nearly all energy.
+   pure integer function angle_of(ratio, wave)
+      real(wp), intent(in) :: ratio  !< V_p/V_s
+      integer, intent(in) :: wave    !< wave_p or wave_s
+
+      angle_of = absorbed_angle(ratio, wave, 1.0_wp - absorbed)
+   end function angle_of
+
+   !> Longest time, s, that an S wave needs through a block in front of a boundary.
+   pure real(wp) function slowest_crossing(blocks, boundary) result(time)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(boundary_type), intent(in) :: boundary  !< one of them
+      integer :: i
+
+      time = 0.0_wp
+      do i = 1, size(boundary%piece)
+         associate (b => boundary%piece(i)%block, normal => boundary%normal(:, i))
+            if (blocks%removed(b)) cycle
+            associate (depth => matmul(normal, blocks%reference(:, &
+               blocks%first(b):blocks%first(b + 1) - 1)))
+               time = max(time, (maxval(depth) - minval(depth)) &
+                  /sqrt(blocks%stiffness(3, 3, b)/blocks%mass(b)))
+            end associate
+         end associate
+      end do
+   end function slowest_crossing
+
+   !> Share of the amplitude that dashpots with the impedance of the blocks reflect by the scheme:
+   !> stresses have the factor (1 + iaτ)(1 + ibτ) in steady vibration, a = 2θ − 1, b = 2χ − 1,
+   !> dashpots 1 + ibτ.  DDA: τ/4, about ωΔt/8.
+   pure real(wp) function scheme_floor(linear, frequency) result(reflected)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp), intent(in) :: frequency  !< Hz
+      complex(wp) :: impedance
+      real(wp) :: tau
+
+      tau = tan(min(pi*frequency*linear%time_step, 0.499_wp*pi))
+      impedance = sqrt(cmplx(1.0_wp, (2.0_wp*linear%scheme%theta - 1.0_wp)*tau, wp) &
+         /cmplx(1.0_wp, (2.0_wp*linear%scheme%chi - 1.0_wp)*tau, wp))
+      reflected = abs((impedance - 1.0_wp)/(impedance + 1.0_wp))
+   end function scheme_floor
+
+   !> Sides that are not ground going on disturb what moves from below.
+   subroutine check_sides(model, report)
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(report_type), intent(inout) :: report  !< check report
+      real(wp) :: width, arrival, duration
+      integer :: i
+      logical :: late
+
+      if (size(model%ties) > 0 .or. size(model%free_fields) == size(side_names)) return
+      if (all([(is_side_held(model, side_names(i)), i=1, size(side_names))])) return
+      duration = 0.0_wp
+      do i = 1, size(model%motions)
+         duration = max(duration, model%motions(i)%curve%duration)
+      end do
+      if (.not. duration > 0.0_wp) return
+      associate (x => model%blocks%vertex(1, :))
+         width = maxval(x) - minval(x)
+      end associate
+      arrival = 0.5_wp*width/report%speed(2)
+      late = arrival >= duration
+      call add_line(report, merge(verdict_ok, verdict_warn, late), 'sides', 'free or viscous '// &
+         'sides do not move as level ground; waves from them reach the middle after '// &
+         short_text(arrival)//' s of '//short_text(duration)//' s of motion', 'width/(2 V_p)', &
+         advice_if(.not. late, "kind = 'free_field' at both sides, or 'tied' for level ground"))
+   end subroutine check_sides
+
+   !> Fixed points or a free field are on a side.
+   logical function is_side_held(model, side)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=*), intent(in) :: side   !< 'left' or 'right'
+      real(wp) :: line, small
+      integer :: i
+
+      is_side_held = any([(model%free_fields(i)%side == side, i=1, size(model%free_fields))])
+      small = touching*model%blocks%half_size
+      line = merge(minval(model%blocks%vertex(1, :)), maxval(model%blocks%vertex(1, :)), &
+         side == 'left')
+      do i = 1, size(model%fixed_points)
+         associate (point => model%fixed_points(i))
+            if (abs(point%place(1) - line) <= small .and. any(point%held)) is_side_held = .true.
+         end associate
+      end do
+   end function is_side_held
+
+end module dda_check_boundaries

@@ -1,0 +1,69 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Energy that dashpots ρV_p along the normal and ρV_s along the edge reflect of plane waves in
+!> plane strain (Lysmer and Kuhlemeyer 1969).
+!>
+!> Units: V_s = 1, ρ = 1.  The wave comes along (sin i, cos i) to the edge y = 0; p is its slowness
+!> along the edge, which the reflected P and S waves share.
+module dda_oblique_reflection
+   use dda_kinds, only: wp, pi
+   implicit none
+   private
+   public :: wave_p, wave_s, reflected_energy, absorbed_angle
+
+   integer, parameter :: wave_p = 1, wave_s = 2
+
+contains
+
+   !> Share of the energy of a wave that comes back, in both kinds of waves.
+   pure real(wp) function reflected_energy(ratio, wave, angle)
+      real(wp), intent(in) :: ratio  !< V_p/V_s, above √2
+      integer, intent(in) :: wave    !< wave_p or wave_s, that comes in
+      real(wp), intent(in) :: angle  !< from the normal, rad, below π/2
+      complex(wp) :: normal(2), row(2, 2), known(2), amplitude(2), determinant
+      real(wp) :: speed(2), p
+
+      speed = [ratio, 1.0_wp]
+      p = sin(angle)/speed(wave)
+      normal = sqrt(cmplx(1.0_wp - (p*speed)**2, 0.0_wp, wp))  ! cosines of both waves
+      if (p*ratio > 1.0_wp) normal(1) = -normal(1)             ! P decays inwards
+      row(:, wave_p) = imbalance(ratio, wave_p, p, -normal(wave_p))
+      row(:, wave_s) = imbalance(ratio, wave_s, p, -normal(wave_s))
+      known = -imbalance(ratio, wave, p, normal(wave))
+      determinant = row(1, 1)*row(2, 2) - row(1, 2)*row(2, 1)
+      amplitude = [known(1)*row(2, 2) - known(2)*row(1, 2), known(2)*row(1, 1) &
+         - known(1)*row(2, 1)]/determinant
+      reflected_energy = sum(abs(amplitude)**2*speed*real(normal))/(speed(wave)*real(normal(wave)))
+   end function reflected_energy
+
+   !> Stress on the edge less what the dashpots exert, normal and along it, of a unit wave over its
+   !> −iω.
+   pure function imbalance(ratio, wave, p, cosine)
+      real(wp), intent(in) :: ratio       !< V_p/V_s
+      integer, intent(in) :: wave         !< wave_p or wave_s
+      real(wp), intent(in) :: p           !< slowness along the edge
+      complex(wp), intent(in) :: cosine   !< of its direction, along the outward normal
+      complex(wp) :: imbalance(2)
+      complex(wp) :: d(2), u(2)
+      real(wp) :: speed, lambda
+
+      lambda = ratio**2 - 2.0_wp
+      speed = merge(ratio, 1.0_wp, wave == wave_p)
+      d = [cmplx(p*speed, 0.0_wp, wp), cosine]
+      u = d
+      if (wave == wave_s) u = [cosine, -d(1)]
+      imbalance(1) = (lambda*sum(d*u) + 2.0_wp*d(2)*u(2))/speed - ratio*u(2)
+      imbalance(2) = (d(2)*u(1) + d(1)*u(2))/speed - u(1)
+   end function imbalance
+
+   !> The largest whole angle, degrees, up to which no more than a share of the energy comes back.
+   pure integer function absorbed_angle(ratio, wave, share) result(angle)
+      real(wp), intent(in) :: ratio  !< V_p/V_s
+      integer, intent(in) :: wave    !< wave_p or wave_s
+      real(wp), intent(in) :: share  !< of the energy
+
+      do angle = 0, 88
+         if (reflected_energy(ratio, wave, (angle + 1)*pi/180.0_wp) > share) return
+      end do
+   end function absorbed_angle
+
+end module dda_oblique_reflection

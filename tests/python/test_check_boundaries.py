@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a check says of dashpots, of the size of blocks, and of the sides of a model."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from lattices import DENSITY, MODULUS, POISSON, SPEED, lattice
+
+import sitedda
+
+
+def line(model, what: str):
+    """The line of a check, or None."""
+    return next((one for one in sitedda.check(model).lines if one.topic == what), None)
+
+
+def percent(text: str, before: str) -> float:
+    return float(re.search(r"([0-9.]+) % " + before, text)[1])
+
+
+@pytest.mark.parametrize(("integration", "share"), [("dda", 1 / 8), ("midpoint", 0), ("theta", 0)])
+def test_what_dashpots_reflect(integration, share):
+    """(kh)²/48 by the lowest blocks, ωΔt/8 of DDA and nothing in other members."""
+    found = line(lattice("free_field", columns=3, integration=integration), "dashpots").words
+    frequency = float(re.search(r"at ([0-9.]+) Hz", found)[1])
+    omega = 2 * np.pi * frequency
+    slowest = np.sqrt(MODULUS / (2 * (1 + POISSON)) / (DENSITY + 200))  # of the top layer
+    assert percent(found, "by the size") == pytest.approx(
+        100 * (omega / slowest) ** 2 / 48, rel=0.02
+    )
+    assert percent(found, "by the time") == pytest.approx(100 * omega * 1e-3 * share, rel=0.02)
+    # Of ν = ¼: the table of docs/boundaries.md, .0003 at 30° and .0039 at 45° for P.
+    degrees = [int(n) for n in re.findall(r"(\d+)°", found)]
+    assert degrees[0] <= 50
+    assert degrees[1] <= 21
+
+
+def test_waves_are_too_fast_by_the_size_of_the_blocks():
+    """(kΔx)²/24: the first frequency of layers on a fixed base lies above the closed form."""
+    layers, height = 4, 4.0
+    model = sitedda.Model(
+        "layers", time_step=1e-5, steps=1, analysis="plane_strain", integration="midpoint"
+    )
+    model.contact(normal_stiffness=1e6 * MODULUS)
+    model.material("soil", density=DENSITY, young_modulus=MODULUS, poisson_ratio=POISSON)
+    model.joint("glue", friction_angle=40.0, cohesion=1e12, tensile_strength=1e12)
+    model.layers("layer", width=1.0, thickness=height / layers, count=layers)
+    model.boundary("base", "fixed", side="bottom")
+    for side in ("left", "right"):
+        model.boundary(side=side, kind="roller", direction="y")
+    found = sitedda.modes(model, 1).frequency[0] / (SPEED / 4 / height)
+    assert found - 1 == pytest.approx((np.pi / 2 / layers) ** 2 / 24, rel=0.03)
+
+
+def test_sides_that_disturb_are_warned_of():
+    assert line(lattice("free", columns=3), "sides").verdict == "warn"
+    assert line(lattice("viscous", columns=3), "sides").verdict == "warn"
+    assert line(lattice("free_field", columns=3), "sides") is None
+    assert line(lattice("tied", columns=3), "sides") is None
