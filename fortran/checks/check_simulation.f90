@@ -115,8 +115,8 @@ contains
          if (head_joints == 0) return
          call add_line(report, verdict_warn, 'start', 'gravity comes suddenly on '// &
             to_text(model%blocks%n)//' blocks, '//to_text(head_joints)//' contacts of head '// &
-            'joints touch: each of the first steps takes as long as some 100 at rest', 'model', &
-            'geostatic = .true. and a head_joint of &wall above 0')
+            'joints touch: each of the first steps takes 10 to 50 times as long as at rest', &
+            'model', 'geostatic = .true. and a head_joint of &wall above 0')
       end associate
    end subroutine check_start
 
