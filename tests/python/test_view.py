@@ -281,7 +281,7 @@ def test_a_removed_block_is_gone_from_the_view(write_input, tmp_path, opened):
     )
     assert areas[0] == pytest.approx([15.0] * 3, rel=1e-3)
     assert areas[1] == pytest.approx([15.0, 15.0, 0.0], rel=1e-3)
-    assert page.evaluate("blockViews[0].plots[0].stages.map((s) => s[0])")[0] == "shake"
+    assert page.evaluate("blockViews[0].plots[0].stages.map((s) => s[0])")[0] == "shake, low"
     assert page.complaints == []
 
 
