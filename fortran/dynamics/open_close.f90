@@ -136,7 +136,6 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
-
       call assemble_contacts(system, contacts, laws)
       associate (changes => system%held%spring_changes)
          if (system%held%other_matrix) call renew(solver, system%matrix, system%constant, &
