@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import find_peaks, lfilter
-from scipy.signal.windows import hann
 
 __all__ = [
     "Decrement",
@@ -128,6 +126,8 @@ def _crests(
     """Places, in samples, and heights of the maxima, from a parabola through three samples."""
     if prominence == 0:
         return np.empty(0), np.empty(0)
+    from scipy.signal import find_peaks
+
     peak, _ = find_peaks(values, prominence=prominence)
     left, middle, right = values[peak - 1], values[peak], values[peak + 1]
     bend = left - 2 * middle + right
@@ -427,6 +427,8 @@ def _oscillator(
     With λ = -ζω + iω√(1-ζ²) and q = v - conj(λ) u, the equation u'' + 2ζω u' + ω² u = -a becomes
     q' = λ q - a, one complex equation of first order, integrated exactly over each sample.
     """
+    from scipy.signal import lfilter
+
     omega = 2 * np.pi * frequency
     eigenvalue = omega * complex(-damping, np.sqrt(1 - damping**2))
     z = eigenvalue * step
@@ -469,6 +471,8 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     ValueError
         If an argument is not finite or out of range, or the band holds no peak.
     """
+    from scipy.signal.windows import hann
+
     values = _vector("x", x)
     step = _positive("dt", dt)
     if values.size < 8:

@@ -5,10 +5,14 @@
 usage: python tests/benchmarks/studies.py [--cases N] [--planned N] [--workers N] [--folder FOLDER]
 
 Columns of ten drums under 12 s of a record, one for each friction angle: as bare runs (the engine
-with its output, one after the other in one process), and as studies of one and of more workers.
-Both the time of the clock and the processor time of all processes are printed; on a machine that
-others use as well only the latter says something of overhead.  Then the time and memory to plan and
-to collect very many cases, whose results are made up, each with 14 numbers and a history.
+with its output, one after the other in one process, and in several processes at once), and as
+studies of one and of more workers.  Both the time of the clock and the processor time of all
+processes are printed, and what a case costs without the start of the programs, from a second
+measurement of a few cases.  On a machine that others use as well only processor times say something
+of overhead.  What workers gain is read against what bare runs gain from running at once.
+
+Then the time and memory to plan and to collect very many cases, whose results are made up, each
+with 14 numbers and a history.
 """
 
 from __future__ import annotations
@@ -64,11 +68,13 @@ def as_study(file: Path, count: int, folder: Path, workers: int) -> None:
     sitedda.study(file, angles(count), RESULTS, folder=folder, workers=workers)
 
 
-def measured(words: list[str]) -> tuple[float, float]:
-    """Seconds of the clock, and of processors, of this program with arguments."""
+def measured(*programs: list[str]) -> tuple[float, float]:
+    """Seconds of the clock, and of processors, of this program with arguments, all at once."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begun = time.perf_counter()
-    subprocess.run([sys.executable, __file__, *words], check=True)
+    started = [subprocess.Popen([sys.executable, __file__, *words]) for words in programs]
+    if any([program.wait() for program in started]):
+        sys.exit("a program has failed")
     wall = time.perf_counter() - begun
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -76,19 +82,32 @@ def measured(words: list[str]) -> tuple[float, float]:
 
 
 def compare(count: int, workers: int, folder: Path) -> None:
-    """Bare runs, one worker, more workers; each less what nothing but one case costs."""
+    """Bare runs, one after the other and several at once; one worker, more workers."""
     file = folder / "column.nml"
     file.write_text(COLUMN.format(record=RECORD))
     rows = {}
-    for name in ("bare", "1", str(workers)):
-        words = ["--mode", name, "--file", str(file), "--folder", str(folder / f"of_{name}")]
-        rows[name] = measured([*words, "--cases", str(count)])
-        print(f"{name:>5s} workers: {rows[name][0]:8.1f} s of the clock, {rows[name][1]:8.1f} s of "
-              "processors", flush=True)  # fmt: skip
-    for name in ("1", str(workers)):
-        more = 100 * (rows[name][1] / rows["bare"][1] - 1)
-        print(f"overhead of {name} workers beside bare runs: {more:.1f} % of the processor time")
-    print(f"clock of one worker over {workers}: {rows['1'][0] / rows[str(workers)][0]:.2f}")
+    for label, mode, programs in (
+        ("bare", "bare", 1),
+        (f"bare, {workers} at once", "bare", workers),
+        ("study, 1 worker", "1", 1),
+        (f"study, {workers} workers", str(workers), 1),
+    ):
+        whole, start = (
+            measured(*(["--mode", mode, "--file", str(file), "--cases", str(cases // programs),
+                        "--folder", str(folder / f"{mode}_{cases}_{i}")]
+                       for i in range(programs)))
+            for cases in (count, workers)
+        )  # fmt: skip
+        cases = count - workers
+        rows[label] = [(a - b) / cases for a, b in zip(whole, start, strict=True)]
+        print(f"{label:18s} {whole[0]:7.1f} s of the clock, {whole[1]:7.1f} s of processors; "
+              f"each case beyond the first {workers} {1e3 * rows[label][0]:6.1f} and "
+              f"{1e3 * rows[label][1]:6.1f} ms", flush=True)  # fmt: skip
+    alone, together, one, more = rows.values()
+    print(f"overhead of a case beside its bare run: {100 * (one[1] / alone[1] - 1):.1f} % of the "
+          "processor time")  # fmt: skip
+    print(f"clock of one over {workers}: bare runs {alone[0] / together[0]:.2f}, "
+          f"workers {one[0] / more[0]:.2f}")  # fmt: skip
 
 
 def many(count: int, folder: Path) -> None:

@@ -240,24 +240,27 @@ def _run(file: Path):
 
 def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     """Numbers of the parts of a verdict, from the variables that they need."""
+    if "amplification" not in str(output.attributes.get("input_text", "")).lower():
+        parts = [part for part in parts if part != "add_damping"]
+    found = {name: 0.0 for part in parts for name in _TOPICS[part] if name in _ZERO}
+    if _WRITTEN in parts:
+        written = output.attributes.items()
+        found |= {n: v for n, v in written if n.partition("[")[0] in _TOPICS[_WRITTEN]}
+    read = [part for part in parts if part != _WRITTEN]
+    return found | _read_verdict(output, read) if read else found
+
+
+def _read_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
+    """The same of parts that the engine does not write, from variables of the output."""
     from .. import verdict as words
     from ..scene import Scene
 
-    found = words.Verdict()
-    if "amplification" not in str(output.attributes.get("input_text", "")).lower():
-        parts = [part for part in parts if part != "add_damping"]
-    given = output.attributes
-    if _WRITTEN in parts:
-        topics = _TOPICS[_WRITTEN]
-        found.values.update({n: v for n, v in given.items() if n.partition("[")[0] in topics})
-    read = [part for part in parts if part != _WRITTEN]
-    if read:
-        names = [*_BLOCKS, *(name for part in read for name in _NEEDS.get(part, ()))]
-        data = output.dataset(dict.fromkeys(names))
-        scene = Scene.of(data)
-    for part in read:
+    names = [*_BLOCKS, *(name for part in parts for name in _NEEDS.get(part, ()))]
+    data = output.dataset(dict.fromkeys(names))
+    scene, found = Scene.of(data), words.Verdict()
+    for part in parts:
         getattr(words, part)(found, data if _NEEDS.get(part) is _HISTORY else scene)
-    return {name: 0.0 for p in parts for name in _TOPICS[p] if name in _ZERO} | found.values
+    return found.values
 
 
 def _verdict_number(output: Output, part: str, name: str, label: str | None) -> float:

@@ -9,7 +9,7 @@
         model.nml, out.nc         input and output (out.nc.checkpoint … while it runs)
         words.txt                 what the run warned of
         failed.txt                why a task of Slurm gave it up
-        result.json, result.npz   what was asked for, numbers and arrays
+        result.json, result.npy   what was asked for: numbers; names and arrays, in a row
         lock                      held by whoever works on the case
 
 Nothing here is pickled.  A file is written under another name and renamed.
@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
+import io
 import json
 import os
 import re
@@ -136,16 +137,13 @@ def locked(folder: Path, wait: bool) -> Iterator[bool]:
 
 
 def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
-    """Write what came out of a case: ``arrays`` go to result.npz, all else to result.json."""
+    """Write what came out of a case: ``arrays`` go to result.npy, all else to result.json."""
     arrays = more.pop("arrays", {})
     if arrays:
-        name = tempfile.mktemp(prefix=".new-", suffix=".npz", dir=folder)
-        try:
-            np.savez(name, **arrays)
-            os.replace(name, folder / "result.npz")
-        except OSError as trouble:
-            Path(name).unlink(missing_ok=True)
-            raise OutputError(f"{folder} cannot be written: {trouble.strerror}") from trouble
+        data = io.BytesIO()
+        for values in (list(arrays), *arrays.values()):
+            np.save(data, values, allow_pickle=False)
+        write_whole(folder / "result.npy", data.getvalue())
     found = {"status": status, "message": message, **more, "host": socket.gethostname()}
     found["arrays"] = sorted(arrays)
     write_whole(folder / "result.json", json.dumps(found))
@@ -161,11 +159,12 @@ def read_result(folder: Path) -> dict | None:
 def read_arrays(folder: Path) -> dict[str, np.ndarray]:
     """The arrays of a case."""
     try:
-        handle = os.open(folder / "result.npz", os.O_RDONLY | os.O_NOFOLLOW)
-        with os.fdopen(handle, "rb") as stream, np.load(stream, allow_pickle=False) as data:
-            return {name: data[name] for name in data.files}
-    except (OSError, ValueError, KeyError) as trouble:
-        raise OutputError(f"{folder / 'result.npz'} cannot be read: {trouble}") from trouble
+        handle = os.open(folder / "result.npy", os.O_RDONLY | os.O_NOFOLLOW)
+        with os.fdopen(handle, "rb") as stream:
+            names = np.load(stream, allow_pickle=False).tolist()
+            return {name: np.load(stream, allow_pickle=False) for name in names}
+    except (OSError, ValueError, EOFError) as trouble:
+        raise OutputError(f"{folder / 'result.npy'} cannot be read: {trouble}") from trouble
 
 
 def read_manifest(study: Path) -> dict:
