@@ -25,6 +25,7 @@ module dda_stages
    use dda_stage, only: stage_type, never
    use dda_start, only: start
    use dda_stop_rule, only: begin_stop_rule
+   use dda_support, only: point_type
    use dda_text, only: quoted, to_text
    implicit none
    private
@@ -294,18 +295,31 @@ contains
       end associate
    end subroutine take_away
 
-   !> Displacements of measured points, and the potential of gravity, count from here.
+   !> Displacements of measured points and boundaries, and the potential of gravity, count anew.
    subroutine zero_displacements(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer :: i
 
       associate (points => simulation%model%points, energy => simulation%energy)
-         do i = 1, size(points)
-            points(i)%place = place_of(simulation%blocks, points(i)%block, points(i)%reference)
+         call stand_here(points)
+         do i = 1, size(simulation%model%boundary_motions)
+            call stand_here(simulation%model%boundary_motions(i)%point)
          end do
          call add_energy(energy, energy_zeroed, -energy%value(energy_gravity))
          energy%value(energy_gravity) = 0.0_wp
       end associate
+
+   contains
+
+      !> Displacements of points count from their present places.
+      pure subroutine stand_here(points)
+         type(point_type), intent(inout) :: points(:)  !< measured
+         integer :: k
+
+         do k = 1, size(points)
+            points(k)%place = place_of(simulation%blocks, points(k)%block, points(k)%reference)
+         end do
+      end subroutine stand_here
    end subroutine zero_displacements
 
    !> Rest under gravity and the loads of the present time.

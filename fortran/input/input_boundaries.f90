@@ -2,14 +2,15 @@
 !> The groups &boundary: edges of the outline that are fixed, on rollers, or absorb waves.
 !>
 !> Fixed edges and rollers become fixed points at the Gauss points of the edges; the others become
-!> boundaries or free fields of the model.
+!> boundaries or free fields of the model.  What comes in through these is noted for the output.
 module dda_input_boundaries
    use dda_kinds, only: wp
-   use dda_blocks, only: place_of
-   use dda_boundary, only: boundary_type
+   use dda_blocks, only: blocks_type, place_of
+   use dda_boundary, only: boundary_type, boundary_motion_type
    use dda_edge_piece, only: edge_piece_type, gauss_points, piece_length, piece_normal
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
+   use dda_input_boundary_edges, only: claim_edges
    use dda_input_edges, only: edge_choice_type, choose_edges, most_values
    use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
       require_choice, require_name, unset, is_set, name_length
@@ -18,7 +19,8 @@ module dda_input_boundaries
    use dda_material, only: material_type, elasticity
    use dda_model, only: model_type
    use dda_namelist_groups, only: group_type
-   use dda_support, only: fixed_point_type
+   use dda_support, only: fixed_point_type, point_type
+   use dda_text, only: to_text
    use dda_tie, only: tie_faces
    implicit none
    private
@@ -43,28 +45,43 @@ contains
       type(place_type) :: place
       type(reading_type) :: reading
       type(edge_piece_type), allocatable :: pieces(:)
+      integer, allocatable :: lines(:)
       integer :: i
 
       if (allocated(error)) return
-      allocate (model%boundaries(0), model%ties(0), model%free_fields(0))
+      allocate (lines(0))
+      allocate (model%boundary_edges(0), model%boundaries(0), model%boundary_motions(0), &
+         model%ties(0), model%free_fields(0))
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
          place = place_of_group(file, groups(i))
+         lines = [lines, groups(i)%line]
          call read_boundary(groups(i)%text, place, reading, error)
          if (allocated(error)) return
-         if (reading%kind == 'tied' .or. reading%kind == 'free_field') then
-            if (reading%kind == 'tied') call tie_sides(model, place, reading, error)
-            if (reading%kind /= 'tied') call continue_side(model, place, reading, error)
-            if (allocated(error)) return
-            cycle
-         end if
-         call choose_edges(reading%choice, place, model%blocks, model%block_names, model%origin, &
-            pieces, error)
-         call check_words(reading, place, model, error)
-         if (.not. allocated(error)) call add_boundary(model, place, reading, pieces, error)
+         select case (reading%kind)
+         case ('tied')
+            call tie_sides(model, place, reading, pieces, error)
+         case ('free_field')
+            call continue_side(model, place, reading, pieces, error)
+         case default
+            call choose_edges(reading%choice, place, model%blocks, model%block_names, &
+               model%origin, pieces, error)
+            call check_words(reading, place, model, error)
+            if (.not. allocated(error)) call add_boundary(model, place, reading, pieces, error)
+         end select
          if (allocated(error)) return
+         if (.not. is_held(reading)) reading%direction = 'xy'
+         call claim_edges(model, lines, place, pieces, trim(reading%direction), error)
       end do
    end subroutine read_boundaries
+
+   !> It becomes fixed points, which act in one direction or two.
+   pure logical function is_held(reading)
+      type(reading_type), intent(in) :: reading  !< as read
+
+      is_held = reading%kind == 'fixed' .or. reading%kind == 'roller' .or. &
+         reading%motion_is == 'within'
+   end function is_held
 
    !> What stands on dashpots would sink for ever under a weight that comes on in a dynamic stage.
    subroutine check_rest(model, file, groups, error)
@@ -157,10 +174,11 @@ contains
    end subroutine check_words
 
    !> The left side meets the right side, a width away.
-   subroutine tie_sides(model, place, reading, error)
+   subroutine tie_sides(model, place, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the ties
       type(place_type), intent(in) :: place  !< of the group
       type(reading_type), intent(in) :: reading  !< as read
+      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(edge_choice_type) :: choice
       type(edge_piece_type), allocatable :: left(:), right(:)
@@ -186,6 +204,7 @@ contains
       call check_plain(model, place, model%blocks%joint([left%edge, right%edge]), error)
       width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
       call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties)
+      pieces = [left, right]
       if (size(model%ties) == 0) call input_error(error, place, &
          'the left and the right side are at different heights: nothing meets')
    end subroutine tie_sides
@@ -200,13 +219,13 @@ contains
    end subroutine refuse_both
 
    !> Level ground goes on beyond a side.
-   subroutine continue_side(model, place, reading, error)
+   subroutine continue_side(model, place, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the free field
       type(place_type), intent(in) :: place  !< of the group
       type(reading_type), intent(in) :: reading  !< as read
+      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< the side
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(free_field_type) :: field
-      type(edge_piece_type), allocatable :: pieces(:)
 
       if (all(reading%choice%side /= ['left ', 'right']) .or. any(is_set(reading%choice%along)) &
          .or. reading%choice%blocks /= '') call input_error(error, place, &
@@ -232,8 +251,33 @@ contains
       field%boundary%point = points_of(model, reading, pieces)
       call set_half_space(field%boundary, model, reading, place, error)
       call find_column(model, place, field, error)
+      field%top = top_of(model%blocks, pieces)
       model%free_fields = [model%free_fields, field]
+      model%boundary_motions = [model%boundary_motions, boundary_motion_type( &
+         label(reading, 'free field '//field%side), [field%top], [1.0_wp], &
+         field=size(model%free_fields))]
    end subroutine continue_side
+
+   !> The highest corner of pieces of edges.
+   pure type(point_type) function top_of(blocks, pieces) result(top)
+      type(blocks_type), intent(in) :: blocks         !< of the model
+      type(edge_piece_type), intent(in) :: pieces(:)  !< one at least
+      integer :: corner(2*size(pieces)), highest
+
+      corner = [pieces%edge, blocks%next(pieces%edge)]
+      highest = corner(maxloc(blocks%vertex(2, corner), 1))
+      top = point_type('', blocks%owner(highest), blocks%reference(:, highest), &
+         blocks%vertex(:, highest))
+   end function top_of
+
+   !> The name of a group, or words in its place.
+   pure character(len=name_length) function label(reading, words)
+      type(reading_type), intent(in) :: reading  !< as read
+      character(len=*), intent(in) :: words      !< of a nameless one
+
+      label = reading%name
+      if (label == '') label = words
+   end function label
 
    !> Supports or dashpots at the Gauss points of the pieces.
    subroutine add_boundary(model, place, reading, pieces, error)
@@ -253,8 +297,7 @@ contains
       end do
       if (allocated(error)) return
       points = points_of(model, reading, pieces)
-      if (reading%kind == 'fixed' .or. reading%kind == 'roller' .or. &
-         reading%motion_is == 'within') then
+      if (is_held(reading)) then
          do i = 1, size(points)
             points(i)%motion = motion
          end do
@@ -271,7 +314,27 @@ contains
       if (reading%motion_is == 'incoming') new%factor = 2.0_wp
       call set_half_space(new, model, reading, place, error)
       model%boundaries = [model%boundaries, new]
+      if (any(motion > 0)) model%boundary_motions = [model%boundary_motions, &
+         mean_motion(model%blocks, new, label(reading, 'boundary '// &
+         to_text(size(model%boundaries))))]
    end subroutine add_boundary
+
+   !> What comes in through a boundary, half of the motion of its outcrop, and the mean motion of
+   !> its edges.
+   pure type(boundary_motion_type) function mean_motion(blocks, boundary, name) result(mean)
+      type(blocks_type), intent(in) :: blocks        !< of the model
+      type(boundary_type), intent(in) :: boundary    !< compliant
+      character(len=*), intent(in) :: name           !< of it
+      integer :: i
+
+      mean%name = name
+      mean%point = [(point_type('', boundary%point(i)%block, boundary%point(i)%reference, &
+         boundary%point(i)%place), i=1, size(boundary%point))]
+      mean%weight = [(piece_length(blocks, boundary%piece((i + 1)/2)), i=1, size(mean%point))]
+      mean%weight = mean%weight/sum(mean%weight)
+      mean%motion = boundary%motion
+      mean%factor = 0.5_wp*boundary%factor
+   end function mean_motion
 
    !> The Gauss points of pieces and the directions in which they are held.
    function points_of(model, reading, pieces) result(points)

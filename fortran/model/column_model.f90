@@ -3,7 +3,7 @@
 !> below, tied to themselves.
 !>
 !> Settings, materials, joints, motions and stages are those of the model.  Loads, bolts and
-!> measured points stay with the model.
+!> measured points stay with the model; the column measures its own upper end.
 module dda_column_model
    use dda_blocks, only: blocks_type, set_blocks, set_damping
    use dda_boundary, only: boundary_type
@@ -43,7 +43,9 @@ contains
       call take_boundaries(column, model%boundaries, number)
       column%ties = field%tie
       allocate (column%free_fields(0), column%loads(0), column%edge_loads(0), column%bolts(0), &
-         column%points(0), column%amplifications(0))
+         column%amplifications(0), column%boundary_edges(0), column%boundary_motions(0))
+      column%points = [field%top]
+      column%points%block = number(field%top%block)
       column%stages = [(column_stage(model%stages(i), field%block, kept), &
          i=1, size(model%stages))]
    end function column_model

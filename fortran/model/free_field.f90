@@ -3,6 +3,7 @@
 !> neighbour on both sides, is the free field, and dashpots take what the model sends out beyond it.
 module dda_free_field
    use dda_boundary, only: boundary_type
+   use dda_support, only: point_type
    use dda_tie, only: tie_type
    implicit none
    private
@@ -14,6 +15,7 @@ module dda_free_field
       !> which face of each tie is at the side of the model: 1, of the right ones; 2, of the left
       integer :: face = 0
       integer, allocatable :: block(:)       !< [any] of the model, that the column is made of
+      type(point_type) :: top                !< upper end of the side, in the model
       !> [any] its right with its left faces, in vertices of the column
       type(tie_type), allocatable :: tie(:)
       type(boundary_type) :: boundary        !< dashpots at the side, without a motion

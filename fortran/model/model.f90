@@ -12,7 +12,7 @@ module dda_model
    use dda_stop_settings, only: stop_settings_type
    use dda_blocks, only: blocks_type
    use dda_bolt, only: bolt_type
-   use dda_boundary, only: boundary_type
+   use dda_boundary, only: boundary_type, boundary_edge_type, boundary_motion_type
    use dda_edge_load, only: edge_load_type
    use dda_free_field, only: free_field_type
    implicit none
@@ -41,7 +41,9 @@ module dda_model
       type(joint_type), allocatable :: joints(:)
       type(motion_type), allocatable :: motions(:)
       type(fixed_point_type), allocatable :: fixed_points(:)
+      type(boundary_edge_type), allocatable :: boundary_edges(:)  !< of all groups &boundary
       type(boundary_type), allocatable :: boundaries(:)  !< that absorb waves
+      type(boundary_motion_type), allocatable :: boundary_motions(:)  !< for the output
       type(tie_type), allocatable :: ties(:)         !< of its left with its right side
       type(free_field_type), allocatable :: free_fields(:)  !< at its sides
       type(load_type), allocatable :: loads(:)

@@ -9,6 +9,7 @@ module dda_output_file
    use dda_kinds, only: wp, long
    use dda_byte_file, only: reserve_space, flush_file, close_file
    use dda_bolts, only: bolt_columns
+   use dda_boundary_motion, only: boundary_series
    use dda_energy, only: energy_terms
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
@@ -107,6 +108,35 @@ module dda_output_file
       variable_type('bolt_place', nf90_double, 'coordinate4 bolt', 'm', &
          'first places of its ends: x, y, x, y')]
 
+   !> Boundaries that something comes in through, of models that have some; the first six in the
+   !> order of `take_boundary_motions`.
+   type(variable_type), parameter :: motion_variables(boundary_series + 1) = [ &
+      variable_type('incoming_displacement', nf90_double, 'axis boundary time', 'm', &
+         'displacement of what comes in: a wave, or the free field at its surface'), &
+      variable_type('incoming_velocity', nf90_double, 'axis boundary time', 'm/s', &
+         'velocity of what comes in'), &
+      variable_type('incoming_acceleration', nf90_double, 'axis boundary time', 'm/s^2', &
+         'acceleration of what comes in'), &
+      variable_type('boundary_displacement', nf90_double, 'axis boundary time', 'm', &
+         'displacement of a boundary: mean of its edges, of a free-field side its upper end'), &
+      variable_type('boundary_velocity', nf90_double, 'axis boundary time', 'm/s', &
+         'velocity of a boundary'), &
+      variable_type('boundary_acceleration', nf90_double, 'axis boundary time', 'm/s^2', &
+         'acceleration of a boundary'), &
+      variable_type('boundary', nf90_char, 'letter boundary', '1', &
+         'name of a boundary that something comes in through')]
+
+   !> Edges of the groups &boundary, of models that have some.
+   type(variable_type), parameter :: edge_variables(4) = [ &
+      variable_type('boundary_edge', nf90_int, 'boundary_edge', '1', &
+         'edge that has a boundary, by its first vertex, from 0'), &
+      variable_type('boundary_edge_group', nf90_int, 'boundary_edge', '1', &
+         'its group &boundary, from 0 in the order of the input'), &
+      variable_type('boundary_edge_from', nf90_double, 'boundary_edge', '1', &
+         'share of the edge at which the boundary begins'), &
+      variable_type('boundary_edge_to', nf90_double, 'boundary_edge', '1', &
+         'share of the edge at which the boundary ends')]
+
    !> Names that let xarray select by them, and the shape of the model.
    type(variable_type), parameter :: model_variables(15) = [ &
       variable_type('axis', nf90_char, 'letter axis', '1', 'axis of the model'), &
@@ -135,6 +165,8 @@ module dda_output_file
    type :: output_type
       type(dataset_type) :: dataset
       integer :: points = 0
+      integer :: bolts = 0
+      integer :: boundaries = 0                   !< that something comes in through
       integer :: samples = 0                      !< written and buffered
       integer :: waiting = 0                      !< buffered
       integer :: frames = 0
@@ -214,7 +246,8 @@ contains
 
       bytes = overhead + 2*len(simulation%model%text) + 2*len(simulation%changes) + journal%bytes &
          + 256*size(simulation%model%points) + 64*size(simulation%model%joints) &
-         + 64*size(simulation%blocks%owner) + 128*simulation%blocks%n
+         + 64*size(simulation%blocks%owner) + 128*simulation%blocks%n &
+         + 64*size(simulation%model%boundary_edges)
       do i = 1, size(simulation%model%motions)
          bytes = bytes + 2*len(simulation%model%motions(i)%source)
       end do
@@ -240,6 +273,8 @@ contains
             call define_file(dataset, journal, simulation)
             call write_constants(dataset, simulation)
             output%points = size(simulation%model%points)
+            output%bolts = size(simulation%model%bolts)
+            output%boundaries = size(simulation%model%boundary_motions)
             output%verdict = new_verdict(output%points)
             call copy_rows(output, journal, simulation, error)
             call describe_verdict(dataset, output%verdict)
@@ -275,6 +310,14 @@ contains
          call define_dimension(dataset, 'bolt', size(simulation%model%bolts))
          call define_dimension(dataset, 'coordinate4', 4)
          call define_variables(dataset, bolt_variables)
+      end if
+      if (size(simulation%model%boundary_edges) > 0) then
+         call define_dimension(dataset, 'boundary_edge', size(simulation%model%boundary_edges))
+         call define_variables(dataset, edge_variables)
+      end if
+      if (size(simulation%model%boundary_motions) > 0) then
+         call define_dimension(dataset, 'boundary', size(simulation%model%boundary_motions))
+         call define_variables(dataset, motion_variables)
       end if
       if (.not. allocated(dataset%error)) call checked(dataset, nf90_enddef(dataset%id), &
          'end the definitions')
@@ -379,6 +422,7 @@ contains
          call put(dataset, 'edge_joint', real(simulation%model%blocks%joint - 1, wp), [1], &
             [size(blocks%owner)])
          call put_bolts(dataset, simulation)
+         call put_boundaries(dataset, simulation)
          call put(dataset, 'vertex_block', real(blocks%owner - 1, wp), [1], [size(blocks%owner)])
          call put(dataset, 'block_density', blocks%mass/blocks%area, [1], [blocks%n])
          call put(dataset, 'block_shear_modulus', blocks%stiffness(3, 3, :)/blocks%area, [1], &
@@ -402,6 +446,21 @@ contains
          end do
       end associate
    end subroutine put_bolts
+
+   !> Names and edges of boundaries.
+   subroutine put_boundaries(dataset, simulation)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+
+      associate (edges => simulation%model%boundary_edges)
+         if (size(edges) == 0) return
+         call put_names(dataset, 'boundary', simulation%model%boundary_motions%name)
+         call put(dataset, 'boundary_edge', real(edges%piece%edge - 1, wp), [1], [size(edges)])
+         call put(dataset, 'boundary_edge_group', real(edges%group - 1, wp), [1], [size(edges)])
+         call put(dataset, 'boundary_edge_from', edges%piece%from, [1], [size(edges)])
+         call put(dataset, 'boundary_edge_to', edges%piece%to, [1], [size(edges)])
+      end associate
+   end subroutine put_boundaries
 
    !> Names with the length that they have in the file.
    pure function fixed_names(names) result(fixed)
@@ -478,13 +537,12 @@ contains
    !> Write the buffered samples.
    subroutine put_samples(output)
       type(output_type), intent(inout) :: output  !< file being written
-      integer :: first, n, i, kind, at, bolts
+      integer :: first, n, i, at
 
       n = output%waiting
       first = output%samples - n + 1
       output%waiting = 0
-      bolts = (size(output%sample, 2) - sample_head - 6*output%points)/bolt_columns
-      associate (dataset => output%dataset, sample => output%sample, width => 2*output%points)
+      associate (dataset => output%dataset, sample => output%sample, bolts => output%bolts)
          call put(dataset, 'time', sample(:n, 1), [first], [n])
          call put(dataset, 'time_step', sample(:n, 2), [first], [n])
          call put(dataset, 'iterations', sample(:n, 3), [first], [n])
@@ -493,19 +551,30 @@ contains
             call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 4 + i), [first], &
                [n])
          end do
+         at = sample_head
+         call put_motions(motions, output%points)
          do i = 1, merge(bolt_columns, 0, bolts > 0)
-            at = sample_head + 3*width + i
-            call put(dataset, trim(bolt_variables(i)%name), &
-               reshape(transpose(sample(:n, at::bolt_columns)), [bolts*n]), [1, first], [bolts, n])
+            call put(dataset, trim(bolt_variables(i)%name), reshape(transpose(sample(:n, &
+               at + i:at + bolt_columns*bolts:bolt_columns)), [bolts*n]), [1, first], [bolts, n])
          end do
-         if (width == 0) return
-         do kind = 1, 3
-            at = sample_head + (kind - 1)*width
-            call put(dataset, trim(motions(kind)), &
-               reshape(transpose(sample(:n, at + 1:at + width)), [width*n]), [1, 1, first], &
-               [2, output%points, n])
-         end do
+         at = at + bolt_columns*bolts
+         call put_motions(motion_variables(:boundary_series)%name, output%boundaries)
       end associate
+
+   contains
+
+      !> The next numbers of the samples, as vectors of points or boundaries.
+      subroutine put_motions(names, count)
+         character(len=*), intent(in) :: names(:)  !< of the variables
+         integer, intent(in) :: count              !< points or boundaries
+         integer :: kind
+
+         do kind = 1, merge(size(names), 0, count > 0)
+            call put(output%dataset, trim(names(kind)), reshape(transpose(output%sample(:n, &
+               at + 1:at + 2*count)), [2*count*n]), [1, 1, first], [2, count, n])
+            at = at + 2*count
+         end do
+      end subroutine put_motions
    end subroutine put_samples
 
    !> The vertices in a frame, [2, vertices], m.

@@ -6,6 +6,7 @@ module dda_sample
    use dda_blocks, only: stress_of
    use dda_contact, only: contacts_type
    use dda_bolts, only: bolt_columns
+   use dda_boundary_motion, only: boundary_series, take_boundary_motions
    use dda_elements, only: bolt_states
    use dda_energy, only: energy_terms, energy_values
    use dda_measure, only: measure_point
@@ -34,7 +35,8 @@ contains
       type(simulation_type), intent(in) :: simulation  !< at its present time
 
       sample_size = sample_head + 6*size(simulation%model%points) &
-         + bolt_columns*size(simulation%model%bolts)
+         + bolt_columns*size(simulation%model%bolts) &
+         + 2*boundary_series*size(simulation%model%boundary_motions)
    end function sample_size
 
    !> Numbers of a frame with so many contacts.
@@ -47,12 +49,13 @@ contains
    end function frame_size
 
    !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity,
-   !> acceleration; then [columns, bolts] of the bolts.
-   pure subroutine take_sample(simulation, iterations, sample)
+   !> acceleration; then [columns, bolts] of the bolts; then [2, boundaries, series] of boundaries
+   !> that something comes in through.
+   subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample
       real(wp), intent(out) :: sample(:)  !< [`sample_size`]
-      real(wp) :: motion(2, 3)
+      real(wp) :: motion(2, 3), through(2, size(simulation%model%boundary_motions), boundary_series)
       integer :: i, kind, at
 
       sample(:4) = [simulation%time, simulation%last_time_step, real(iterations, wp), &
@@ -67,10 +70,16 @@ contains
                sample(at + 1:at + 2) = motion(:, kind)
             end do
          end do
-         if (size(simulation%model%bolts) > 0) &
-            sample(sample_head + 6*size(points) + 1:) = pack(bolt_states(simulation%elements, &
-            size(simulation%model%bolts)), .true.)
+         at = sample_head + 6*size(points)
       end associate
+      associate (bolts => size(simulation%model%bolts))
+         if (bolts > 0) sample(at + 1:at + bolt_columns*bolts) = pack(bolt_states( &
+            simulation%elements, bolts), .true.)
+         at = at + bolt_columns*bolts
+      end associate
+      if (size(through) == 0) return
+      call take_boundary_motions(simulation, through)
+      sample(at + 1:) = pack(through, .true.)
    end subroutine take_sample
 
    !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; contacts

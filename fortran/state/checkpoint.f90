@@ -32,7 +32,8 @@ module dda_checkpoint
 
    !> of all that is written
    character(len=*), parameter :: layout = &
-      ', checkpoints with springs of contacts, joint laws, bolts, impacts and free fields'
+      ', checkpoints with springs of contacts, joint laws, bolts, impacts, free fields, '// &
+      'motions of boundaries'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

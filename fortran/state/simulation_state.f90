@@ -19,6 +19,7 @@ module dda_simulation_state
    use dda_linear_solver, only: analyse
    use dda_stages, only: restore_stages
    use dda_solver_state, only: serialise_solver
+   use dda_support, only: point_type
    implicit none
    private
    public :: serialise_simulation
@@ -84,11 +85,10 @@ contains
       call serialise(archive, simulation%first_step)
       call serialise(archive, simulation%first_time)
       call serialise(archive, simulation%statics)
-      associate (points => simulation%model%points)
-         do i = 1, size(points)
-            call serialise(archive, points(i)%place)
-         end do
-      end associate
+      call serialise_points(archive, simulation%model%points)
+      do i = 1, size(simulation%model%boundary_motions)
+         call serialise_points(archive, simulation%model%boundary_motions(i)%point)
+      end do
       do i = 1, size(simulation%model%motions)
          call serialise(archive, simulation%model%motions(i)%curve%start)
       end do
@@ -98,6 +98,17 @@ contains
       if (archive%reading .and. .not. allocated(archive%failure)) call set_elements( &
          simulation%elements, simulation%model, simulation%blocks, simulation%time)
    end subroutine serialise_stage
+
+   !> Where the displacements of points count from.
+   subroutine serialise_points(archive, points)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(point_type), intent(inout) :: points(:)  !< measured
+      integer :: i
+
+      do i = 1, size(points)
+         call serialise(archive, points(i)%place)
+      end do
+   end subroutine serialise_points
 
    !> Steps and Δt of the present stage, which may have been changed since it began, and Δt of the
    !> next step.

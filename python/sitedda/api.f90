@@ -45,7 +45,7 @@ module api
    public :: open_run, advance_run, change_input, save_state, finish_run, close_run, run_sizes, &
       run_clock, run_text
    public :: block_states, block_properties, set_block_states, vertex_places, contact_states, &
-      energies, point_motions, run_phases, run_counts
+      boundary_edges, energies, point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
@@ -204,11 +204,11 @@ contains
       deallocate (slots(handle)%run)
    end subroutine close_run
 
-   !> Numbers of blocks, vertices, measured points and contacts, and of the bytes of the input with
-   !> the changes between steps.
+   !> Numbers of blocks, vertices, measured points and contacts, of the bytes of the input with the
+   !> changes between steps, and of edges with boundaries.
    subroutine run_sizes(handle, sizes, status, message)
       integer(c_int), intent(in) :: handle
-      integer(c_int), intent(out) :: sizes(5)
+      integer(c_int), intent(out) :: sizes(6)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -218,7 +218,8 @@ contains
       call find_run(handle, run, error)
       if (.not. allocated(error)) sizes = [run%simulation%blocks%n, &
          size(run%simulation%blocks%owner), size(run%simulation%model%points), &
-         run%simulation%contacts(run%simulation%now)%n, len(run%simulation%changed_text)]
+         run%simulation%contacts(run%simulation%now)%n, len(run%simulation%changed_text), &
+         size(run%simulation%model%boundary_edges)]
       call report(error, status, message)
    end subroutine run_sizes
 
@@ -445,6 +446,33 @@ contains
       end if
       call report(error, status, message)
    end subroutine contact_states
+
+   !> Pieces of edges that groups &boundary take: the edge by its first vertex and the group, both
+   !> from 0, and the shares of the edge between which the piece lies.
+   subroutine boundary_edges(handle, n, who, share, status, message)
+      integer(c_int), intent(in) :: handle, n
+      integer(c_int), intent(out) :: who(2, n)
+      real(c_double), intent(out) :: share(2, n)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      who = 0
+      share = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) &
+         call check_size(n, size(run%simulation%model%boundary_edges), error)
+      if (.not. allocated(error)) then
+         associate (edges => run%simulation%model%boundary_edges)
+            who(1, :) = edges%piece%edge - 1
+            who(2, :) = edges%group - 1
+            share(1, :) = edges%piece%from
+            share(2, :) = edges%piece%to
+         end associate
+      end if
+      call report(error, status, message)
+   end subroutine boundary_edges
 
    !> Energies in the order of the output file.
    subroutine energies(handle, n, values, status, message)

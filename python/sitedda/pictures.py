@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
+from .boundary_marks import draw_boundaries
 from .scene import Scene, principal_stresses
 
 COLORINGS = ("material", "displacement", "velocity", "rotation", "stress")
@@ -27,8 +28,8 @@ JOINTS = ("#4a4f57", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900")
 SUPPORT, MOVED, LOAD, POINT = "#22262b", "#0072b2", "#c0392b", "#d81b60"
 MAGNITUDE, SIGNED, JOINT_MAP, FORCE = "viridis", "PuOr", "inferno_r", "#c22316"
 _LABELS = {
-    "displacement": "displacement of the centroid",
-    "velocity": "velocity of the centroid",
+    "displacement": "displacement\nof the centroid",
+    "velocity": "velocity\nof the centroid",
     "rotation": "rotation",
     "stress": "largest compression",
 }
@@ -169,7 +170,7 @@ class BlockPicture:
             self.scale = self._contact_scale(frame)
             handles += self._contact_key()
         if scene.before or self.color == "material":
-            handles += _boundary(axes, scene)
+            handles += draw_boundaries(axes, scene, frame) + _boundary(axes, scene)
         handles += _bolt_key(scene, frame)
         shown = [deformed(scene, f, self.deformation) for f in _some_of(self.frames)]
         if scene.before or self.color == "material":

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
 from .column import damped_amplification
-from .pictures import FAINT, INK, draw, in_unit
+from .pictures import FAINT, INK, draw, in_unit, view_box
 from .response import Amplification, layered_twin
 from .scene import Scene
 from .scheme import scheme_damping
@@ -34,6 +34,8 @@ COLORS = (SURFACE, TWIN, "#009e73", "#cc79a7", "#b58900", "#4a4f57")
 _MOST_POINTS = 6
 _PERIOD_TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)  # s
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
+_SAME = 1e-3  # of a motion: two that differ less are drawn as one
+_BLOCKS_WIDTH = 4.2  # inches of the blocks in a picture of two of them
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, that damping is said at where no peak is asked for
 
 
@@ -54,7 +56,7 @@ def run_picture(history: xr.Dataset, found=(), discrete=None) -> Figure:
         return _site_picture(scene, history, found[0], discrete)
     if history.sizes.get("time", 0) > 2 and "point_place" in history and len(scene.points()):
         return _history_picture(scene, history)
-    figure = Figure(figsize=(11, 4.9), layout="constrained")
+    figure = Figure(figsize=(11, 1.7 + _blocks_height(scene)), layout="constrained")
     _title(figure, history)
     _before_and_after(figure.subplots(1, 2), scene)
     return figure
@@ -163,31 +165,57 @@ def _ratio(axes: Axes, history, result: Amplification, discrete) -> None:
 
 def _history_picture(scene: Scene, history) -> Figure:
     """Blocks before and after, displacements of the measured points, response spectra."""
-    figure = Figure(figsize=(11, 7.9), layout="constrained")
-    names = _liveliest(history)
+    blocks, curves = _blocks_height(scene), _curves(history)
+    figure = Figure(figsize=(11, 4.4 + blocks), layout="constrained")
     _title(figure, history)
-    above, below = figure.subfigures(2, 1, height_ratios=[1.25, 1])
+    above, below = figure.subfigures(2, 1, height_ratios=[blocks + 0.7, 3.7])
     _before_and_after(above.subplots(1, 2), scene)
     left, right = below.subplots(1, 2)
-    size, unit = in_unit(float(abs(history.displacement.sel(point=names)).max()), "m")
-    series = {}
-    for name, color in zip(names, COLORS, strict=False):
-        axis = main_axis(history.displacement.sel(point=name))
-        values = history.displacement.sel(point=name).isel(axis=axis).values
-        label = f"{name}, {'xy'[axis]}"
-        left.plot(history.time, values / size, color=color, lw=1.1, label=_plain(label))
-        series[label] = history.acceleration.sel(point=name).isel(axis=axis).values
+    size, unit = in_unit(max(float(abs(moved).max()) for _, moved, _, _ in curves), "m")
+    step = _mean_step(history)
+    for label, moved, acceleration, look in curves:
+        left.plot(history.time, moved / size, lw=1.1, label=_plain(label), **look)
+        spectrum = acceleration_spectrum(acceleration, step)
+        right.plot(PERIODS, spectrum, lw=1.4, label=_plain(label), **look)
     _mark_stages(left, scene)
     left.set(xlabel="time (s)", ylabel=f"displacement ({unit})", xlim=(0, float(history.time[-1])))
     _bare(left)
     _legend(left, 3)
-    step = _mean_step(history)
-    for (label, values), color in zip(series.items(), COLORS, strict=False):
-        curve = acceleration_spectrum(values, step)
-        right.plot(PERIODS, curve, color=color, lw=1.4, label=_plain(label))
     _spectrum_axes(right)
     _legend(right, 3)
     return figure
+
+
+def _curves(history) -> list[tuple]:
+    """Label, displacement (m), acceleration (m/s²) and look of what histories show.
+
+    Measured points, and what comes in through boundaries: one curve of several that are the same.
+    """
+    found = []
+    for name, color in zip(_liveliest(history), COLORS, strict=False):
+        point = history.sel(point=name)
+        axis = main_axis(point.displacement)
+        pair = (point[n].values[:, axis] for n in ("displacement", "acceleration"))
+        found.append((f"{name}, {'xy'[axis]}", *pair, {"color": color}))
+    seen = []
+    for name in history.boundary.values if "boundary" in history.coords else ():
+        boundary = history.sel(boundary=name)
+        axis = main_axis(boundary.incoming_displacement)
+        moved, acceleration = (
+            boundary[f"incoming_{n}"].values[:, axis] for n in ("displacement", "acceleration")
+        )
+        if any(np.allclose(moved, other, atol=_SAME * np.ptp(moved)) for other in seen):
+            continue
+        look = {"color": BASE, "ls": ("-", "--", ":")[len(seen) % 3], "zorder": 1.5}
+        found.append((f"incoming: {name}, {'xy'[axis]}", moved, acceleration, look))
+        seen.append(moved)
+    return found
+
+
+def _blocks_height(scene: Scene) -> float:
+    """Inches that two pictures of the blocks beside each other need."""
+    width, height = np.subtract(*view_box(scene)[::-1])
+    return float(np.clip(_BLOCKS_WIDTH * height / width, 1.2, 4.0))
 
 
 def _liveliest(history) -> list[str]:

@@ -340,6 +340,28 @@ class Scene:
             for group in listed(self.groups, "fixed_point")
         ]
 
+    def boundaries(self, frame: int) -> list[dict]:
+        """Edges of the groups &boundary: kind, moved (bool), start and end (k, 2), m."""
+        if "boundary_edge" not in self.data:
+            return []
+        places = self.vertices(frame)
+        edge, group = (self.data[n].values for n in ("boundary_edge", "boundary_edge_group"))
+        begin, along = places[edge], places[self.next_vertex[edge]] - places[edge]
+        start, end = (
+            begin + self.data[f"boundary_edge_{name}"].values[:, None] * along
+            for name in ("from", "to")
+        )
+        return [
+            {
+                # A base that follows its motion "within" is a fixed one.
+                "kind": "fixed" if one.get("motion_is") == "within" else str(one["kind"]).strip(),
+                "moved": bool(one.get("motion_x") or one.get("motion_y")),
+                "start": start[group == i],
+                "end": end[group == i],
+            }
+            for i, one in enumerate(listed(self.groups, "boundary"))
+        ]
+
     def loads(self) -> list[dict]:
         """Loads: x, y (m) and the largest force (N/m) as fx, fy."""
         found = []
@@ -471,6 +493,10 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "block_material": ("block", simulation.block_materials),
         "edge_joint": ("vertex", simulation.edge_joints),
     }
+    edges = simulation.boundary_edges
+    if len(edges["edge"]):
+        frame["boundary_edge"] = ("boundary_edge", edges.pop("edge"))
+        frame |= {f"boundary_edge_{n}": ("boundary_edge", v) for n, v in edges.items()}
     text = simulation.input_text
     names = {"title": simulation.title, "input_file": str(simulation.file)}
     return xr.Dataset(frame, attrs=names | {"input_text": text})

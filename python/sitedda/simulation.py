@@ -240,7 +240,7 @@ class Simulation:
             return checked(*getattr(api, routine)(self._handle, *arguments))
 
     def _ask_all(self, routine: str, which: int):
-        """The same where the routine wants to know how many: blocks, vertices, points, contacts."""
+        """The same where the routine wants to know how many: see `run_sizes`."""
         with self._one:
             return self._ask(routine, self._sizes()[which])
 
@@ -396,6 +396,16 @@ class Simulation:
         names = ("vertex", "edge", "state", "bonded", "joint")
         more = ("gap", "normal_force", "shear_force", "stretch", "length", "slip_path", "weakened")
         return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
+
+    @property
+    def boundary_edges(self) -> dict[str, np.ndarray]:
+        """Pieces of edges that the groups ``&boundary`` take, each of shape (pieces,).
+
+        ``edge`` (by its first vertex) and ``group`` (in the order of the input), both from 0;
+        ``from`` and ``to``, the shares of the edge between which the piece lies.
+        """
+        who, share = self._ask_all("boundary_edges", 5)
+        return dict(zip(("edge", "group", "from", "to"), (*who, *share), strict=True))
 
     @property
     def energies(self) -> dict[str, float]:

@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What comes in through boundaries, and how they move: of a compliant base the wave that comes up
+!> and the mean motion of its edges, of a free-field side the motions of the column and of the model
+!> at its upper end.
+module dda_boundary_motion
+   use dda_kinds, only: wp
+   use dda_baseline, only: displacement_at, velocity_at, acceleration_at
+   use dda_boundary, only: boundary_motion_type
+   use dda_columns, only: column_of
+   use dda_measure, only: measure_point
+   use dda_simulation, only: simulation_type
+   implicit none
+   private
+   public :: boundary_series, take_boundary_motions
+
+   !> Series of a boundary: displacement, velocity, acceleration that come in, then its own.
+   integer, parameter :: boundary_series = 6
+
+contains
+
+   !> Motions of all boundaries that something comes in through.
+   subroutine take_boundary_motions(simulation, motions)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      !> [2,boundary motions,`boundary_series`] m, m/s, m/s²
+      real(wp), intent(out) :: motions(:,:,:)
+      real(wp) :: part(2, 3)
+      integer :: i, k
+
+      motions = 0.0_wp
+      do i = 1, size(simulation%model%boundary_motions)
+         associate (motion => simulation%model%boundary_motions(i))
+            motions(:, i, :3) = incoming(simulation, motion)
+            do k = 1, size(motion%point)
+               call measure_point(simulation%blocks, motion%point(k), part(:, 1), part(:, 2), &
+                  part(:, 3))
+               motions(:, i, 4:) = motions(:, i, 4:) + motion%weight(k)*part
+            end do
+         end associate
+      end do
+   end subroutine take_boundary_motions
+
+   !> Displacement, velocity and acceleration of what comes in.
+   function incoming(simulation, motion) result(wave)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(boundary_motion_type), intent(in) :: motion  !< of a boundary
+      real(wp) :: wave(2, 3)
+      type(simulation_type), pointer :: column
+      integer :: axis
+
+      wave = 0.0_wp
+      if (motion%field > 0) then
+         column => column_of(simulation, motion%field)
+         call measure_point(column%blocks, column%model%points(1), wave(:, 1), wave(:, 2), &
+            wave(:, 3))
+         return
+      end if
+      do axis = 1, 2
+         if (motion%motion(axis) == 0) cycle
+         associate (curve => simulation%model%motions(motion%motion(axis))%curve, &
+            time => simulation%time)
+            wave(axis, :) = motion%factor*[displacement_at(curve, time), &
+               velocity_at(curve, time), acceleration_at(curve, time)]
+         end associate
+      end do
+   end function incoming
+
+end module dda_boundary_motion

@@ -1,0 +1,88 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The edges that the groups &boundary take: none may have two boundaries in one direction.
+module dda_input_boundary_edges
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_boundary, only: boundary_edge_type
+   use dda_edge_piece, only: edge_piece_type, piece_normal
+   use dda_errors, only: error_type
+   use dda_input_group, only: place_type, input_error
+   use dda_model, only: model_type
+   use dda_text, only: to_text, quoted
+   implicit none
+   private
+   public :: claim_edges
+
+   real(wp), parameter :: least_share = 1.0e-9_wp   !< of an edge, that counts as shared
+   real(wp), parameter :: parallel = 1.0e-6_wp      !< sine of the angle between two directions
+
+contains
+
+   !> Note the pieces of a group; an error if another one holds part of them in the same direction.
+   subroutine claim_edges(model, lines, place, pieces, direction, error)
+      type(model_type), intent(inout) :: model  !< receives them
+      integer, intent(in) :: lines(:)  !< [groups &boundary up to this one] in the input
+      type(place_type), intent(in) :: place  !< of the group
+      type(edge_piece_type), intent(in) :: pieces(:)  !< that it takes
+      character(len=*), intent(in) :: direction  !< in which it acts, see `boundary_edge_type`
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      logical :: taken(size(model%blocks%owner))
+      integer :: i, k
+
+      taken = .false.
+      taken(model%boundary_edges%piece%edge) = .true.
+      do i = 1, size(pieces)
+         if (.not. taken(pieces(i)%edge)) cycle
+         do k = 1, size(model%boundary_edges)
+            if (.not. is_shared(model%blocks, pieces(i), direction, model%boundary_edges(k))) cycle
+            call input_error(error, place, 'edge '//to_text(pieces(i)%edge &
+               - model%blocks%first(pieces(i)%block) + 1)//' of block '// &
+               name_of(model, pieces(i)%block)//' has the &boundary of line '// &
+               to_text(lines(model%boundary_edges(k)%group))//' already: leave it out '// &
+               'of one of them, or let them act in different directions')
+            return
+         end do
+      end do
+      model%boundary_edges = [model%boundary_edges, (boundary_edge_type(size(lines), pieces(i), &
+         direction), i=1, size(pieces))]
+   end subroutine claim_edges
+
+   !> A piece lies on one that has been taken, and both act in one direction.
+   pure logical function is_shared(blocks, piece, direction, other)
+      type(blocks_type), intent(in) :: blocks         !< of the model
+      type(edge_piece_type), intent(in) :: piece      !< to take
+      character(len=*), intent(in) :: direction       !< in which it is to act
+      type(boundary_edge_type), intent(in) :: other   !< taken
+      real(wp) :: a(2), b(2)
+
+      is_shared = piece%edge == other%piece%edge .and. min(piece%to, other%piece%to) &
+         - max(piece%from, other%piece%from) > least_share
+      if (.not. is_shared .or. direction == 'xy' .or. other%direction == 'xy') return
+      a = unit_vector(blocks, piece, direction)
+      b = unit_vector(blocks, piece, other%direction)
+      is_shared = abs(a(1)*b(2) - a(2)*b(1)) <= parallel
+   end function is_shared
+
+   !> The direction of a boundary that acts in one.
+   pure function unit_vector(blocks, piece, direction) result(vector)
+      type(blocks_type), intent(in) :: blocks      !< of the model
+      type(edge_piece_type), intent(in) :: piece   !< that it acts on
+      character(len=*), intent(in) :: direction    !< 'x', 'y' or 'normal'
+      real(wp) :: vector(2)
+
+      vector = piece_normal(blocks, piece)
+      if (direction == 'x') vector = [1.0_wp, 0.0_wp]
+      if (direction == 'y') vector = [0.0_wp, 1.0_wp]
+   end function unit_vector
+
+   !> A block by its name; by its number where it has none.
+   pure function name_of(model, b) result(name)
+      type(model_type), intent(in) :: model  !< with its blocks
+      integer, intent(in) :: b               !< block
+      character(len=:), allocatable :: name
+
+      name = to_text(b)
+      if (model%block_names(b) /= '') name = quoted(trim(model%block_names(b)))
+   end function name_of
+
+end module dda_input_boundary_edges
