@@ -9,7 +9,8 @@ module dda_free_memory
    private
    public :: free_memory, require_memory
 
-   integer(c_int), parameter :: address_space = 9  !< RLIMIT_AS on Linux
+   !> RLIMIT_DATA and RLIMIT_AS on Linux: private pages, all addresses
+   integer(c_int), parameter :: data_pages = 2, address_space = 9
    real(wp), parameter :: kibi = 1024.0_wp, giga = 1.0e9_wp
    real(wp), parameter :: unknown = huge(1.0_wp)/kibi  !< no limit that anything says
    character(len=*), parameter :: own_status = '/proc/self/status', groups = '/sys/fs/cgroup'
@@ -44,12 +45,21 @@ contains
    !> Bytes that the system, the limits of the process and of its control groups leave; huge where
    !> none of them says.
    real(wp) function free_memory() result(bytes)
+      bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), &
+         free_in_groups(), below_limit(data_pages, 'VmData:'), &
+         below_limit(address_space, 'VmSize:'))
+   end function free_memory
+
+   !> Bytes that a limit of the process leaves.
+   real(wp) function below_limit(resource, taken) result(bytes)
+      integer(c_int), intent(in) :: resource  !< RLIMIT_…
+      character(len=*), intent(in) :: taken   !< what it counts, as the status of a process has it
       integer(c_long) :: limits(2)
 
-      bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), free_in_groups())
-      if (getrlimit(address_space, limits) /= 0 .or. limits(1) < 0) return
-      bytes = min(bytes, real(limits(1), wp) - kibi*number_after(own_status, 'VmSize:', 0.0_wp))
-   end function free_memory
+      bytes = unknown
+      if (getrlimit(resource, limits) /= 0 .or. limits(1) < 0) return
+      bytes = real(limits(1), wp) - kibi*number_after(own_status, taken, 0.0_wp)
+   end function below_limit
 
    !> Bytes that the control groups of this process (version 2) leave, as batch systems and
    !> containers set them.

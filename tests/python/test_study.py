@@ -266,6 +266,26 @@ def test_a_run_that_never_closes_and_one_that_is_too_long(write_input, threads):
     assert "time limit of 5 s" in long.message.values[1]
 
 
+def test_cases_that_fail_in_three_ways_are_named_and_the_rest_is_complete(write_input):
+    """One is refused, one does not close, one needs more memory than a worker has."""
+    which = {
+        "material.density": [2643.0, -1.0, 2643.0, 2643.0, 2700.0],
+        "contact.max_iterations": [50, 50, 2, 50, 50],
+        "layers[layer].count": [3, 3, 3, 500_000, 3],
+    }
+    slippery = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
+    shaken = changed(tower(steps=20, gravity=[0.0, -9.81]), "motion", scale=50.0)
+    file = write_input(changed(shaken, "joint", **slippery))
+    found = sitedda.study(file, Points("case_of", which), "largest_displacement_m", workers=2,
+                          memory=1.5e9)  # fmt: skip
+    assert found.status.values.tolist() == ["complete", *3 * ["failed"], "complete"]
+    assert np.isfinite(found.largest_displacement_m).values.tolist() == [True, *3 * [False], True]
+    refused, open_still, too_large = found.message.values[1:4]
+    assert "density = -1 must be a positive number" in refused
+    assert "step 1" in open_still and "does not converge" in open_still
+    assert re.search(r"500\d* blocks needs [\d.]+ GB of memory, [\d.]+ GB are free", too_large)
+
+
 # --- resumed, shared, refused --------------------------------------------------------------------
 
 

@@ -22,7 +22,9 @@ from study_functions import same
 
 import sitedda
 from sitedda.errors import InputError
+from sitedda.report import Picture
 from sitedda.study import Record, Records, collect, eurocode8, gather, synthetic
+from sitedda.study.page import report_page
 from sitedda.study.plan import make_plan
 from sitedda.study.records import intensity
 from sitedda.study.settings import read_settings
@@ -92,6 +94,28 @@ def test_what_is_wrong_with_a_file_is_named(study, main, old, new, words):
     done = main("study", study, "-q")
     assert done.returncode == 1 and words in done.stderr.replace("; there", "; there")
     assert "Traceback" not in done.stderr
+
+
+def test_factors_of_safety_over_friction_and_water(root):
+    """The example, on a part of its grid, beside the closed form of a block on a plane."""
+    settings = read_settings(root / "inputs/studies/stability.toml")
+    plan = settings.plan
+    grid = {
+        "friction_angle": ("joint[plane].friction_angle", [35.0, 45.0]),
+        "water_pressure": ("water[crack].scale", [0.0, 1.0]),
+    }
+    assert list(plan.dims) == list(grid)
+    with ThreadPoolExecutor(2) as pool:
+        found = sitedda.study(plan.model, grid, task=plan.task, executor=pool)
+    weight, uplift, push, dip = 2.5e6, 0.4e6, 0.2e6, np.radians(35.0)  # N/m: of a full crack
+    share, tangent = found.water_pressure, np.tan(np.radians(found.friction_angle))
+    hold = weight * np.cos(dip) - share * (uplift + push * np.sin(dip))
+    known = hold * tangent / (weight * np.sin(dip) + share * push * np.cos(dip))
+    assert (abs(found.factor_of_safety / known - 1.0) < 1e-3).all()
+    assert (found.stands_at < known * 1.0005).all() and (found.fails_at > known * 0.9995).all()
+    assert (found.warning == "").all()
+    figure = report_page(found, settings.figures).sections[1]
+    assert figure.title == "Factor of safety" and isinstance(figure.parts[0], Picture)
 
 
 # --- Dask ----------------------------------------------------------------------------------------

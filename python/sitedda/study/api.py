@@ -56,9 +56,9 @@ def study(
         Of the study; what is there already is not run again.  A temporary one by default.
     fixed : mapping, optional
         Changes that all cases have.
-    task : 'run' or callable
-        A function of the path of a case's input, in place of a run: such as one that calls
-        `sitedda.check`.
+    task : 'run', 'safety' or callable
+        In place of a run the factor of safety of the input, see `sitedda.safety`, or what a
+        function of its path returns, such as one that calls `sitedda.check`.
     executor : concurrent.futures.Executor or dask.distributed.Client
         What runs the cases; processes of this machine by default.
     workers : int

@@ -147,7 +147,9 @@ def _done(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array],
         values = json.loads((folder / "values.json").read_text())
         return *_sorted(returned("value", work.model(**values))), {}
     if callable(work.task):
-        return *_sorted(returned("value", work.task(folder / INPUT))), {}
+        value = work.task(folder / INPUT)
+        warning = value.pop("warning", "") if isinstance(value, dict) else ""
+        return *_sorted(returned("value", value)), {"warning": str(warning)}
     _given_up(folder, work.again)
     if not work.start and not (folder / WORDS).exists():
         raise Missing

@@ -19,8 +19,8 @@ from .sampling import latin_hypercube, one_at_a_time, saltelli, sobol
 from .slurm import Slurm
 
 _KNOWN = {
-    "": ("model", "folder", "table", "results", "time_limit", "memory", "fixed", "parameters",
-         "sample", "records", "slurm", "figures"),
+    "": ("model", "folder", "table", "task", "results", "time_limit", "memory", "fixed",
+         "parameters", "sample", "records", "slurm", "figures"),
     "sample": ("method", "count", "seed", "parameters"),
     "records": ("files", "synthetic", "levels", "measure", "motion", "period", "damping", "format",
                 "quantity", "unit", "time_step"),
@@ -89,6 +89,7 @@ def _settings(values: dict, file: Path) -> Settings:
         values.get("results"),
         folder,
         values.get("fixed"),
+        values.get("task", "run"),
     )
     slurm = dict(values.get("slurm", {}))
     _check_names(slurm, "slurm")
