@@ -4,12 +4,10 @@ module dda_site_response
    use dda_kinds, only: wp
    use dda_errors, only: error_type
    use dda_model, only: model_type
-   use dda_netcdf_calls, only: dataset_type, checked
+   use dda_output_reader, only: read_history
    use dda_settings, only: amplification_type
    use dda_spectrum, only: spectral_peak_type, amplification, find_peak
    use dda_text, only: to_text
-   use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_inq_varid, nf90_inq_dimid, &
-      nf90_inquire_dimension, nf90_get_var
    implicit none
    private
    public :: response_peak_type, amplification_peak, peak_text
@@ -53,29 +51,11 @@ contains
       real(wp), allocatable, intent(out) :: series(:)  !< [samples] m/s²
       real(wp), intent(out) :: time_step  !< s
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(dataset_type) :: dataset
-      real(wp) :: last(1)
-      integer :: dimension, variable, n
+      real(wp), allocatable :: time(:)
 
-      dataset%file = file
-      n = 0
       time_step = 0.0_wp
-      call checked(dataset, nf90_open(file, nf90_nowrite, dataset%id), 'open the file')
-      if (.not. allocated(dataset%error)) then
-         call checked(dataset, nf90_inq_dimid(dataset%id, 'time', dimension), 'find the samples')
-         call checked(dataset, nf90_inquire_dimension(dataset%id, dimension, len=n), &
-            'count the samples')
-         call checked(dataset, nf90_inq_varid(dataset%id, 'acceleration', variable), &
-            'find the accelerations')
-         allocate (series(n))
-         call checked(dataset, nf90_get_var(dataset%id, variable, series, [axis, point, 1], &
-            [1, 1, n]), 'read')
-         call checked(dataset, nf90_inq_varid(dataset%id, 'time', variable), 'find the times')
-         call checked(dataset, nf90_get_var(dataset%id, variable, last, [n], [1]), 'read the times')
-         call checked(dataset, nf90_close(dataset%id), 'close the file')
-         time_step = last(1)/max(1, n - 1)
-      end if
-      if (allocated(dataset%error)) error = dataset%error
+      call read_history(file, 'acceleration', [axis, point], time, series, error)
+      if (.not. allocated(error)) time_step = time(size(time))/max(1, size(time) - 1)
    end subroutine read_series
 
    !> One line for a person.

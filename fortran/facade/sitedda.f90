@@ -1,0 +1,210 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The engine for programs in Fortran: an input, its check, its run step by step, its histories.
+!>
+!> All that such a program uses is here; what stands below may change from version to version.  An
+!> error is a value, and the program goes on: it may run another analysis.  Several analyses may be
+!> open at once, in one thread.
+module sitedda
+   use dda_kinds, only: wp, long
+   use dda_check_report, only: report_type, report_text, verdict_fail
+   use dda_check_simulation, only: check_simulation
+   use dda_errors, only: error_type, error_input, error_check, error_convergence, error_solver, &
+      error_file, error_interrupted, error_memory, error_checkpoint, exit_status, fail
+   use dda_input, only: read_model_file
+   use dda_measure, only: measure_point
+   use dda_model, only: model_type
+   use dda_output_reader, only: read_output => read_history
+   use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
+   use dda_simulation, only: simulation_type
+   use dda_stages, only: begin_simulation
+   use dda_text, only: joined, quoted
+   use dda_version, only: version
+   implicit none
+   private
+   public :: wp, error_type, exit_status, version
+   public :: error_input, error_check, error_convergence, error_solver, error_file, &
+      error_interrupted, error_memory, error_checkpoint
+   public :: analysis_type, read_input, check_input, begin_analysis, advance_analysis, &
+      end_analysis, is_complete, present_time, point_motion, read_history
+
+   character(len=*), parameter :: axes = 'xy'
+
+   !> An input and, once it has begun, its run.
+   type :: analysis_type
+      private
+      type(model_type), allocatable :: model
+      type(run_type), allocatable :: run
+   end type analysis_type
+
+contains
+
+   !> Read an input file; what was open in the analysis is gone.
+   subroutine read_input(analysis, file, error, changes)
+      type(analysis_type), intent(out) :: analysis  !< ready to be checked or begun
+      character(len=*), intent(in) :: file          !< path of the namelist file
+      type(error_type), allocatable, intent(out) :: error  !< names file, group, line and value
+      !> variables to change, as 'joint[bedding].friction_angle=30'
+      character(len=*), intent(in), optional :: changes(:)
+
+      allocate (analysis%model)
+      call read_model_file(analysis%model, file, error, changes)
+      if (allocated(error)) deallocate (analysis%model)
+   end subroutine read_input
+
+   !> What a run will meet: damping, resolution, ringing, cost.
+   subroutine check_input(analysis, report, passes, error)
+      type(analysis_type), intent(in) :: analysis  !< whose input has been read
+      character(len=:), allocatable, intent(out) :: report  !< lines for a person
+      logical, intent(out) :: passes               !< no line of it is a failure
+      type(error_type), allocatable, intent(out) :: error  !< the check could not be made
+      type(simulation_type), allocatable :: simulation
+      type(report_type), allocatable :: found
+
+      report = ''
+      passes = .false.
+      call require(allocated(analysis%model), 'no input has been read', error)
+      if (allocated(error)) return
+      allocate (simulation, found)
+      call begin_simulation(simulation, analysis%model, error)
+      if (.not. allocated(error)) call check_simulation(simulation, found, error)
+      if (allocated(error)) return
+      report = report_text(found)
+      passes = found%worst /= verdict_fail
+   end subroutine check_input
+
+   !> Begin the run of the input, or go on with one that ended early.
+   subroutine begin_analysis(analysis, error, output, resume)
+      type(analysis_type), intent(inout) :: analysis  !< whose input has been read
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      !> path of the output in place of the input's; blank: none is written
+      character(len=*), intent(in), optional :: output
+      logical, intent(in), optional :: resume  !< from the last checkpoint of the output, if any
+      logical :: writes, from_checkpoint
+
+      call require(allocated(analysis%model), 'no input has been read', error)
+      if (allocated(error)) return
+      writes = .true.
+      if (present(output)) then
+         writes = output /= ''
+         if (writes) analysis%model%output%file = trim(output)
+      end if
+      from_checkpoint = .false.
+      if (present(resume)) from_checkpoint = resume
+      if (allocated(analysis%run)) deallocate (analysis%run)
+      allocate (analysis%run)
+      if (from_checkpoint) then
+         call resume_run(analysis%run, analysis%model, error)
+      else
+         call begin_run(analysis%run, analysis%model, writes, error)
+      end if
+      if (allocated(error)) deallocate (analysis%run)
+   end subroutine begin_analysis
+
+   !> Take steps, until the run is complete at most.
+   subroutine advance_analysis(analysis, steps, error)
+      type(analysis_type), intent(inout) :: analysis  !< begun
+      integer, intent(in) :: steps                    !< to take
+      type(error_type), allocatable, intent(out) :: error  !< names step, contact and blocks
+
+      call require(allocated(analysis%run), 'the analysis has not begun', error)
+      if (.not. allocated(error)) call continue_run(analysis%run, int(steps, long), error)
+   end subroutine advance_analysis
+
+   !> Write the output; if the run is not complete under the name FILE.partial, with a checkpoint.
+   subroutine end_analysis(analysis, error)
+      type(analysis_type), intent(inout) :: analysis  !< begun; its input can be begun again
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+
+      call require(allocated(analysis%run), 'the analysis has not begun', error)
+      if (allocated(error)) return
+      call end_run(analysis%run, error)
+      deallocate (analysis%run)
+   end subroutine end_analysis
+
+   !> The run has reached its duration, or a rule of &stop.
+   pure logical function is_complete(analysis)
+      type(analysis_type), intent(in) :: analysis  !< in any state
+
+      is_complete = .false.
+      if (allocated(analysis%run)) is_complete = is_done(analysis%run)
+   end function is_complete
+
+   !> Time reached, s.
+   pure real(wp) function present_time(analysis)
+      type(analysis_type), intent(in) :: analysis  !< in any state
+
+      present_time = 0.0_wp
+      if (allocated(analysis%run)) present_time = analysis%run%simulation%time
+   end function present_time
+
+   !> Motion of a measured point now.
+   subroutine point_motion(analysis, name, displacement, velocity, acceleration, error)
+      type(analysis_type), intent(in) :: analysis  !< begun
+      character(len=*), intent(in) :: name         !< of the point
+      real(wp), intent(out) :: displacement(2)     !< since the start, m
+      real(wp), intent(out) :: velocity(2)         !< m/s
+      real(wp), intent(out) :: acceleration(2)     !< m/s²
+      type(error_type), allocatable, intent(out) :: error  !< there is no such point
+      integer :: point
+
+      displacement = 0.0_wp
+      velocity = 0.0_wp
+      acceleration = 0.0_wp
+      call require(allocated(analysis%run), 'the analysis has not begun', error)
+      if (.not. allocated(error)) call find_point(analysis%model, name, point, error)
+      if (allocated(error)) return
+      associate (simulation => analysis%run%simulation)
+         call measure_point(simulation%blocks, simulation%model%points(point), displacement, &
+            velocity, acceleration)
+      end associate
+   end subroutine point_motion
+
+   !> A history from the output of an analysis that has ended.
+   subroutine read_history(analysis, quantity, time, values, error, point, axis)
+      type(analysis_type), intent(in) :: analysis  !< whose output is complete
+      !> as the output names it: displacement, velocity, acceleration; energy_kinetic …
+      character(len=*), intent(in) :: quantity
+      real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
+      real(wp), allocatable, intent(out) :: values(:)  !< [samples] in SI units
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      character(len=*), intent(in), optional :: point  !< name of the measured point, with the axis
+      character, intent(in), optional :: axis          !< 'x' or 'y'
+      integer, allocatable :: place(:)
+      integer :: number
+
+      place = [integer ::]
+      number = 0
+      call require(allocated(analysis%model), 'no input has been read', error)
+      if (.not. allocated(error)) call require(present(point) .eqv. present(axis), &
+         'a point is given with an axis', error)
+      if (.not. allocated(error) .and. present(axis)) then
+         call require(index(axes, axis) > 0, quoted(axis)//" is no axis: give 'x' or 'y'", error)
+         if (.not. allocated(error)) call find_point(analysis%model, point, number, error)
+         place = [index(axes, axis), number]
+      end if
+      if (.not. allocated(error)) call read_output(analysis%model%output%file, quantity, place, &
+         time, values, error)
+   end subroutine read_history
+
+   !> Number of a measured point.
+   subroutine find_point(model, name, point, error)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=*), intent(in) :: name   !< of the point
+      integer, intent(out) :: point          !< from 1
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      point = findloc(model%points%name == name, .true., 1)
+      call require(point > 0, model%file//': there is no measured point '//quoted(name)// &
+         '; there are '//joined(model%points%name, ', '), error)
+   end subroutine find_point
+
+   !> An error unless something holds.
+   subroutine require(holds, message, error)
+      logical, intent(in) :: holds
+      character(len=*), intent(in) :: message  !< of the error
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (.not. (holds .or. allocated(error))) call fail(error, error_input, message)
+   end subroutine require
+
+end module sitedda

@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Histories read from an output, complete or partial.
+module dda_output_reader
+   use dda_kinds, only: wp
+   use dda_errors, only: error_type, error_input, fail
+   use dda_netcdf_calls, only: dataset_type, checked
+   use dda_text, only: quoted
+   use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_inq_dimid, nf90_inq_varid, &
+      nf90_inquire_dimension, nf90_inquire_variable, nf90_get_var, nf90_max_var_dims
+   implicit none
+   private
+   public :: read_history
+
+contains
+
+   !> A variable over time.
+   subroutine read_history(file, quantity, place, time, values, error)
+      character(len=*), intent(in) :: file      !< output
+      character(len=*), intent(in) :: quantity  !< variable, as the output names it
+      !> index in its other dimensions, from 1: axis and point; none of `energy_kinetic` and alike
+      integer, intent(in) :: place(:)
+      real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
+      real(wp), allocatable, intent(out) :: values(:)  !< [samples] in the unit of the output
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(dataset_type) :: dataset
+      integer :: unused
+
+      dataset%file = file
+      call checked(dataset, nf90_open(file, nf90_nowrite, dataset%id), 'open the file')
+      if (.not. allocated(dataset%error)) then
+         call read_series(dataset, 'time', [integer ::], time)
+         call read_series(dataset, quantity, place, values)
+         unused = nf90_close(dataset%id)
+      end if
+      if (allocated(dataset%error)) error = dataset%error
+   end subroutine read_history
+
+   !> All samples of a variable at a place.
+   subroutine read_series(dataset, name, place, values)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      character(len=*), intent(in) :: name          !< of the variable
+      integer, intent(in) :: place(:)               !< as above
+      real(wp), allocatable, intent(out) :: values(:)  !< [samples]
+      integer :: id, time, samples, n, dimensions(nf90_max_var_dims)
+
+      allocate (values(0))
+      if (allocated(dataset%error)) return
+      call checked(dataset, nf90_inq_dimid(dataset%id, 'time', time), 'find the samples')
+      call checked(dataset, nf90_inq_varid(dataset%id, name, id), 'find '//quoted(name))
+      if (allocated(dataset%error)) return
+      call checked(dataset, nf90_inquire_dimension(dataset%id, time, len=samples), &
+         'count the samples')
+      call checked(dataset, nf90_inquire_variable(dataset%id, id, ndims=n, dimids=dimensions), &
+         'read '//quoted(name))
+      if (allocated(dataset%error)) return
+      if (n /= size(place) + 1 .or. dimensions(max(n, 1)) /= time) then
+         call fail(dataset%error, error_input, dataset%file//': '//quoted(name)// &
+            ' has no history at such a place')
+         return
+      end if
+      deallocate (values)
+      allocate (values(samples))
+      call checked(dataset, nf90_get_var(dataset%id, id, values, [place, 1], [0*place + 1, &
+         samples]), 'read '//quoted(name))
+   end subroutine read_series
+
+end module dda_output_reader
