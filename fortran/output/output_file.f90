@@ -110,7 +110,7 @@ module dda_output_file
 
    !> Boundaries that something comes in through, of models that have some; the first six in the
    !> order of `take_boundary_motions`.
-   type(variable_type), parameter :: motion_variables(boundary_series + 1) = [ &
+   type(variable_type), parameter :: motion_variables(boundary_series + 2) = [ &
       variable_type('incoming_displacement', nf90_double, 'axis boundary time', 'm', &
          'displacement of what comes in: a wave, or the free field at its surface'), &
       variable_type('incoming_velocity', nf90_double, 'axis boundary time', 'm/s', &
@@ -124,7 +124,9 @@ module dda_output_file
       variable_type('boundary_acceleration', nf90_double, 'axis boundary time', 'm/s^2', &
          'acceleration of a boundary'), &
       variable_type('boundary', nf90_char, 'letter boundary', '1', &
-         'name of a boundary that something comes in through')]
+         'name of a boundary that something comes in through'), &
+      variable_type('boundary_kind', nf90_char, 'letter boundary', '1', &
+         'its kind: compliant or free_field')]
 
    !> Edges of the groups &boundary, of models that have some.
    type(variable_type), parameter :: edge_variables(4) = [ &
@@ -452,9 +454,12 @@ contains
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(simulation_type), intent(in) :: simulation  !< at its present time
 
-      associate (edges => simulation%model%boundary_edges)
+      associate (edges => simulation%model%boundary_edges, &
+         motions => simulation%model%boundary_motions)
          if (size(edges) == 0) return
-         call put_names(dataset, 'boundary', simulation%model%boundary_motions%name)
+         call put_names(dataset, 'boundary', motions%name)
+         call put_names(dataset, 'boundary_kind', fixed_names(merge('free_field', 'compliant ', &
+            motions%field > 0)))
          call put(dataset, 'boundary_edge', real(edges%piece%edge - 1, wp), [1], [size(edges)])
          call put(dataset, 'boundary_edge_group', real(edges%group - 1, wp), [1], [size(edges)])
          call put(dataset, 'boundary_edge_from', edges%piece%from, [1], [size(edges)])

@@ -70,6 +70,8 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
 
 def _signs(sign, edges, size: float) -> list[np.ndarray]:
     """The lines of all signs along edges (k, 2, 2), each of shape (points, 2), m."""
+    middle = edges.mean(axis=1)
+    edges = edges[np.argsort(middle[:, np.argmax(np.ptp(middle, axis=0))], kind="stable")]
     begin, along = edges[:, 0], edges[:, 1] - edges[:, 0]
     length = np.linalg.norm(along, axis=1)
     last = np.cumsum(length)

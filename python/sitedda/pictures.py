@@ -42,6 +42,7 @@ _UNITS = {
 }
 BOLT, _BROKEN = "#7a1fa2", 4
 _MOST_DRAWN_OUTLINES = 30000
+_MOST_LABELS = 24  # of measured points
 _LEAST_MOVEMENT = 0.01  # of the largest: below, a slip or opening is not drawn
 _LEAST_FORCE = 0.005  # of the largest: below, a force is not drawn
 
@@ -76,6 +77,7 @@ def draw(
     deformation: float = 1.0,
     axes: Axes | None = None,
     legend: bool = True,
+    stage: str | None = None,
 ) -> Axes:
     """Draw the blocks of a model or an output to scale.
 
@@ -95,6 +97,8 @@ def draw(
         Where to draw; a figure of its own by default.
     legend : bool
         With what the colours and signs mean, outside the axes.
+    stage : str, optional
+        The frame is one of this stage: of several static ones all are at one time.
 
     Returns
     -------
@@ -105,10 +109,12 @@ def draw(
     ------
     ValueError
         If `color` or `contacts` is not one of the above.
+    InputError
+        If there is no such stage.
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
     picture = BlockPicture(scene, color, contacts, deformation, axes, legend)
-    picture.show(scene.frame_at(time))
+    picture.show(scene.frame_at(time, stage))
     if axes is None:  # labels of ticks, which the layout needs, are known after a first pass
         picture.axes.figure.draw_without_rendering()
     return picture.axes
@@ -155,7 +161,7 @@ class BlockPicture:
             for line in self.lines:
                 line.remove()
         self.lines = self._contacts(frame, vertices) + _bolts(self.axes, scene, frame)
-        self.note.set_text(_plain(_words(scene, frame, self.deformation)))
+        self.note.set_text(plain(_words(scene, frame, self.deformation)))
 
     def _begin(self, frame: int, vertices) -> None:
         scene, axes = self.scene, self.axes
@@ -176,7 +182,7 @@ class BlockPicture:
         if scene.before or self.color == "material":
             shown += [tail for tail, _, _ in load_arrows(scene)]
         _view(axes, scene, np.vstack([vertices, *shown]))
-        self.note = head(axes, _plain(scene.title or "Untitled"), "")
+        self.note = head(axes, plain(scene.title or "Untitled"), "")
         if handles and self.legend:
             _legend(axes, handles, self.alone)
 
@@ -266,12 +272,12 @@ def _blocks(axes: Axes, scene: Scene, frame: int, vertices, frames: list[int], c
     """Blocks in their colours, the size of the unit of the colour, and handles for the legend."""
     edge = 0.7 if scene.blocks < 600 else 0.35 if scene.blocks < 6000 else 0.15
     shown = _standing(scene, frame, vertices)
-    drawn = PolyCollection(shown, edgecolors=INK, linewidths=edge, zorder=2)
+    drawn = PolyCollection(shown, edgecolors=INK, linewidths=edge, joinstyle="round", zorder=2)
     axes.add_collection(drawn, autolim=False)
     if color == "material":
         drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
         handles = [
-            Patch(fc=STONES[m % len(STONES)], ec=INK, lw=0.7, label=_plain(scene.material_names[m]))
+            Patch(fc=STONES[m % len(STONES)], ec=INK, lw=0.7, label=plain(scene.material_names[m]))
             for m in np.unique(scene.material)
         ]
         return drawn, 1.0, handles
@@ -329,7 +335,7 @@ def _joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
     colors = [JOINTS[k % len(JOINTS)] for k in kinds]
     axes.add_collection(LineCollection(lines, colors=colors, linewidths=1.7, zorder=3))
     return [
-        Line2D([], [], color=JOINTS[k % len(JOINTS)], lw=2, label=_plain(scene.joint_names[k]))
+        Line2D([], [], color=JOINTS[k % len(JOINTS)], lw=2, label=plain(scene.joint_names[k]))
         for k in np.unique(kinds)
     ]
 
@@ -430,9 +436,9 @@ def _boundary(axes: Axes, scene: Scene) -> list:
         (line,) = axes.plot(x, y, "o", color=POINT, mec="white", mew=0.9, ms=7, zorder=7)
         line.set_label("measured point")
         handles.append(line)
-        for point in points[:12]:
+        for point in points[:_MOST_LABELS]:
             axes.annotate(
-                _plain(point["name"]),
+                plain(point["name"]),
                 (point["x"], point["y"]),
                 xytext=(6, 5),
                 textcoords="offset points",
@@ -472,7 +478,7 @@ def _slivers(axes: Axes, scene: Scene) -> list:
     if len(thin) == 0:
         return []
     x, y = scene.coordinates(0)[thin, :2].T
-    label = "sliver: " + _plain(_some([scene.names[b] for b in thin], 3))
+    label = "sliver: " + plain(_some([scene.names[b] for b in thin], 3))
     return axes.plot(x, y, "o", mfc="none", mec="#e6007e", mew=1.6, ms=13, zorder=8, label=label)
 
 
@@ -534,7 +540,7 @@ def _some(names: list[str], most: int) -> str:
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """A user's text as it is: matplotlib takes pairs of $ as formulas, a leading _ as hidden."""
     text = text.replace("$", r"\$")
     return f"\u200b{text}" if text.startswith("_") else text

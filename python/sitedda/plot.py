@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
 from .column import damped_amplification
-from .pictures import FAINT, INK, draw, in_unit, view_box
+from .pictures import FAINT, INK, draw, in_unit, plain, view_box
 from .response import Amplification, layered_twin
 from .scene import Scene
 from .scheme import scheme_damping
@@ -87,7 +87,7 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
 
 def _title(figure, history, *frequencies: float) -> None:
     """The title of the run, and under it which damping is in the model at frequencies (Hz)."""
-    title = _plain(str(history.attrs.get("title", ""))) or "Untitled"
+    title = plain(str(history.attrs.get("title", ""))) or "Untitled"
     # The blank line of the title keeps the place of the words from the layout.
     figure.suptitle(f"{title}\n", x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
     words = damping_words(history, *(frequencies or _USUAL_FREQUENCIES))
@@ -102,7 +102,7 @@ def _accelerations(panels, history, series: dict) -> None:
         axes.plot(history.time, values, color=color, lw=0.6)
         axes.set(xlim=(0, float(history.time[-1])), ylim=(-1.08 * most, 1.08 * most))
         axes.set_title(
-            f"{_plain(name)}: largest {abs(values).max():.3g} m/s²", loc="left", fontsize=9
+            f"{plain(name)}: largest {abs(values).max():.3g} m/s²", loc="left", fontsize=9
         )
         axes.set_ylabel("m/s²")
         _bare(axes)
@@ -114,7 +114,7 @@ def _spectra(axes: Axes, history, series: dict) -> None:
     step = _mean_step(history)
     for i, (name, values) in enumerate(series.items()):
         curve, look = acceleration_spectrum(values, step), {"lw": 1.6, "zorder": 4 - i}
-        axes.plot(PERIODS, curve, color=(SURFACE, BASE)[i], label=_plain(name), **look)
+        axes.plot(PERIODS, curve, color=(SURFACE, BASE)[i], label=plain(name), **look)
     _spectrum_axes(axes)
     _legend(axes, 2)
 
@@ -155,7 +155,7 @@ def _ratio(axes: Axes, history, result: Amplification, discrete) -> None:
     )
     axes.set(
         xlabel="frequency (Hz)",
-        ylabel=f"{_plain(result.surface)} / {_plain(result.base)}",
+        ylabel=f"{plain(result.surface)} / {plain(result.base)}",
         xlim=(result.frequency[0], result.frequency[-1]),
         ylim=(0, None),
     )
@@ -174,9 +174,9 @@ def _history_picture(scene: Scene, history) -> Figure:
     size, unit = in_unit(max(float(abs(moved).max()) for _, moved, _, _ in curves), "m")
     step = _mean_step(history)
     for label, moved, acceleration, look in curves:
-        left.plot(history.time, moved / size, lw=1.1, label=_plain(label), **look)
+        left.plot(history.time, moved / size, lw=1.1, label=plain(label), **look)
         spectrum = acceleration_spectrum(acceleration, step)
-        right.plot(PERIODS, spectrum, lw=1.4, label=_plain(label), **look)
+        right.plot(PERIODS, spectrum, lw=1.4, label=plain(label), **look)
     _mark_stages(left, scene)
     left.set(xlabel="time (s)", ylabel=f"displacement ({unit})", xlim=(0, float(history.time[-1])))
     _bare(left)
@@ -245,7 +245,7 @@ def _mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
         if named and end > begin:
             place = (begin, 1.0)
             look = {"fontsize": 8, "color": FAINT, "rotation": 90, "va": "top", "ha": "left"}
-            axes.annotate(_plain(name), place, xytext=(2, -2), xycoords=("data", "axes fraction"),
+            axes.annotate(plain(name), place, xytext=(2, -2), xycoords=("data", "axes fraction"),
                           textcoords="offset points", zorder=1, **look)  # fmt: skip
 
 
@@ -272,10 +272,6 @@ def _bare(axes: Axes) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(FAINT)
     axes.tick_params(color=FAINT)
-
-
-def _plain(text: str) -> str:
-    return text.replace("$", r"\$")
 
 
 def _smoothed(axes: Axes, result: Amplification) -> None:
@@ -332,7 +328,7 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     )
     _bare(panels["arias"])
     title = motion.attrs.get("station", "") or motion.attrs["file"]
-    figure.suptitle(_plain(title), fontsize=10)
+    figure.suptitle(plain(title), fontsize=10)
     file = Path(file)
     figure.savefig(file, dpi=130)
     return file

@@ -125,9 +125,22 @@ class Scene:
         """How many there are."""
         return len(self.time)
 
-    def frame_at(self, time: float | None) -> int:
-        """The frame nearest to a time (s); the last one for None."""
-        return self.frames - 1 if time is None else int(np.argmin(abs(self.time - time)))
+    def frame_at(self, time: float | None, stage: str | None = None) -> int:
+        """The frame of a stage that is nearest to a time (s); the last one for None.
+
+        Raises
+        ------
+        InputError
+            If there is no frame of such a stage.
+        """
+        among = np.arange(self.frames)
+        if stage is not None:
+            names = str(self.data.attrs.get("stages", "")).split("\n")
+            number = self.data["frame_stage"].values if "frame_stage" in self.data else among * 0
+            among = np.flatnonzero(number == (names.index(stage) + 1 if stage in names else -1))
+            if len(among) == 0:
+                raise InputError(f"there is no frame of a stage {stage!r}: {', '.join(names)}")
+        return int(among[-1] if time is None else among[np.argmin(abs(self.time[among] - time))])
 
     def _read(self, name: str, frame: int) -> np.ndarray:
         with FILES:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda site`: blocks and column of a layered site in one picture."""
+"""`sitedda site`: blocks and column of a layered site; `sitedda surface`: hills and valleys."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .errors import InputError
 
 
 def add_site_command(commands) -> None:
-    """Add the sub-command to those of the command line."""
+    """Add the sub-commands to those of the command line."""
     parser = commands.add_parser("site", help="a layered site as blocks and as a 1-D column")
     parser.add_argument("file", type=Path, metavar="FILE", help="output, or namelist input to run")
     parser.add_argument("-o", "--output", type=Path, metavar="PICTURE", help="file to write")
@@ -23,6 +23,31 @@ def add_site_command(commands) -> None:
         help="of the column's layers, 0.05 is 5 %% (that of the run's time integration)",
     )
     parser.set_defaults(act=_site)
+    parser = commands.add_parser("surface", help="amplification along the surface of an output")
+    parser.add_argument("file", type=Path, metavar="FILE.nc")
+    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE", help="file to write")
+    parser.add_argument("--axis", choices=("x", "y"), default="x", help="of the motion (x)")
+    parser.add_argument("--lowest", type=float, default=0.5, metavar="HZ", help="(0.5)")
+    parser.add_argument("--highest", type=float, default=15.0, metavar="HZ", help="(15)")
+    parser.set_defaults(act=_surface)
+
+
+def _surface(options: argparse.Namespace) -> int:
+    from .scene import open_output
+    from .site.surface import surface
+
+    try:
+        found = surface(open_output(options.file), options.axis, options.lowest, options.highest)
+    except ValueError as trouble:
+        raise InputError(f"{options.file}: {trouble}") from trouble
+    print(found)
+    _save(found, options.output or options.file.with_name(f"{options.file.stem}_surface.png"))
+    return 0
+
+
+def _save(found, picture: Path) -> None:
+    found.plot().savefig(picture, dpi=130)
+    print(f"picture: {picture}")
 
 
 def _site(options: argparse.Namespace) -> int:
@@ -42,7 +67,5 @@ def _site(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
     print(found)
-    picture = options.output or path.with_name(f"{path.stem}_site.png")
-    found.plot().savefig(picture, dpi=130)
-    print(f"picture: {picture}")
+    _save(found, options.output or path.with_name(f"{path.stem}_site.png"))
     return 0

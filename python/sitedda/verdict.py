@@ -62,6 +62,7 @@ def verdict(source) -> Verdict:
     add_drift(found, scene)
     add_fallen(found, scene)
     add_lost(found, scene)
+    add_sides(found, scene.data)
     add_damping(found, scene.data)
     audit = [line for line in lines if line[0] == "energy"]
     found.lines[:] = [line for line in lines if line not in audit] + found.lines + audit
@@ -187,6 +188,24 @@ def add_lost(found: Verdict, scene: Scene) -> None:
         blocks_lost=len(gone),
         first_block_lost_s=scene.time[first],
     )
+
+
+def add_sides(found: Verdict, data: xr.Dataset) -> None:
+    """How far free-field sides move otherwise than the free field, at their upper ends."""
+    for i, kind in enumerate(data["boundary_kind"].values if "boundary_kind" in data else ()):
+        if kind != "free_field":
+            continue
+        side = data.isel(boundary=i)
+        peak = np.linalg.norm(side.incoming_velocity.values, axis=1).max()
+        apart = np.linalg.norm((side.boundary_velocity - side.incoming_velocity).values, axis=1)
+        if not peak > 0:
+            continue
+        name, share = str(side.boundary.values), apart.max() / peak
+        found.say(
+            "side",
+            f"{name}: the model departs from it by {100 * share:.2g} % of its peak velocity",
+            **{f"side_departure[{name}]": share},
+        )
 
 
 def add_damping(found: Verdict, data: xr.Dataset) -> None:

@@ -13,6 +13,7 @@ def add_viewing_commands(commands) -> None:
     """Add the sub-commands to those of the command line."""
     drawing = _add(commands, "draw", _draw, "draw the blocks of an input or an output", "PICTURE")
     drawing.add_argument("-t", "--time", type=float, metavar="S", help="of the frame (the last)")
+    drawing.add_argument("--stage", metavar="NAME", help="that the frame is one of")
     drawing.add_argument("--dpi", type=float, default=150.0, help="dots per inch (150)")
     _add_look(drawing)
     showing = _add(commands, "view", _view, "blocks to play with, in one HTML file", "PAGE")
@@ -57,7 +58,8 @@ def _add_look(parser: argparse.ArgumentParser) -> None:
 def _draw(options: argparse.Namespace) -> int:
     from .pictures import draw
 
-    axes = draw(options.file, options.time, options.color, options.contacts, options.deformation)
+    look = (options.color, options.contacts, options.deformation)
+    axes = draw(options.file, options.time, *look, stage=options.stage)
     target = options.output or options.file.with_suffix(".blocks.png")
     axes.figure.savefig(target, dpi=options.dpi)
     print(f"picture: {target}")

@@ -448,6 +448,12 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
     scene = Scene.of(run)
     assert [name for name, _ in scene.stage_starts()] == ["shake, low", "dig", "after <b>"]
     assert scene.removed(scene.frames - 1).tolist() == [False, False, True]
+    low, dig = (scene.frame_at(None, name) for name in ("shake, low", "dig"))
+    assert scene.removed(low).sum() == 0 and scene.removed(dig).sum() == 1
+    assert int(run.history.frame_stage[dig + 1]) > int(run.history.frame_stage[dig])
+    assert scene.frame_at(0.0, "dig") > low
+    with pytest.raises(sitedda.InputError, match="no frame of a stage 'digging'"):
+        run.draw(stage="digging")
     axes = run.draw(color="velocity")
     paths = axes.collections[-1].get_paths()
     drawn = [np.isfinite(path.vertices).all() and len(path.vertices) > 0 for path in paths]

@@ -6,6 +6,7 @@ from .curves import SoilCurves, darendeli, hyperbolic
 from .equivalent_linear import EquivalentLinear, equivalent_linear
 from .intensity import Intensity, intensity
 from .response import ColumnResponse
+from .surface import Surface, surface
 
 __all__ = [
     "Beside",
@@ -13,9 +14,11 @@ __all__ = [
     "EquivalentLinear",
     "Intensity",
     "SoilCurves",
+    "Surface",
     "beside",
     "darendeli",
     "equivalent_linear",
     "hyperbolic",
     "intensity",
+    "surface",
 ]

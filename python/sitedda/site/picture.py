@@ -4,11 +4,17 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from ..pictures import BlockPicture, plain, view_box
 from ..signals import spectral_acceleration
 
 PERIODS = np.logspace(-1.7, 0.7, 120)  # s
+_WIDTH = 7.4  # inches of the model below an amplification along the surface
+_LEVELS = 40  # of its colours
+_RATIOS = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.4, 2, 3, 5, 10)
+_TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)  # Hz
 REFERENCE, COLUMN, BLOCKS = "#8a9099", "#d55e00", "#0072b2"
 
 
@@ -76,7 +82,7 @@ def beside_figure(beside) -> Figure:
     _ratio(axes["ratio"], beside)
     _spectra(axes["spectra"], beside)
     _profile(axes["profile"], beside)
-    figure.suptitle(beside.title, fontsize=10)
+    figure.suptitle(plain(beside.title), fontsize=10)
     return figure
 
 
@@ -119,3 +125,66 @@ def _profile(axes, beside) -> None:
         xlim=(0, 1.1 * max(peak.max(), float(profile.acceleration.max()))),
         ylim=(1.03 * beside.response.column.depth, -0.03 * beside.response.column.depth),
     )
+
+
+def surface_figure(surface) -> Figure:
+    """Amplification along the surface, peaks, and the model below each other.
+
+    Parameters
+    ----------
+    surface : Surface
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    low, high = view_box(surface.scene)
+    tall = _WIDTH * (high - low)[1] / (high - low)[0]
+    figure = Figure(figsize=(9.5, 5.6 + tall), layout="constrained")
+    map_, peaks, blocks = figure.subplots(3, 1, height_ratios=[3, 1.6, tall + 0.4])
+    _map(map_, surface)
+    for values, color, label in (
+        (surface.peak_acceleration, BLOCKS, "peak acceleration"),
+        (surface.peak_velocity, COLUMN, "peak velocity"),
+    ):
+        peaks.plot(surface.place[:, 0], values, "o-", color=color, ms=4, lw=1.2, label=label)
+    peaks.axhline(1.0, color=REFERENCE, lw=0.8)
+    peaks.set_ylabel("ratio")
+    peaks.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    picture = BlockPicture(surface.scene, "material", axes=blocks, legend=False)
+    picture.show(0)
+    picture.note.set_visible(False)
+    blocks.set_title("", loc="left")
+    blocks.set_aspect("equal", adjustable="datalim")
+    blocks.set_autoscale_on(True)  # its limits give way to the scale in a first drawing
+    figure.suptitle(plain(surface.scene.title), fontsize=12, fontweight="bold", x=0.01, ha="left")
+    figure.draw_without_rendering()
+    blocks.set_aspect("auto")
+    for axes in (map_, peaks):
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.set_xlim(blocks.get_xlim())
+    return figure
+
+
+def _map(axes, surface) -> None:
+    """Amplification by place and frequency; white is 1."""
+    ratio = surface.amplification
+    most = max(float(ratio.max()), 1.0 / float(ratio.min()), 1.01)
+    shown = axes.contourf(
+        surface.place[:, 0],
+        surface.frequency,
+        ratio.T,
+        levels=np.geomspace(1.0 / most, most, _LEVELS),
+        cmap="RdBu_r",
+        norm=LogNorm(1.0 / most, most),
+    )
+    ticks = [f for f in _TICKS if surface.frequency[0] <= f <= surface.frequency[-1]]
+    axes.set(yscale="log", ylabel="frequency (Hz)")
+    axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
+    axes.set_title(plain(f"over the {surface.reference}"), loc="left", fontsize=10)
+    bar = axes.figure.colorbar(shown, ax=axes, aspect=18, pad=0.02, label="amplification")
+    ratios = [r for r in _RATIOS if 1.0 / most <= r <= most]
+    bar.set_ticks(ratios, labels=[f"{r:g}" for r in ratios])
+    bar.minorticks_off()
+    bar.outline.set_visible(False)

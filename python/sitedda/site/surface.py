@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What hills, valleys and soils make of a motion along the surface of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..scene import Scene
+from ..signals import running_integral, smooth_konno_ohmachi
+from ..spectra import fourier_spectrum
+from .motion import Motion
+
+BANDWIDTH = 40.0  # of the window of Konno and Ohmachi
+_BINS = 120  # frequencies of the map
+_FINE = 20.0  # bins of the spectrum up to the lowest frequency, for the window to hold some
+_TOUCHING = 1e-6  # of the size of the model: a point is on the surface
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Motion of the measured points along the surface over that of a reference.
+
+    Attributes
+    ----------
+    scene : Scene
+        Of the run.
+    names : list of str
+        Points from left to right.
+    place : ndarray, shape (points, 2)
+        m.
+    frequency : ndarray, shape (bins,)
+        Hz.
+    amplification : ndarray, shape (points, bins)
+        Ratio of the smoothed Fourier spectra of acceleration.
+    peak_acceleration, peak_velocity : ndarray, shape (points,)
+        Ratios of the peaks.
+    reference : str
+        What the motions are divided by, in words.
+    """
+
+    scene: Scene
+    names: list[str]
+    place: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    amplification: NDArray[np.float64]
+    peak_acceleration: NDArray[np.float64]
+    peak_velocity: NDArray[np.float64]
+    reference: str
+
+    def __str__(self) -> str:
+        lines = [
+            f"over the {self.reference}",
+            f"{'point':16s}{'x (m)':>9s}{'PGA':>8s}{'PGV':>8s}{'largest':>9s} at (Hz)",
+        ]
+        for i, name in enumerate(self.names):
+            top = int(np.argmax(self.amplification[i]))
+            lines.append(
+                f"{name:16s}{self.place[i, 0]:9.4g}{self.peak_acceleration[i]:8.3f}"
+                f"{self.peak_velocity[i]:8.3f}{self.amplification[i, top]:9.3f} "
+                f"{self.frequency[top]:.3g}"
+            )
+        return "\n".join(lines)
+
+    def plot(self):
+        """Amplification by place and frequency, peaks, and the model; a matplotlib Figure."""
+        from .picture import surface_figure
+
+        return surface_figure(self)
+
+
+def surface(
+    history: xr.Dataset, axis: str = "x", lowest: float = 0.5, highest: float = 15.0
+) -> Surface:
+    """Compare the measured points on the surface with the free field, or with the outcrop.
+
+    The reference is the surface of the first free field of the model; without one, the motion of
+    an outcrop of the half-space: twice the wave that comes in through a compliant base.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        Of a run in equal steps.
+    axis : {'x', 'y'}
+    lowest, highest : float
+        Band of the amplification, Hz.
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    ValueError
+        If nothing comes in through a boundary, no two points are on the surface, the band is
+        empty, or the steps are not equal.
+    """
+    felt, words = _reference(history, axis)
+    scene = Scene.of(history)
+    names = _on_surface(scene, history)
+    if len(names) < 2:
+        raise ValueError(f"{len(names)} measured points are on the surface; it takes two or more")
+    step = Motion.of(xr.Dataset({"acceleration": ("time", felt)}, {"time": history.time})).time_step
+    least, most = 1.0 / (step * felt.size), 0.5 / step
+    if not least <= lowest < highest <= most:
+        raise ValueError(
+            f"the band from {lowest:g} to {highest:g} Hz does not lie between {least:.4g} Hz, one "
+            f"period in the run, and {most:.4g} Hz, half of the sampling frequency"
+        )
+    frequency = np.geomspace(lowest, highest, _BINS)
+    series = [history.acceleration.sel(point=name, axis=axis).values for name in names]
+    below = _smooth(felt, step, frequency)
+    if not np.all(below > 0):
+        raise ValueError(f"the {words} has no motion along {axis}")
+    acceleration, velocity = np.transpose(
+        [_peaks(one, step) / _peaks(felt, step) for one in series]
+    )
+    return Surface(
+        scene,
+        names,
+        history.point_place.sel(point=names).values,
+        frequency,
+        np.array([_smooth(one, step, frequency) / below for one in series]),
+        acceleration,
+        velocity,
+        words,
+    )
+
+
+def _reference(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float64], str]:
+    """Acceleration that motions are divided by, m/s², and what it is."""
+    kinds = list(history.boundary_kind.values) if "boundary_kind" in history else []
+    for kind, factor, words in (
+        ("free_field", 1.0, "surface of {}"),
+        ("compliant", 2.0, "outcrop of the half-space below {}"),
+    ):
+        if kind in kinds:
+            boundary = history.isel(boundary=kinds.index(kind))
+            name = str(boundary.boundary.values)
+            felt = boundary.incoming_acceleration.sel(axis=axis).values
+            return factor * felt, words.format(name)
+    raise ValueError(
+        "nothing comes in from outside the model: it needs free-field sides, or a boundary of "
+        "kind = 'compliant' with a motion"
+    )
+
+
+def _on_surface(scene: Scene, history: xr.Dataset) -> list[str]:
+    """Measured points that no block is above, from left to right; a step has two sides."""
+    places = scene.vertices(0)
+    (x0, y0), (x1, y1) = places.T, places[scene.next_vertex].T
+    small = _TOUCHING * scene.size
+
+    def highest(x: float) -> float:
+        crossed = (np.minimum(x0, x1) <= x) & (x <= np.maximum(x0, x1)) & (x0 != x1)
+        share = (x - x0[crossed]) / (x1 - x0)[crossed]
+        return np.max(y0[crossed] + share * (y1 - y0)[crossed], initial=-np.inf)
+
+    found = []
+    for name, (x, y) in zip(history.point.values, history.point_place.values, strict=True):
+        above = [high for side in (-1, 1) if np.isfinite(high := highest(x + side * small))]
+        if min(above) <= y + 2 * small:
+            found.append((x, str(name)))
+    return [name for _, name in sorted(found)]
+
+
+def _smooth(series, step: float, frequency) -> NDArray[np.float64]:
+    """Smoothed Fourier spectrum at frequencies."""
+    zeros = int(np.ceil(_FINE / (frequency[0] * step * series.size)))
+    bins, spectrum = fourier_spectrum(series, step, padding=max(1, zeros))
+    return smooth_konno_ohmachi(bins, spectrum, BANDWIDTH, frequency)
+
+
+def _peaks(acceleration, step: float) -> NDArray[np.float64]:
+    """PGA and PGV."""
+    return np.array([abs(acceleration).max(), abs(running_integral(acceleration, step)).max()])
