@@ -17,6 +17,7 @@ from . import (
     joints,
     masonry_limits,
     packing,
+    plane_waves,
     rocking,
     settlement,
     sliding,
@@ -30,7 +31,7 @@ from .report import write_report
 __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "write_report"]
 
 _FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
-_FAMILIES += (slopes, masonry_limits, joints, impacts, boundaries)
+_FAMILIES += (slopes, masonry_limits, joints, impacts, boundaries, plane_waves)
 
 
 def run_case(name: str, short: bool = False) -> Result:
