@@ -51,19 +51,25 @@ contains
       end if
    end function real_to_text
 
-   !> Four significant digits or so; powers of ten where plain notation would be long or all zeros.
+   !> Four significant digits; powers of ten where plain notation would be long or all zeros.
    pure function short_text(value) result(text)
       real(wp), intent(in) :: value  !< to be written
       character(len=:), allocatable :: text
+      integer, parameter :: digits = 4
       character(len=24) :: buffer
       integer :: decimals
 
-      if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
+      if (.not. abs(value) > 0.0_wp .or. abs(value) > huge(value)) then
          text = to_text(value)
-      else
-         decimals = merge(4, merge(3, 1, abs(value) < 100.0_wp), abs(value) < 1.0_wp)
-         write (buffer, '(f24.'//to_text(decimals)//')') value
+      else if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
+         write (buffer, '(es24.'//to_text(digits - 1)//')') value
          text = trim(adjustl(buffer))
+      else
+         decimals = max(0, digits - 1 - floor(log10(abs(value))))
+         write (buffer, '(f24.'//to_text(decimals)//')') value
+         buffer = adjustl(buffer)
+         text = buffer(:verify(trim(buffer), '0', back=.true.))
+         if (text(len(text):) == '.') text = text(:len(text) - 1)
       end if
    end function short_text
 

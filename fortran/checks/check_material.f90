@@ -79,8 +79,8 @@ contains
       real(wp) :: alpha, steps
 
       alpha = maxval(linear%damping%alpha)
-      found = 'alpha up to '//to_text(alpha)//' 1/s, beta up to '// &
-         to_text(maxval(linear%damping%beta))//' s'
+      found = 'alpha up to '//short_text(alpha)//' 1/s, beta up to '// &
+         short_text(maxval(linear%damping%beta))//' s'
       if (report%has_modes) found = found//'; '//ratios(report%modes%frequency(1))
       if (report%band%known) found = found//'; '//ratios(report%band%lowest)//'; '// &
          ratios(report%band%highest)

@@ -143,12 +143,11 @@ contains
       limit = 4.0_wp/report%highest%omega
       call count_unresolved(linear, linear%time_step, report%unresolved, error)
       resolved = linear%time_step < limit
-      found = to_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/omega_max = '// &
-         to_text(limit)//' s'
+      found = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/omega_max = '// &
+         short_text(limit)//' s'
       if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
-      call add_line(report, merge(verdict_ok, verdict_warn, resolved), 'time step', found, &
-         'paper eq. 13', advice_if(.not. resolved, &
-         'stable, but those modes are not resolved: see ringing'))
+      ! Nearly all contacts are that stiff: whether it matters, the ringing says.
+      call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
    end subroutine check_highest
 
    !> How long velocities that change their sign every step last: warned of where it is longer than
@@ -207,12 +206,12 @@ contains
       if (.not. report%has_modes) return
       if (report%modes%elongation(1) < 0.0_wp) then
          call add_line(report, verdict_fail, 'first mode', 'it does not oscillate: omega dt = '// &
-            to_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', &
-            'time_step below '//to_text(0.1_wp/report%modes%frequency(1))//' s')
+            short_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', &
+            'time_step below '//short_text(0.1_wp/report%modes%frequency(1))//' s')
       else
          call add_line(report, merge(verdict_ok, verdict_warn, &
             report%modes%elongation(1) < 0.01_wp), 'first mode', 'period longer by '// &
-            to_text(100*report%modes%elongation(1))//' %, limit 1 %', 'scheme', &
+            short_text(100*report%modes%elongation(1))//' %, limit 1 %', 'scheme', &
             advice_if(report%modes%elongation(1) >= 0.01_wp, 'a smaller time_step'))
       end if
    end subroutine check_modes
@@ -228,7 +227,8 @@ contains
       character(len=:), allocatable :: found
 
       ratio = simulation%model%contact%normal_stiffness/(modulus*1.0_wp)
-      found = to_text(simulation%model%contact%normal_stiffness)//' N/m, '//to_text(ratio)//' E·1 m'
+      found = short_text(simulation%model%contact%normal_stiffness)//' N/m, '// &
+         short_text(ratio)//' E·1 m'
       if (.not. report%has_modes .or. linear%closed == 0) then
          call add_line(report, verdict_ok, 'penalty', found, 'paper section 2.2: 40 E', '')
          return
@@ -245,7 +245,7 @@ contains
          report%shift = shift_by_energy(linear, report%modes)
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
-         found//'; joints lower the first frequency by '//to_text(100*report%shift)// &
+         found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
          ' %, limit 5 %', 'stiff limit', advice_if(report%shift >= 0.05_wp, &
          'a higher normal_stiffness, unless the joints are meant to be that soft'))
    end subroutine check_penalty
@@ -265,9 +265,9 @@ contains
       noise = simulation%iteration%noise/weight
       call add_line(report, merge(verdict_ok, verdict_warn, depth <= deepest &
          .and. noise <= noisiest), 'penalty bounds', 'settled contacts penetrate by '// &
-         to_text(100*depth)//' % of the smallest block, limit '//to_text(100*deepest)// &
-         ' %; rounding is worth '//to_text(100*noise)//' % of its weight, limit '// &
-         to_text(100*noisiest)//' %', 'statics', advice_if(depth > deepest, &
+         short_text(100*depth)//' % of the smallest block, limit '//short_text(100*deepest)// &
+         ' %; rounding is worth '//short_text(100*noise)//' % of its weight, limit '// &
+         short_text(100*noisiest)//' %', 'statics', advice_if(depth > deepest, &
          'a higher normal_stiffness, or penetration_tolerance')//advice_if(noise > noisiest, &
          'a lower normal_stiffness'))
    end subroutine check_penalty_bounds
@@ -287,25 +287,27 @@ contains
    subroutine check_resolution(time_step, report)
       real(wp), intent(in) :: time_step  !< s
       type(report_type), intent(inout) :: report  !< check report
+      real(wp), parameter :: coarsest = 1.0_wp/12  ! of a wave length, and of a period
       real(wp) :: crossing(2), eta, period
 
       crossing = report%block_size(1)/[report%speed(2), report%speed(1)]
-      call add_line(report, merge(verdict_ok, verdict_warn, time_step < crossing(1)), 'CFL', &
-         to_text(time_step)//' s against dx/v = '//to_text(crossing(1))//' s (P), '// &
-         to_text(crossing(2))//' s (S)', 'paper eq. 14', advice_if(time_step >= crossing(1), &
-         'needed only to follow P wave fronts; the scheme stays stable'))
+      call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against dx/v = '// &
+         short_text(crossing(1))//' s (P), '//short_text(crossing(2))//' s (S), to follow wave '// &
+         'fronts; the scheme is stable beyond', 'paper eq. 14', '')
       if (.not. report%band%known) return
       period = 1.0_wp/report%band%highest
       eta = report%block_size(2)*report%band%highest/report%speed(1)
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
-         eta <= 1.0_wp/12), 'element size', 'eta = 1/'//to_text(1/eta)//' at '// &
+         eta <= coarsest), 'element size', 'eta = 1/'//short_text(1/eta)//' at '// &
          short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20; waves there are '// &
          short_text(100*dispersion(eta))//' % too fast', 'paper eq. 12', &
-         advice_if(eta > 1.0_wp/12, 'blocks no larger than '// &
-         to_text(report%speed(1)/report%band%highest/12)//' m'))
-      call add_line(report, merge(verdict_ok, verdict_warn, time_step < eta*period), &
-         'time resolution', to_text(time_step)//' s against eta T = '//to_text(eta*period)//' s', &
-         'paper eq. 15', advice_if(time_step >= eta*period, 'a smaller time_step'))
+         advice_if(eta > coarsest, 'blocks no larger than '// &
+         short_text(coarsest*report%speed(1)/report%band%highest)//' m'))
+      ! Blocks smaller than a wave asks for do not ask for a smaller time step.
+      call add_line(report, merge(verdict_ok, verdict_warn, time_step < max(eta, &
+         coarsest)*period), 'time resolution', short_text(time_step)//' s against T/12 = '// &
+         short_text(coarsest*period)//' s, eta T = '//short_text(eta*period)//' s', &
+         'paper eq. 15', advice_if(time_step >= max(eta, coarsest)*period, 'a smaller time_step'))
 
    contains
 
@@ -330,7 +332,7 @@ contains
       found = ''
       if (report%has_modes) then
          first = report%modes%of_scheme(1)
-         found = to_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
+         found = short_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
       end if
       followed = .true.
       if (report%band%known) then
@@ -342,7 +344,7 @@ contains
       advice = advice_if(first >= 0.1_wp, 'time_step for a wanted ratio '// &
          '(sitedda.time_step_for_damping), or '// &
          "integration = 'theta' with damping_ratio and damping_frequency")
-      if (.not. followed) advice = 'time_step below '//to_text(0.5_wp/report%band%highest)//' s'
+      if (.not. followed) advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
       call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. followed), &
          'damping', 'by the scheme '//found, '2 zeta = (a + b) tau/(1 - a b tau^2), tau = '// &
          'tan(omega dt/2)', advice)
@@ -363,12 +365,13 @@ contains
          text = 'the band of the record, '//short_text(band%lowest)//' … '// &
             short_text(band%highest)//' Hz, lies '//beyond
       else if (band%highest >= nyquist) then
-         text = to_text(100*damping_at(linear, band%lowest))//' % at '//short_text(band%lowest)// &
-            ' Hz; the band of the record reaches '//short_text(band%highest)//' Hz, '//beyond
+         text = short_text(100*damping_at(linear, band%lowest))//' % at '// &
+            short_text(band%lowest)//' Hz; the band of the record reaches '// &
+            short_text(band%highest)//' Hz, '//beyond
       else
-         text = to_text(100*damping_at(linear, band%lowest))//' … '// &
-            to_text(100*damping_at(linear, band%highest))//' % over '//short_text(band%lowest)// &
-            ' … '//short_text(band%highest)//' Hz'
+         text = short_text(100*damping_at(linear, band%lowest))//' … '// &
+            short_text(100*damping_at(linear, band%highest))//' % over '// &
+            short_text(band%lowest)//' … '//short_text(band%highest)//' Hz'
       end if
    end function damping_over
 

@@ -12,7 +12,7 @@ module dda_omega_max
    use dda_errors, only: error_type, error_solver, fail
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, energy_kinds, &
       kind_names, stiffness_weights, block_label, term_label, strain_energy
-   use dda_text, only: to_text
+   use dda_text, only: short_text, to_text
    implicit none
    private
    public :: omega_max_type, bracket_type, find_omega_max, find_bracket, upper_blocks
@@ -160,15 +160,15 @@ contains
       integer :: kind
 
       associate (energy => result%energy)
-         result%words = 'omega_max = '//to_text(result%omega)//' rad/s, guaranteed between '// &
-            bracket_text(result%bracket)//'; relative residual '//to_text(result%residual)// &
+         result%words = 'omega_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
+            bracket_text(result%bracket)//'; relative residual '//short_text(result%residual)// &
             '; governed by '//result%governs//' with '//percent(energy%most(result%kind))// &
             ' of the energy of its mode ('
          do kind = 1, energy_kinds
-            result%words = result%words//trim(kind_names(kind))//' '// &
-               percent(energy%share(kind))//merge(', ', ') ', kind < energy_kinds)
+            if (energy%share(kind) > 0.0_wp) result%words = result%words// &
+               trim(kind_names(kind))//' '//percent(energy%share(kind))//', '
          end do
-         result%words = trim(result%words)//'; the largest bound comes from '// &
+         result%words = result%words(:len(result%words) - 2)//'); the largest bound comes from '// &
             block_label(linear, result%bracket%upper_block)
       end associate
    end subroutine put_in_words
@@ -191,7 +191,7 @@ contains
       type(bracket_type), intent(in) :: bracket  !< bounds of ω_max, rad/s
       character(len=:), allocatable :: text
 
-      text = to_text(bracket%lower)//' and '//to_text(bracket%upper)
+      text = short_text(bracket%lower)//' and '//short_text(bracket%upper)
    end function bracket_text
 
    pure function percent(share) result(text)

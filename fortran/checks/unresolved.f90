@@ -16,7 +16,7 @@ module dda_unresolved
       kind_names, stiffness_weights
    use dda_mass_factor, only: mass_factor_type, factor_mass
    use dda_omega_max, only: upper_blocks
-   use dda_text, only: to_text
+   use dda_text, only: short_text, to_text
    implicit none
    private
    public :: unresolved_type, count_unresolved
@@ -204,13 +204,13 @@ contains
       associate (u => unresolved)
          if (u%most == 0) then
             u%words = 'all '//to_text(u%modes)//' modes lie below 4/time_step = '// &
-               to_text(u%limit)//' rad/s'
+               short_text(u%limit)//' rad/s'
             return
          end if
          u%words = to_text(u%least)
          if (.not. u%exact) u%words = 'between '//to_text(u%least)//' and '//to_text(u%most)
          u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '// &
-            to_text(u%limit)//' rad/s, mostly in '
+            short_text(u%limit)//' rad/s, mostly in '
          first = .true.
          do kind = 1, energy_kinds
             if (u%of_kind(kind) == 0) cycle

@@ -35,7 +35,7 @@ module dda_equilibrium
    use dda_settings, only: control_type
    use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
    use dda_system, only: assemble_linear
-   use dda_text, only: to_text
+   use dda_text, only: short_text, to_text
    use dda_time_step, only: advance
    implicit none
    private
@@ -268,8 +268,8 @@ contains
 
       if (equilibrium%at_rest) then
          equilibrium%words = 'at rest after '//to_text(equilibrium%steps)// &
-            ' static steps, largest unbalanced force '//to_text(equilibrium%unbalanced)// &
-            ' N/m, '//to_text(equilibrium%unbalanced/max(equilibrium%weight &
+            ' static steps, largest unbalanced force '//short_text(equilibrium%unbalanced)// &
+            ' N/m, '//short_text(equilibrium%unbalanced/max(equilibrium%weight &
             *simulation%blocks%n, tiny(1.0_wp)))//' of the weight'
          return
       end if

@@ -14,6 +14,7 @@ from ..pictures import draw
 from ..plot import run_picture
 from ..response import amplifications
 from ..scene import Scene
+from ..simulation import Simulation
 from ..verdict import verdict
 from ..view import BUDGET, view
 from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Table
@@ -22,6 +23,8 @@ from .provenance import provenance
 _ENERGIES = ("kinetic", "strain", "contact", "support", "gravity", "input", "friction", "fracture",
              "algorithmic", "kinetic_damping", "damping", "impact", "geometric",
              "balance")  # fmt: skip
+_TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
+           ("motion", "Motions"))  # fmt: skip
 _PICTURES = 1_500_000  # bytes of a page that its pictures may take
 
 
@@ -95,11 +98,11 @@ def _checked(scene: Scene, source) -> Report | None:
     """The check of the input, if it can still be found as it was."""
     file = Path(str(scene.data.attrs.get("input_file", "") or source))
     try:
-        text = file.read_text(encoding="utf-8")
-        if text.strip() != str(scene.data.attrs.get("input_text", "")).strip():
-            return None
-        return check(file)
-    except (OSError, UnicodeDecodeError, SiteddaError):
+        with Simulation(file) as simulation:  # joint sets and masonry have become blocks in both
+            if simulation.input_text.strip() != str(scene.data.attrs.get("input_text", "")).strip():
+                return None
+            return check(simulation)
+    except SiteddaError:
         return None
 
 
@@ -130,6 +133,7 @@ def _add_model(page: Page, scene: Scene) -> None:
         ("areas", f"{areas.min():.4g} to {areas.max():.4g} m², {areas.sum():.6g} m² together"),
         ("joints that touch", f"{len(scene.interfaces):,}"),
         ("fixed points", f"{len(scene.supports()):,}"),
+        ("boundaries", ", ".join(one["kind"] for one in scene.boundaries(0)) or "none"),
         ("measured points", ", ".join(p["name"] for p in scene.points()) or "none"),
     ]
     parts = [
@@ -140,7 +144,7 @@ def _add_model(page: Page, scene: Scene) -> None:
         ),
         Facts(counts),
     ]
-    for name, title in (("material", "Materials"), ("joint", "Joints"), ("motion", "Motions")):
+    for name, title in _TABLES:
         table = _group_table(scene, name, title)
         parts += [table] if table else []
     thin = scene.slivers()
