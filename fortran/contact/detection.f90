@@ -9,6 +9,7 @@ module dda_detection
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, reserve
+   use dda_crossings, only: most_across
    use dda_contact_geometry, only: candidate_type, set_contacts
    use dda_entrance, only: choice_type, project, list_choices, is_glancing, entrance_edge
    use dda_neighbours, only: neighbours_type
@@ -18,7 +19,6 @@ module dda_detection
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
    real(wp), parameter :: corner_share = 0.05_wp  !< of the shorter edge: size of a corner
-   integer, parameter :: most_across = 3  !< vertices across one, as where six triangles meet
 
    !> Distances that control the detection, and memory for the candidates.
    type :: detection_type
@@ -35,8 +35,8 @@ module dda_detection
       !> [2, vertices] edges that each vertex is pressed on, else 0
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
-      !> [most_across,vertices] those across a place where bonded corners meet, else 0: no contact
-      integer, allocatable :: opposite(:,:)
+      !> [most_across,vertices] those across a crossing of joints, else 0
+      integer, allocatable :: across(:,:)
       !> [edges of the probes] a probe has at most as many contacts as edges
       type(candidate_type), allocatable :: candidate(:)
    end type detection_type
@@ -56,7 +56,7 @@ contains
       allocate (detection%depth(size(blocks%owner)), source=0.0_wp)
       allocate (detection%pressing(2, size(blocks%owner)), source=0)
       allocate (detection%corner(size(blocks%owner)), detection%candidate(0))
-      allocate (detection%opposite(most_across, size(blocks%owner)), source=0)
+      allocate (detection%across(most_across, size(blocks%owner)), source=0)
       do v = 1, size(detection%corner)
          here = blocks%reference(:, v)
          detection%corner(v) = &
@@ -255,6 +255,18 @@ contains
       was_pressed = any(detection%pressing(:, choice%vertex) == choice%edge)
    end function was_pressed
 
+   !> The corners v and w were pressed on each other in the last step.
+   pure logical function were_pressed(detection, blocks, v, w)
+      type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
+      type(blocks_type), intent(in) :: blocks        !< which edges meet at the vertices
+      integer, intent(in) :: v, w                    !< vertices of two blocks
+
+      were_pressed = any(detection%pressing(:, v) == w) &
+         .or. any(detection%pressing(:, v) == blocks%previous(w)) &
+         .or. any(detection%pressing(:, w) == v) &
+         .or. any(detection%pressing(:, w) == blocks%previous(v))
+   end function were_pressed
+
    !> Depth, m, up to which a contact of two corners is glancing: twice their present penetration,
    !> less than their size.
    pure real(wp) function tolerance_of(detection, v, w)
@@ -307,7 +319,9 @@ contains
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      if (any(detection%opposite(:, v) == w)) return
+      if (close .and. any(detection%across(:, v) == w)) then
+         if (.not. were_pressed(detection, blocks, v, w)) return
+      end if
       tolerance = tolerance_of(detection, v, w)
       call list_choices(blocks, v, w, tolerance, detection%travel, choice, glancing)
       glancing = glancing .and. .not. was_pressed(detection, choice)

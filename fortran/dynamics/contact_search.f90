@@ -8,6 +8,7 @@ module dda_contact_search
    use dda_contact, only: contacts_type, reserve, swap_gradients, contact_open
    use dda_contact_damping, only: damp_contacts
    use dda_contact_joints, only: set_joints
+   use dda_crossings, only: forget_parted
    use dda_energy, only: add_energy, energy_length, energy_geometric
    use dda_joint_contact, only: closure_of
    use dda_joint_lines, only: begin_lines, stiffest_contact
@@ -53,6 +54,7 @@ contains
       real(wp), intent(in) :: reach  !< m
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
+      call forget_parted(simulation%detection%across, simulation%blocks, reach)
       call find_neighbours(simulation%neighbours, simulation%blocks, reach)
       if (simulation%neighbours%crowded) then
          call fail(error, error_input, 'step '//to_text(simulation%step + 1)//' at t = '// &

@@ -10,6 +10,7 @@ module dda_stages
    use dda_blocks, only: change_material, place_of, remove_block
    use dda_columns, only: column_count, column_of, name_column
    use dda_contact, only: filter_contacts
+   use dda_crossings, only: part_corners
    use dda_elements, only: match_velocities, set_elements
    use dda_energy, only: energy_type, energy_terms, energy_values, add_energy, total_energy, &
       energy_kinetic, energy_strain, energy_contact, energy_support, energy_gravity, &
@@ -149,11 +150,11 @@ contains
          if (any(stage%added) .or. any(stage%dropped)) simulation%neighbours%reach = 0.0_wp
          if (any(stage%removed)) then
             associate (contacts => simulation%contacts(simulation%now))
+               call part_corners(simulation%detection%across, contacts, stage%removed)
                call filter_contacts(contacts, [(.not. (stage%removed(contacts%block_v(i)) .or. &
                   stage%removed(contacts%block_e(i))), i=1, contacts%n)])
             end associate
             simulation%neighbours%reach = 0.0_wp  ! search anew
-            simulation%detection%opposite = 0
          end if
          call book(simulation, energy_removed, -1.0_wp)
       end associate

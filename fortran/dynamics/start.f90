@@ -7,7 +7,8 @@ module dda_start
    use dda_elements, only: set_elements, match_velocities, update_stored
    use dda_energy, only: add_energy, total_energy, energy_kinetic, energy_initial, energy_input
    use dda_energy_budget, only: start_energy_budget
-   use dda_bonds, only: bond_contacts, find_opposites
+   use dda_bonds, only: bond_contacts
+   use dda_crossings, only: find_crossings
    use dda_column_model, only: column_model
    use dda_columns, only: make_columns, column_of, name_column
    use dda_contact, only: reserve, filter_contacts
@@ -68,7 +69,7 @@ contains
          contacts%new_gap(:contacts%n) = contacts%gap(:contacts%n)
       end associate
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
-      if (.not. model%contact%original_rules) call skip_opposites(simulation)
+      if (.not. model%contact%original_rules) call skip_crossings(simulation)
       if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), &
          half_size(model%blocks))
       call start_energy_budget(simulation%energy, simulation%blocks, &
@@ -109,19 +110,19 @@ contains
       end associate
    end subroutine start_columns
 
-   !> Corners across a place where bonded corners meet have no contact.
-   subroutine skip_opposites(simulation)
+   !> Corners across a crossing of joints have no contact.
+   subroutine skip_crossings(simulation)
       type(simulation_type), intent(inout) :: simulation  !< with its first contacts
 
       associate (contacts => simulation%contacts(simulation%now))
          block
-            logical :: across(contacts%n)
+            logical :: marked(contacts%n)
 
-            call find_opposites(contacts, simulation%blocks, simulation%detection%opposite, across)
-            if (any(across)) call filter_contacts(contacts, .not. across)
+            call find_crossings(contacts, simulation%blocks, simulation%detection%across, marked)
+            if (any(marked)) call filter_contacts(contacts, .not. marked)
          end block
       end associate
-   end subroutine skip_opposites
+   end subroutine skip_crossings
 
    !> Set the rates of all blocks, but what supports hold; the energy that this brings is input, or
    !> part of the first state.

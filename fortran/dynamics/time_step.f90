@@ -3,7 +3,6 @@
 !> and may.
 module dda_time_step
    use dda_kinds, only: wp
-   use dda_bonds, only: part_opposites
    use dda_friction, only: accept_contacts
    use dda_columns, only: column_count, column_of, follow_columns, name_column
    use dda_contact_damping, only: damp_contacts, hold_forces
@@ -260,8 +259,6 @@ contains
          call accept_elements(simulation%elements, simulation%blocks, step, d)
          call integrate(simulation%blocks, d, step)
          call update_state(simulation%energy, simulation%blocks)
-         if (simulation%iteration%broken > 0) call part_opposites(contacts, &
-            simulation%detection%opposite)
          call accept_contacts(contacts, simulation%laws)
          if (simulation%laws%damped) call hold_forces(contacts)
          simulation%neighbours%travel = simulation%neighbours%travel + path

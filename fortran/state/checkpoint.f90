@@ -32,8 +32,8 @@ module dda_checkpoint
 
    !> of all that is written
    character(len=*), parameter :: layout = &
-      ', checkpoints with springs of contacts, joint laws, bolts, impacts, free fields, '// &
-      'motions of boundaries'
+      ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
+      'free fields, motions of boundaries'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

@@ -41,7 +41,7 @@ contains
       call serialise_energy(archive, simulation%energy)
       call serialise_blocks(archive, simulation%blocks)
       call serialise_label(archive, 'corners')
-      call serialise(archive, simulation%detection%opposite)
+      call serialise(archive, simulation%detection%across)
       call serialise_label(archive, 'elements')
       call serialise_elements(simulation%elements, archive)
       call serialise_neighbours(archive, simulation%neighbours, simulation%blocks)

@@ -16,11 +16,11 @@ def test_case_in_its_short_form(name):
     assert result.passed, terminal_text(result)
 
 
-def test_issue_5_is_covered():
+def test_the_wanted_cases_exist():
     wanted = {
         "incline", "newmark", "shaking_base", "rocking_decay", "rocking_onset", "overturning",
         "bounce", "bars", "slip_joint", "rotation", "tilt", "toppling", "arch", "many_blocks",
         "edge", "packing", "settlement", "damping", "cantilever", "supports",
-        "integration",
+        "integration", "crossings", "gravity_ramp",
     }  # fmt: skip
     assert wanted <= set(CASES)

@@ -21,6 +21,8 @@ _TIME_ZERO = {
     "traction": (("normal", "shear", "level"), False),
     "water": (("rise", "scale"), True),
 }  # groups that change in time: their variables, and whether the ends hold outside
+_DAMPING = ("damping_ratio", "reference_frequency", "damping_band", "mechanisms")  # of materials
+_DAMPING += ("rayleigh_alpha", "rayleigh_beta", "rayleigh_frequencies")
 _STEEPEST = 89.0  # degrees, the largest friction angle that an input may have
 
 
@@ -80,8 +82,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     for point in model["fixed_point"]:
         point(motion_x=None, motion_y=None)
     for material in model["material"]:
-        damping = [name for name in material.as_dict() if "damping" in name or "rayleigh" in name]
-        material(**dict.fromkeys(["initial_velocity", *damping]))
+        material(**dict.fromkeys(("initial_velocity", *_DAMPING)))
     for boundary in model["boundary"]:
         _fix(boundary)
     for values in filter(None, stages):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from . import (
     boundaries,
+    crossings,
     damping,
     flight,
     impacts,
@@ -31,7 +32,7 @@ from .report import write_report
 __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "write_report"]
 
 _FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
-_FAMILIES += (slopes, masonry_limits, joints, impacts, boundaries, plane_waves)
+_FAMILIES += (slopes, crossings, masonry_limits, joints, impacts, boundaries, plane_waves)
 
 
 def run_case(name: str, short: bool = False) -> Result:

@@ -1,0 +1,122 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Corners across a crossing of joints.
+!>
+!> Where joints cross, as at four blocks of a lattice or three at a step of its surface, the blocks
+!> across share a corner but no face.  The blocks between keep them apart, and no length of joint
+!> belongs to them; but two corners at the same place could touch in the direction of either joint,
+!> and a spring that acts across the joint that slips would lock it.  Such corners have no contact
+!> while they are nearer than their size: a block that slides over a crossing meets the edge of the
+!> block across when its corner has passed that far, at the depth at which it then stands.
+module dda_crossings
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type
+   use dda_tributary, only: contact_overlap
+   implicit none
+   private
+   public :: most_across, find_crossings, part_corners, forget_parted
+
+   integer, parameter :: most_across = 3        !< corners across one, as where six triangles meet
+   real(wp), parameter :: touching = 1.0e-6_wp  !< of the edge's length: no gap, no overlap
+
+contains
+
+   !> Corners across a crossing: joined by faces in touch with others there, and without a face in
+   !> common.  Their contacts are marked.
+   pure subroutine find_crossings(contacts, blocks, across, marked)
+      type(contacts_type), intent(in) :: contacts   !< first list of the run
+      type(blocks_type), intent(in) :: blocks       !< in their first state
+      integer, intent(inout) :: across(:,:)         !< [most_across,vertices] vertices, else 0
+      logical, intent(out) :: marked(:)             !< [n] contacts of such corners
+      logical :: joined(contacts%n), face(contacts%n)
+      integer :: place(size(across, 2)), room(2), c
+
+      do c = 1, contacts%n
+         associate (e => contacts%edge(c))
+            face(c) = contact_overlap(blocks, e, contacts%vertex(c)) > touching*blocks%length(e)
+            joined(c) = face(c) .and. contacts%gap(c) <= touching*blocks%length(e)
+         end associate
+      end do
+      call number_places(contacts, joined, place)
+      marked = .false.
+      do c = 1, contacts%n
+         associate (v => contacts%vertex(c), w => contacts%corner(c))
+            if (face(c) .or. w == 0) cycle
+            if (place(v) /= place(w)) cycle
+            room = [findloc(across(:, v), 0, 1), findloc(across(:, w), 0, 1)]
+            marked(c) = all(room > 0)
+            if (.not. marked(c)) cycle
+            across(room(1), v) = w
+            across(room(2), w) = v
+         end associate
+      end do
+   end subroutine find_crossings
+
+   !> Number the vertices by the places where faces in touch join corners: equal numbers at a place.
+   pure subroutine number_places(contacts, joined, place)
+      type(contacts_type), intent(in) :: contacts  !< first list of the run
+      logical, intent(in) :: joined(:)             !< [n] contacts of faces in touch
+      integer, intent(out) :: place(:)             !< [vertices]
+      logical :: changed
+      integer :: c, v
+
+      place = [(v, v=1, size(place))]
+      changed = .true.
+      do while (changed)
+         changed = .false.
+         do c = 1, contacts%n
+            associate (v => contacts%vertex(c), w => contacts%corner(c))
+               if (.not. joined(c) .or. w == 0) cycle
+               if (place(v) == place(w)) cycle
+               place([v, w]) = min(place(v), place(w))
+               changed = .true.
+            end associate
+         end do
+      end do
+   end subroutine number_places
+
+   !> Where blocks are removed, the corners that met theirs can meet those across.
+   pure subroutine part_corners(across, contacts, removed)
+      integer, intent(inout) :: across(:,:)        !< [most_across,vertices] vertices, else 0
+      type(contacts_type), intent(in) :: contacts  !< with the blocks
+      logical, intent(in) :: removed(:)            !< [blocks]
+      integer :: c
+
+      do c = 1, contacts%n
+         if (.not. (removed(contacts%block_v(c)) .or. removed(contacts%block_e(c)))) cycle
+         call part(across, contacts%vertex(c))
+         if (contacts%corner(c) > 0) call part(across, contacts%corner(c))
+      end do
+   end subroutine part_corners
+
+   !> Corners that have moved apart may meet again as any others.
+   pure subroutine forget_parted(across, blocks, distance)
+      integer, intent(inout) :: across(:,:)    !< [most_across,vertices] vertices, else 0
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      real(wp), intent(in) :: distance         !< m, more than the size of any corner
+      integer :: v, i
+
+      do v = 1, size(across, 2)
+         do i = 1, size(across, 1)
+            if (across(i, v) == 0) cycle
+            if (norm2(blocks%vertex(:, v) - blocks%vertex(:, across(i, v))) > distance) &
+               across(i, v) = 0
+         end do
+      end do
+   end subroutine forget_parted
+
+   !> A vertex and those across can meet.
+   pure subroutine part(across, v)
+      integer, intent(inout) :: across(:,:)  !< [most_across,vertices] vertices, else 0
+      integer, intent(in) :: v               !< vertex
+      integer :: i
+
+      do i = 1, size(across, 1)
+         associate (w => across(i, v))
+            if (w > 0) where (across(:, w) == v) across(:, w) = 0
+         end associate
+      end do
+      across(:, v) = 0
+   end subroutine part
+
+end module dda_crossings

@@ -1,0 +1,153 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Crossings of joints: which corners lie across, and until when.
+module test_crossings
+   use dda_crossings, only: forget_parted, part_corners
+   use dda_kinds, only: wp
+   use dda_simulation, only: simulation_type
+   use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, &
+      rock, run, turned
+   use testing, only: case, check
+   implicit none
+   private
+   public :: crossings_suite
+
+contains
+
+   subroutine crossings_suite()
+      call four_blocks()
+      call a_step()
+      call six_triangles()
+      call open_joint()
+      call a_block_is_removed()
+      call corners_move_apart()
+   end subroutine crossings_suite
+
+   !> Four rectangles round a place, the second row shifted to the right, all turned.
+   subroutine lattice(simulation, shift, gap, angle)
+      type(simulation_type), intent(out) :: simulation
+      real(wp), intent(in) :: shift, gap, angle
+
+      call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')//rock// &
+         joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         block_text('a', turned(rectangle(0.0_wp, 0.0_wp, 1.3_wp, 1.0_wp), angle))// &
+         block_text('b', turned(rectangle(1.3_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle))// &
+         block_text('c', turned(rectangle(shift, 1.0_wp + gap, 1.3_wp + shift, 2.0_wp), angle))// &
+         block_text('d', turned(rectangle(1.3_wp + shift, 1.0_wp + gap, 2.0_wp, 2.0_wp), angle)))
+   end subroutine lattice
+
+   !> Corners that have others across, and contacts between two blocks.
+   subroutine count_across(simulation, across, contacts, b1, b2)
+      type(simulation_type), intent(in) :: simulation
+      integer, intent(out) :: across, contacts
+      integer, intent(in) :: b1, b2
+      integer :: c
+
+      across = count(simulation%detection%across > 0)
+      contacts = 0
+      associate (list => simulation%contacts(simulation%now))
+         do c = 1, list%n
+            if (min(list%block_v(c), list%block_e(c)) == b1 .and. &
+               max(list%block_v(c), list%block_e(c)) == b2) contacts = contacts + 1
+         end do
+      end associate
+   end subroutine count_across
+
+   !> Four corners, two pairs across, no contacts between them; at any inclination.
+   subroutine four_blocks()
+      type(simulation_type) :: simulation
+      integer :: across, contacts, i
+
+      call case('four blocks')
+      do i = 0, 7
+         call lattice(simulation, 0.0_wp, 0.0_wp, 0.4_wp*i)
+         call run(simulation, 2)
+         call count_across(simulation, across, contacts, 1, 4)
+         call check(across == 4, 'two pairs across')
+         call check(contacts == 0, 'no contact across')
+         call count_across(simulation, across, contacts, 2, 3)
+         call check(contacts == 0, 'nor of the other two')
+         call count_across(simulation, across, contacts, 1, 3)
+         call check(contacts == 2, 'faces have theirs')
+      end do
+   end subroutine four_blocks
+
+   !> Where the joint is offset, two of the four share a face.
+   subroutine a_step()
+      type(simulation_type) :: simulation
+      integer :: across, contacts
+
+      call case('an offset')
+      call lattice(simulation, 0.3_wp, 0.0_wp, 0.0_wp)
+      call run(simulation, 2)
+      call count_across(simulation, across, contacts, 2, 3)
+      call check(across == 0, 'nothing across')
+      call check(contacts == 2, 'the face has contacts')
+   end subroutine a_step
+
+   !> Each corner has two neighbours and three across.
+   subroutine six_triangles()
+      type(simulation_type) :: simulation
+      character(len=:), allocatable :: text
+      real(wp), parameter :: sixth = acos(0.5_wp)
+      real(wp) :: from, to
+      integer :: across, contacts, i
+
+      call case('six triangles')
+      text = control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')//rock// &
+         joint_text(30.0_wp, 0.0_wp, 0.0_wp)
+      do i = 1, 6
+         from = sixth*i
+         to = sixth*(i + 1)
+         text = text//block_text('t'//number(real(i, wp)), reshape([0.0_wp, 0.0_wp, cos(from), &
+            sin(from), cos(to), sin(to)], [2, 3]))
+      end do
+      call begin(simulation, text)
+      call count_across(simulation, across, contacts, 1, 4)
+      call check(across == 18, 'nine pairs')
+      call check(contacts == 0, 'without contacts')
+   end subroutine six_triangles
+
+   !> Corners that do not touch are not joined, so that nothing lies across.
+   subroutine open_joint()
+      type(simulation_type) :: simulation
+      integer :: across, contacts
+
+      call case('an open joint')
+      call lattice(simulation, 0.0_wp, 1.0e-4_wp, 0.0_wp)
+      call count_across(simulation, across, contacts, 1, 4)
+      call check(across == 0, 'nothing across')
+   end subroutine open_joint
+
+   !> Once block c is taken away, a and d can meet, and b has nothing across.
+   subroutine a_block_is_removed()
+      type(simulation_type) :: simulation
+      integer :: across, contacts
+
+      call case('a block is removed')
+      call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
+      associate (list => simulation%contacts(simulation%now))
+         call part_corners(simulation%detection%across, list, [.false., .false., .true., .false.])
+      end associate
+      call count_across(simulation, across, contacts, 1, 4)
+      call check(across == 0, 'nothing across')
+   end subroutine a_block_is_removed
+
+   subroutine corners_move_apart()
+      type(simulation_type) :: simulation
+      integer :: across, contacts
+
+      call case('corners move apart')
+      call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
+      call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
+      call count_across(simulation, across, contacts, 1, 4)
+      call check(across == 4, 'still across')
+      associate (blocks => simulation%blocks)
+         blocks%vertex(1, blocks%first(4):blocks%first(5) - 1) = 0.02_wp &
+            + blocks%vertex(1, blocks%first(4):blocks%first(5) - 1)
+      end associate
+      call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
+      call count_across(simulation, across, contacts, 1, 4)
+      call check(across == 2, 'one pair is left')
+   end subroutine corners_move_apart
+
+end module test_crossings
