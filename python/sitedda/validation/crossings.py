@@ -13,7 +13,7 @@ from ..drawing import BLUE, ORANGE, canvas
 from ..examples import copy_example
 from ..model import Model
 from ..simulation import Simulation
-from .case import Outcome, at_most, case, relative
+from .case import Outcome, Table, at_most, case, relative
 from .model import GRAVITY
 
 SLIDE = 0.4  # s
@@ -120,7 +120,7 @@ def _small_slope() -> Model:
 def _shipped_slope(folder: Path) -> Model:
     """The slope of the examples."""
     model = Model.read(copy_example("slope", folder)[0])
-    model.control(duration=None, settle=None)
+    model.control(duration=None, settle=None, time_step=1e-3)
     model.output(block_interval=None)
     return model
 
@@ -149,26 +149,33 @@ def _shaken(model: Model, ramp: float, duration: float) -> np.ndarray:
     "gravity_ramp",
     "A slope of two joint sets, shaken after a static stage and after a ramp of gravity",
     "How gravity came on is forgotten once the joints slip: the final displacement is the same. "
-    "The slope of the examples (30 m, planes at 35°, φ 38°, 5 % damping) under its record, and in "
-    "the short form one of 8 m under pulses.",
+    "The slope of the examples (30 m, planes at 35°, φ 38°, 5 % damping, impacts without rebound) "
+    "under its record, and in the short form one of 8 m under pulses. Many blocks that stick and "
+    "slip amplify the least difference: single runs scatter with the friction angle's fifth digit, "
+    "so means are compared.",
     "Plasticity: a state of residual stress does not change what flows.",
 )
 def gravity_ramp(short: bool) -> Outcome:
-    """Displacement of the crest for each ramp."""
-    ramps = (0.0, 1.0) if short else (0.0, 5.0, 10.0)
+    """Mean slip of the crest after rest and after a ramp, and how much single runs differ."""
+    duration, ramp = (1.5, 1.0) if short else (13.0, 5.0)
+    offsets = (0.0,) if short else (-1e-3, 0.0, 1e-3)
     figure, axes = canvas(1, size=(8, 4))
-    rows, slip = [], 0.0
-    with tempfile.TemporaryDirectory() as folder:
-        for ramp in ramps:
-            model = _small_slope() if short else _shipped_slope(Path(folder))
-            duration = 1.5 if short else 20.0
-            moved = np.linalg.norm(_shaken(model, ramp, duration), axis=1)
-            label = f"ramp of {ramp:g} s" if ramp else "static stage"
-            axes[0].plot(np.linspace(0.0, duration, len(moved)), moved, label=label)
-            if not ramp:
-                slip = moved[-1]
-            else:
-                rows.append(relative(f"slip of the crest, {label}", slip, moved[-1], 0.1, "m"))
+    slips = {"static stage": [], f"ramp of {ramp:g} s": []}
+    for (begin, found), color, seconds in zip(
+        slips.items(), (BLUE, ORANGE), (0.0, ramp), strict=True
+    ):
+        for offset in offsets:
+            with tempfile.TemporaryDirectory() as folder:
+                model = _small_slope() if short else _shipped_slope(Path(folder))
+                model["joint.bedding"].friction_angle += offset
+                slip = np.linalg.norm(_shaken(model, seconds, duration), axis=1)
+            label = begin if not found else None
+            axes[0].plot(np.linspace(0.0, duration, len(slip)), slip, color=color, label=label)
+            found.append(float(slip[-1]))
     axes[0].set(xlabel="time, s", ylabel="slip of the crest, m")
     axes[0].legend()
-    return Outcome(rows, figure)
+    rest, grown = (float(np.mean(found)) for found in slips.values())
+    rows = [relative("mean slip of the crest after a ramp, and after rest", rest, grown, 0.1, "m")]
+    words = [[begin, *(f"{slip:.4f}" for slip in found)] for begin, found in slips.items()]
+    head = ["gravity", *(f"φ {38.0 + offset:g}°" for offset in offsets)]
+    return Outcome(rows, figure, [Table("Slip of the crest, m", head, words)])
