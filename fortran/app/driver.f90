@@ -19,6 +19,7 @@ module dda_driver
    use dda_peak_check, only: peak_warning
    use dda_site_response, only: response_peak_type, amplification_peak, peak_text
    use dda_stages, only: begin_simulation
+   use dda_team, only: team_words
    use dda_text, only: to_text
    use dda_version, only: version
    implicit none
@@ -143,6 +144,7 @@ contains
       if (simulation%stop%reason /= '') call say(ending(simulation))
       call say(summary(simulation))
       if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
+      if (team_words() /= '') call say('note: '//team_words())
       call say('output: '//simulation%model%output%file)
    end subroutine print_summary
 

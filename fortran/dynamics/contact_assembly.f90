@@ -14,6 +14,7 @@ module dda_contact_assembly
       is_free
    use dda_friction, only: laws_type
    use dda_stopwatch, only: lap, phase_assemble, phase_iterate
+   use dda_team, only: adjust_team
    implicit none
    private
    public :: assemble_contacts, add_normal_force, add_shear_force
@@ -36,6 +37,7 @@ contains
       if (n < rows_from) then
          call assemble_rows(system, contacts, 1, n)
       else
+         call adjust_team
          me = 0
          team = 1
          !$omp parallel firstprivate(me, team)

@@ -23,6 +23,7 @@ module dda_run
    use dda_output_times, only: aim_type, aim_at_output, reach_output, is_output_time
    use dda_stages, only: begin_simulation, begin_first_stage, begin_next_stage
    use dda_stop_rule, only: apply_stop_rule
+   use dda_team, only: begin_team
    use dda_time_step, only: advance
    use dda_text, only: to_text
    implicit none
@@ -53,6 +54,7 @@ contains
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
+      call begin_team
       call begin_simulation(run%simulation, model, error)
       if (allocated(error) .or. .not. writes) return
       call open_files(run, error)
@@ -67,6 +69,7 @@ contains
       type(model_type), intent(in) :: model  !< as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
+      call begin_team
       call start(run%simulation, model, error)
       if (allocated(error)) return
       call open_files(run, error)

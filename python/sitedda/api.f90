@@ -37,6 +37,7 @@ module api
    use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, find_peak
    use dda_stopwatch, only: phase_names, seconds_of
    use dda_diagnostics, only: audit_warning
+   use dda_team, only: team_words
    use dda_text, only: joined
    use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
    use dda_version, only: version, commit
@@ -279,6 +280,8 @@ contains
                text = ending(run%simulation)
             case ('notes')
                text = joined(model_notes(model), new_line('a'))
+            case ('threads')
+               text = team_words()
             case ('warning')
                text = audit_warning(run%simulation)
             case ('peaks')

@@ -206,7 +206,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
     look = "{l_bar}{bar}| {n:.2f}/{total:.2f} s [{elapsed}<{remaining}]"
     changes = dict(options.set)
     with ExitStack() as stack:
-        bars = []
+        bars, said = [], [""]
 
         def show(simulation: Simulation) -> None:
             if not bars:
@@ -217,9 +217,11 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
                 bar = tqdm(total=total, disable=options.quiet, bar_format=look)
                 bars.append(stack.enter_context(bar))
             bars[0].update(simulation.time - bars[0].n)
+            said[:] = [simulation.thread_notes]
 
         result = _run(options.file, options.output or True, show, changes, resume, _STOPS)
     print(result.summary)
+    _tell(said[0])
     print(f"output: {result.output}")
     if not result.complete:
         words = f"interrupted at t = {result.history.time[-1].item():g} s"

@@ -274,6 +274,11 @@ class Simulation:
         return self._text("notes").decode("utf-8", "replace")
 
     @property
+    def thread_notes(self) -> str:
+        """For how long other programs left too few processors for all threads; empty if never."""
+        return self._text("threads").decode()
+
+    @property
     def peak_warnings(self) -> list[str]:
         """Where amplification peaks of a linear run are not those of its transfer function."""
         with self._one, FILES:

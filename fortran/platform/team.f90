@@ -1,0 +1,132 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How many threads work together, by what other programs leave of the processors.
+!>
+!> Threads that share the loops of a step wait for the slowest.  Where another program takes turns
+!> with one of them on a processor, each wait may last as long as a turn, some milliseconds, and two
+!> threads take many times as long as one.  Linux counts the time for which a thread could run but
+!> had to wait for a processor; where the team loses more of it than `bearable`, it is made as small
+!> as the processors that it had in the mean, and tried in full again after a while.  Results do not
+!> depend on the number of threads.
+module dda_team
+   !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+   use dda_kinds, only: wp, long
+   use dda_text, only: short_text, to_text
+   implicit none
+   private
+   public :: begin_team, adjust_team, team_words
+
+   real(wp), parameter :: between = 0.1_wp        !< s between looks: dozens of turns
+   real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost
+   real(wp), parameter :: first_pause = 5.0_wp    !< s before the whole team is tried again
+   real(wp), parameter :: longest_pause = 64.0_wp !< s; it doubles with each try that fails
+   character(len=*), parameter :: waits = '/proc/thread-self/schedstat'
+
+   !> Threads of this process.
+   type :: team_type
+      integer :: full = 1                   !< that the user allows
+      integer :: now = 1
+      integer(long) :: looked = 0           !< clock count of the last look
+      real(wp) :: waited = -1.0_wp          !< s, all threads, at that time; < 0: unknown
+      real(wp) :: pause = first_pause       !< s
+      real(wp) :: small_for = 0.0_wp        !< s since the team was made smaller
+      real(wp) :: small_in_all = 0.0_wp     !< s with fewer threads than allowed
+   end type team_type
+
+   type(team_type) :: team
+
+contains
+
+   !> Take the threads that the user allows.
+   subroutine begin_team()
+      integer :: allowed
+
+      allowed = 1
+      !$ allowed = omp_get_max_threads()
+      if (allowed == team%now) allowed = team%full  ! left smaller by the run before
+      team = team_type()
+      team%full = allowed
+      call set_size(allowed)
+   end subroutine begin_team
+
+   !> Between two iterations: look, now and then, whether the team should be of another size.
+   subroutine adjust_team()
+      integer(long) :: now, rate
+      real(wp) :: seconds, before
+
+      if (team%full == 1) return
+      call system_clock(now, rate)
+      seconds = real(now - team%looked, wp)/real(rate, wp)
+      if (seconds < between) return
+      before = team%waited
+      team%looked = now
+      team%waited = waited_by_all()
+      if (before >= 0.0_wp) call resize((team%waited - before)/seconds, seconds)
+   end subroutine adjust_team
+
+   !> The size for what the last seconds have shown.
+   subroutine resize(lost, seconds)
+      real(wp), intent(in) :: lost     !< processors that the team waited for in the mean
+      real(wp), intent(in) :: seconds  !< since the look before
+
+      if (team%now < team%full) then
+         team%small_for = team%small_for + seconds
+         team%small_in_all = team%small_in_all + seconds
+      end if
+      if (lost > bearable .and. team%now > 1) then
+         if (team%now == team%full .and. team%small_in_all > 0.0_wp) &
+            team%pause = min(2*team%pause, longest_pause)
+         call set_size(max(1, min(team%now - 1, int(team%now - lost + bearable))))
+      else if (team%now < team%full .and. team%small_for > team%pause) then
+         call set_size(team%full)
+      else if (team%now == team%full) then
+         team%pause = first_pause
+      end if
+   end subroutine resize
+
+   !> From here on parallel loops have so many threads.
+   subroutine set_size(threads)
+      integer, intent(in) :: threads  !< of the team
+
+      team%now = threads
+      team%small_for = 0.0_wp
+      team%looked = 0
+      team%waited = -1.0_wp
+      !$ call omp_set_num_threads(threads)
+   end subroutine set_size
+
+   !> Time that the threads of the team have waited for processors since they began, s.
+   real(wp) function waited_by_all() result(total)
+      real(wp) :: each
+
+      total = 0.0_wp
+      !$omp parallel private(each) reduction(+: total)
+      each = waited_by_me()
+      total = total + each
+      !$omp end parallel
+   end function waited_by_all
+
+   !> Time that this thread has waited for a processor, s; 0 where the system does not say.
+   real(wp) function waited_by_me() result(seconds)
+      real(wp), parameter :: nano = 1.0e-9_wp
+      integer(long) :: counts(2)  ! ns on a processor, ns waiting for one
+      integer :: unit, status
+
+      seconds = 0.0_wp
+      open (newunit=unit, file=waits, status='old', action='read', iostat=status)
+      if (status /= 0) return
+      read (unit, *, iostat=status) counts
+      close (unit)
+      if (status == 0) seconds = nano*counts(2)
+   end function waited_by_me
+
+   !> What other programs have cost so far, in words; blank if the team was never smaller.
+   function team_words() result(words)
+      character(len=:), allocatable :: words
+
+      words = ''
+      if (team%small_in_all <= 0.0_wp) return
+      words = 'other programs used the processors: '//short_text(team%small_in_all)// &
+         ' s with fewer than '//to_text(team%full)//' threads'
+   end function team_words
+
+end module dda_team
