@@ -5,6 +5,7 @@ module dda_check_simulation
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type
    use dda_check_boundaries, only: check_boundaries
+   use dda_check_lattice, only: check_lattice
    use dda_contact, only: contact_open
    use dda_check_material, only: check_material
    use dda_check_band, only: band_type, significant_band
@@ -61,6 +62,7 @@ contains
       call check_resolution(linear%time_step, report)
       call check_damping(linear, report)
       call check_material(simulation, linear, report)
+      call check_lattice(simulation, report)
       call check_boundaries(simulation, linear, report)
       call check_cost(simulation, linear, report)
    end subroutine check_simulation

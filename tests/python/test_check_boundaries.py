@@ -60,3 +60,18 @@ def test_sides_that_disturb_are_warned_of():
     assert line(lattice("viscous", columns=3), "sides").verdict == "warn"
     assert line(lattice("free_field", columns=3), "sides") is None
     assert line(lattice("tied", columns=3), "sides") is None
+
+
+@pytest.mark.parametrize(("penalty", "verdict"), [(1.0, "ok"), (2000.0, "warn")])
+def test_waves_across_bonded_squares_are_said_to_be_too_fast(penalty, verdict):
+    """√(1 + (k_n + k_s)(kh)²/8G) − 1 of the softest squares; layers have no rows to cross."""
+    model = lattice("free_field", columns=3)
+    model.contact(normal_stiffness=penalty * MODULUS, shear_ratio=2.0)
+    found = line(model, "lattice")
+    assert found.verdict == verdict
+    frequency = float(re.search(r"at ([0-9.]+) Hz", found.words)[1])
+    shear = MODULUS / (2 * (1 + POISSON))  # of the top layer, of 2000 kg/m³
+    square = (2 * np.pi * frequency) ** 2 * (DENSITY + 200) / shear
+    excess = np.sqrt(1 + 1.5 * penalty * MODULUS * square / (8 * shear)) - 1
+    assert percent(found.words, "too fast") == pytest.approx(100 * excess, rel=2e-3)
+    assert line(lattice("tied", columns=1, rows=3), "lattice") is None
