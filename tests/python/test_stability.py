@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from lattices import lattice
 
 import sitedda
 from sitedda.command import main
@@ -133,3 +134,15 @@ def test_command(tmp_path, capsys, monkeypatch):
     assert "the model moves" in capsys.readouterr().out
     assert main(["safety", "missing.nml"]) == 1
     assert np.isfinite(found["factor"])
+
+
+def test_free_field_sides_are_rollers_at_rest():
+    """Level ground between them sags as between its free fields."""
+    sag = []
+    ground = lattice("free_field", columns=3, gravity=(0.0, -9.81), settle=True)
+    for model in (ground, static_model(ground)):
+        with sitedda.Simulation(model) as run:
+            sag.append(run.coordinates[:, 1].copy())
+    still = np.ravel([[j + 0.5] * 3 for j in range(3)])
+    assert (still - sag[0]).min() > 0
+    np.testing.assert_allclose(sag[1] - still, sag[0] - still, rtol=1e-3)

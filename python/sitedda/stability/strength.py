@@ -101,10 +101,14 @@ def _static(group: Group) -> dict | None:
 
 
 def _fix(boundary: Group) -> None:
-    """Edges that absorb waves are held, as in static stages; motions do not act."""
+    """Edges that absorb waves are held, as in static stages; motions do not act.
+
+    Level ground at rest beyond a side lets nothing through and does not shear: rollers.
+    """
     boundary(motion_x=None, motion_y=None, motion_is=None)
-    if boundary.kind in ("viscous", "compliant"):
-        boundary(kind="fixed", density=None, shear_velocity=None, pressure_velocity=None)
+    held = {"viscous": "fixed", "compliant": "fixed", "free_field": "roller"}.get(boundary.kind)
+    if held:
+        boundary(kind=held, density=None, shear_velocity=None, pressure_velocity=None)
 
 
 def _hold(load: Group, names: tuple[str, ...], ends: bool) -> None:
