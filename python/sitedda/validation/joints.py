@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.special import erf
 
 from ..drawing import BLUE, COLORS, GREEN, ORANGE, canvas
@@ -237,7 +238,7 @@ def joints_in_series(short: bool) -> Outcome:
     rows, kept = [], {}
     for spacing in spacings:
         # Far joints send the wave to and fro for long, the more so near the stop band.
-        wave, length = {0.3: (50, 800), 0.5: (20, 800)}.get(spacing, (50, 130 if short else 250))
+        wave, length = {0.3: (50, 800), 0.5: (40, 1000)}.get(spacing, (50, 130 if short else 250))
         bar = Bar("P", before=length, after=length)
         stiffness = 2 * np.pi * bar.speed / (wave * bar.size) * bar.impedance
         for count in (2, 4):
@@ -251,6 +252,12 @@ def joints_in_series(short: bool) -> Outcome:
             rows.append(relative(name, theory, abs(passed[at]), 2e-2))
             if spacing == spacings[0] and count == 2:
                 rows.append(at_most("audit", residual(data), 1e-6))
+    if not short:
+        edges = _stop_band(*(kept[0.5, count] for count in (2, 4)))
+        begins = brentq(lambda r: np.cos(np.pi * r) - 0.5 * r * np.sin(np.pi * r) + 1, 0.5, 0.95)
+        for name, theory, got in zip(("lower", "upper"), (begins, 1.0), edges, strict=True):
+            rows.append(relative(f"stop band at d/λ = 0.5, {name} end of ω/ω(ξ = ½)", theory, got,
+                2e-2))  # fmt: skip
     figure, axes = canvas()
     shown = (spacings[0], spacings[-1])
     for axis, spacing in zip(axes, shown, strict=True):
@@ -265,6 +272,21 @@ def joints_in_series(short: bool) -> Outcome:
         )
         axis.legend(frameon=False)
     return Outcome(rows, figure)
+
+
+def _stop_band(two, four) -> tuple[float, float]:
+    """Ends of the longest band, ω/ω(ξ = ½), in which cos² 2Φ > 1, so that Φ is not real.
+
+    With X_N = |T_N|⁻² − 1 of two and four joints, X₄/X₂ = 4 cos² 2Φ.  Each argument holds
+    ω/ω(ξ = ½) and T.
+    """
+    ratio = two[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squares = [np.abs(passed) ** -2 - 1 for _, passed in (two, four)]
+        stopped = (squares[1] > 4 * squares[0]) & (ratio > 0.4) & (ratio < 1.2)
+    turns = np.flatnonzero(np.diff(stopped))
+    first = np.argmax(np.where(stopped[turns[:-1] + 1], np.diff(turns), 0))
+    return float(ratio[turns[first]]), float(ratio[turns[first + 1]])
 
 
 def _series(xi, angle, count: int):
