@@ -10,6 +10,7 @@ module api
    use dda_check_simulation, only: check_simulation
    use dda_contact, only: contacts_type
    use dda_damping, only: damping_type, fit_body, most_mechanisms
+   use dda_elements, only: bolt_states
    use dda_energy, only: energy_terms, energy_values
    use dda_baseline, only: baseline_type, motion_curve_type, make_motion_curve
    use dda_blocks, only: stress_of
@@ -206,10 +207,10 @@ contains
    end subroutine close_run
 
    !> Numbers of blocks, vertices, measured points and contacts, of the bytes of the input with the
-   !> changes between steps, and of edges with boundaries.
+   !> changes between steps, of edges with boundaries, and of bolts.
    subroutine run_sizes(handle, sizes, status, message)
       integer(c_int), intent(in) :: handle
-      integer(c_int), intent(out) :: sizes(6)
+      integer(c_int), intent(out) :: sizes(7)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -220,7 +221,7 @@ contains
       if (.not. allocated(error)) sizes = [run%simulation%blocks%n, &
          size(run%simulation%blocks%owner), size(run%simulation%model%points), &
          run%simulation%contacts(run%simulation%now)%n, len(run%simulation%changed_text), &
-         size(run%simulation%model%boundary_edges)]
+         size(run%simulation%model%boundary_edges), size(run%simulation%model%bolts)]
       call report(error, status, message)
    end subroutine run_sizes
 
@@ -476,6 +477,22 @@ contains
       end if
       call report(error, status, message)
    end subroutine boundary_edges
+
+   !> Axial and shear force, stretch and state of the bolts.
+   subroutine bolts(handle, n, values, status, message)
+      integer(c_int), intent(in) :: handle, n
+      real(c_double), intent(out) :: values(4, n)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+
+      values = 0.0_c_double
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, size(run%simulation%model%bolts), error)
+      if (.not. allocated(error) .and. n > 0) values = bolt_states(run%simulation%elements, n)
+      call report(error, status, message)
+   end subroutine bolts
 
    !> Energies in the order of the output file.
    subroutine energies(handle, n, values, status, message)

@@ -413,6 +413,17 @@ class Simulation:
         return dict(zip(("edge", "group", "from", "to"), (*who, *share), strict=True))
 
     @property
+    def bolts(self) -> dict[str, np.ndarray]:
+        """Bolts after the last step, each of shape (bolts,), in the order of the output.
+
+        ``force`` along the bolt (tension positive) and ``shear_force`` of a grouted one (N/m),
+        ``elongation`` (m), ``state`` (0 not there, 1 elastic, 2 yields, 3 slack, 4 broken).
+        """
+        names = ("force", "shear_force", "elongation", "state")
+        values = dict(zip(names, self._ask_all("bolts", 6), strict=True))
+        return values | {"state": values["state"].astype(int)}
+
+    @property
     def energies(self) -> dict[str, float]:
         """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
         names = engine_names("energies")

@@ -43,6 +43,23 @@ def test_force_and_elongation_at_rest():
     assert history.bolt.values.tolist() == ["tie"]
 
 
+def test_a_loop_reads_the_bolts():
+    """The weight hangs on the bolt; a model without bolts has none."""
+    model = hanging(steps=1, pretension=5e3)
+    model.control(settle=True)
+    with sitedda.Simulation(model) as run:
+        run.advance(1)
+        bolts = run.bolts
+    assert bolts["force"] == pytest.approx([20e3], rel=1e-6)
+    assert bolts["elongation"] == pytest.approx([15e3 / STIFFNESS], rel=1e-5)
+    assert bolts["shear_force"].tolist() == [0.0]
+    assert bolts["state"].tolist() == [1]
+    model.clear("bolt")
+    model.control(settle=None)
+    with sitedda.Simulation(model) as run:
+        assert [len(values) for values in run.bolts.values()] == [0, 0, 0, 0]
+
+
 def test_a_mass_on_a_bolt_swings():
     """s = (g/ω²)(1 − cos ωt) under sudden gravity, less the damping ωΔt/4 of the scheme."""
     history = hanging(steps=3000).run().history
