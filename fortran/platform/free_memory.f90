@@ -7,7 +7,7 @@ module dda_free_memory
    use dda_text, only: short_text
    implicit none
    private
-   public :: free_memory, require_memory
+   public :: free_memory, require_memory, fail_allocation
 
    !> RLIMIT_DATA and RLIMIT_AS on Linux: private pages, all addresses
    integer(c_int), parameter :: data_pages = 2, address_space = 9
@@ -41,6 +41,17 @@ contains
       if (bytes > free) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
          ' GB of memory, '//short_text(max(0.0_wp, free)/giga)//' GB are free; '//advice)
    end subroutine require_memory
+
+   !> The error of an allocation that the system refuses.
+   subroutine fail_allocation(bytes, what, advice, error)
+      real(wp), intent(in) :: bytes            !< needed
+      character(len=*), intent(in) :: what     !< what needs it, for the message
+      character(len=*), intent(in) :: advice   !< what to do
+      type(error_type), allocatable, intent(inout) :: error  !< allocated
+
+      call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
+         ' GB of memory, which the system does not give; '//advice)
+   end subroutine fail_allocation
 
    !> Bytes that the system, the limits of the process and of its control groups leave; huge where
    !> none of them says.

@@ -16,13 +16,14 @@
 module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_cholesky_single, only: factor_type
+   use dda_errors, only: error_type
    use dda_front_plan, only: front_plan_type
    use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, &
       multiply_columns, project, subtract_columns, vector_width, column_panels
    use dda_rank_one, only: rank_one_type, most_changes, add_change, forget_changes
    implicit none
    private
-   public :: low_rank_type, plan_low_rank, update_low_rank, rebuild_low_rank, correct
+   public :: low_rank_type, plan_low_rank, free_low_rank, update_low_rank, rebuild_low_rank, correct
 
    !> of u, by which the geometry of a contact drifts while its factor lasts
    real(wp), parameter :: drift = 1.0e-3_wp
@@ -43,13 +44,21 @@ module dda_low_rank
 
 contains
 
-   !> Allocate for a new pattern.
-   subroutine plan_low_rank(low, plan)
-      type(low_rank_type), intent(inout) :: low  !< gets memory, and no changes
-      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+   !> The pattern is another: there are no changes, and memory must be planned anew.
+   subroutine free_low_rank(low)
+      type(low_rank_type), intent(inout) :: low  !< loses its columns
 
       call forget_changes(low%terms)
-      call plan_columns(low%columns, plan)
+      if (allocated(low%columns%w)) deallocate (low%columns%w)
+   end subroutine free_low_rank
+
+   !> Allocate for a pattern, unless that has been done.
+   subroutine plan_low_rank(low, plan, error)
+      type(low_rank_type), intent(inout) :: low  !< gets memory
+      type(front_plan_type), intent(in) :: plan  !< symbolic factor
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (.not. allocated(low%columns%w)) call plan_columns(low%columns, plan, error)
       if (allocated(low%t)) return
       allocate (low%gram(most_changes, most_changes), low%t(most_changes, most_changes), &
          source=0.0_wp)

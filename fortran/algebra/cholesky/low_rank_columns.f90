@@ -6,6 +6,8 @@
 !> panel by one thread: bits depend neither on threads nor on the other columns of a panel.
 module dda_low_rank_columns
    use dda_kinds, only: wp, sp
+   use dda_errors, only: error_type
+   use dda_free_memory, only: fail_allocation
    use dda_lapack, only: sgemm
    use dda_cholesky_single, only: factor_type
    use dda_front_plan, only: front_plan_type, longest_front_vector
@@ -35,19 +37,25 @@ module dda_low_rank_columns
 
 contains
 
-   !> Allocate for a new pattern; the memory of W is not touched before it is used.
-   subroutine plan_columns(columns, plan)
-      type(low_rank_columns_type), intent(inout) :: columns  !< W
+   !> Allocate for a pattern; the memory of W is not touched before it is used.
+   subroutine plan_columns(columns, plan, error)
+      type(low_rank_columns_type), intent(out) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer :: front, i
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer, parameter :: single = storage_size(1.0_sp)/8  ! bytes
+      integer :: front, i, status
 
-      if (allocated(columns%w)) deallocate (columns%permuted, columns%front_of, columns%touched, &
-         columns%path, columns%w, columns%front_vector)
+      if (allocated(error)) return
       allocate (columns%permuted(plan%n), columns%front_of(plan%n))
       allocate (columns%touched(plan%fronts, column_panels))
       allocate (columns%path(plan%fronts, column_panels))
-      allocate (columns%w(vector_width, 6, plan%n, column_panels))
       allocate (columns%front_vector(vector_width, longest_front_vector(plan), column_panels))
+      allocate (columns%w(vector_width, 6, plan%n, column_panels), stat=status)
+      if (status /= 0) then
+         call fail_allocation(real(single, wp)*vector_width*column_panels*6*plan%n, &
+            'the update of the factor', "try solver = 'jacobi', which makes none", error)
+         return
+      end if
       do front = 1, plan%fronts
          do i = plan%first(front), plan%first(front + 1) - 1
             columns%permuted(plan%order(i)) = i

@@ -9,7 +9,7 @@ module dda_lagged_factor
    use dda_conjugate_gradients, only: preconditioner_type
    use dda_cholesky_single, only: factor_type, analyse, factorise, solve, solve_lower, solve_upper
    use dda_errors, only: error_type
-   use dda_low_rank, only: low_rank_type, plan_low_rank, correct
+   use dda_low_rank, only: low_rank_type, plan_low_rank, free_low_rank, correct
    use dda_rank_one, only: forget_changes
    implicit none
    private
@@ -33,7 +33,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
 
       call analyse(lagged%factor, matrix)
-      call plan_low_rank(lagged%low, lagged%factor%plan)
+      call free_low_rank(lagged%low)
       lagged%factorised = .false.
    end subroutine analyse_lagged
 
@@ -41,9 +41,11 @@ contains
    subroutine refactorise(lagged, matrix, error)
       type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      type(error_type), allocatable, intent(out) :: error  !< a pivot is lost to single precision
+      !> memory, or a pivot that is lost to single precision
+      type(error_type), allocatable, intent(out) :: error
 
       call factorise(lagged%factor, matrix, error)
+      call plan_low_rank(lagged%low, lagged%factor%plan, error)
       lagged%factorised = .not. allocated(error)
       lagged%extra_iterations = 0
       call forget_changes(lagged%low%terms)

@@ -13,7 +13,7 @@ module dda_lagged_solver
    use dda_conjugate_gradients, only: make_workspace, iterate_to_solution
    use dda_errors, only: error_type
    use dda_lagged_factor, only: lagged_factor_type, analyse_lagged, refactorise
-   use dda_low_rank, only: update_low_rank, rebuild_low_rank
+   use dda_low_rank, only: plan_low_rank, update_low_rank, rebuild_low_rank
    use dda_rank_one, only: rank_one_type, most_changes
    implicit none
    private
@@ -95,6 +95,7 @@ contains
       call serialise(archive, self%lagged%extra_iterations)
       if (.not. self%lagged%factorised .or. allocated(archive%failure)) return
       call take_memory(self%lagged%factor, error)
+      call plan_low_rank(self%lagged%low, self%lagged%factor%plan, error)
       if (allocated(error)) then
          call fail_archive(archive, error%message)
          return
