@@ -47,7 +47,7 @@ module api
    public :: open_run, advance_run, change_input, save_state, finish_run, close_run, run_sizes, &
       run_clock, run_text
    public :: block_states, block_properties, set_block_states, vertex_places, contact_states, &
-      boundary_edges, energies, point_motions, run_phases, run_counts
+      boundary_edges, bolts, energies, point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
