@@ -76,6 +76,7 @@ def test() -> None:
     options = ["-Dpython=false", "-Dtester=true"]
     if not (BUILD / "build.ninja").exists():
         call("meson", "setup", BUILD, *options, env=environment)
+    call("meson", "compile", "-C", BUILD, env=environment)
     call("meson", "test", "-C", BUILD, "--print-errorlogs", env=environment)
     call(VENV / "bin" / "python", "-m", "pytest", env=environment)
 

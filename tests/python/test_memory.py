@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Too little memory is an error of its own that says how much is needed, never a crash."""
 
+import os
 import re
 import resource
 import subprocess
@@ -11,6 +12,8 @@ import pytest
 from model_text import DRY, ROCK, namelist
 
 MEBI = 2**20
+# Threads reserve addresses of their own, by chance more or fewer.
+ONE_THREAD = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 BLOCKS = 2500
 
 
@@ -33,6 +36,7 @@ def limited(program, limit: int, *arguments, folder) -> subprocess.CompletedProc
     return subprocess.run(
         [program.path, *arguments],
         cwd=folder,
+        env=ONE_THREAD,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
         capture_output=True,
         text=True,
@@ -54,7 +58,7 @@ def enough_for_jacobi(native, tmp_path_factory) -> int:
     """Bytes of addresses that steps without a factor take."""
     folder = tmp_path_factory.mktemp("jacobi")
     (folder / "model.nml").write_text(lattice(BLOCKS, "jacobi", steps=10_000_000))
-    running = subprocess.Popen([native.path, "run", "model.nml", "-q"], cwd=folder)
+    running = subprocess.Popen([native.path, "run", "model.nml", "-q"], cwd=folder, env=ONE_THREAD)
     journal, sizes = folder / "model.nc.journal", set()
     deadline = time.monotonic() + 60
     while len(sizes) < 4:  # steps
