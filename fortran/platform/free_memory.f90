@@ -7,7 +7,7 @@ module dda_free_memory
    use dda_text, only: short_text
    implicit none
    private
-   public :: free_memory, require_memory, fail_allocation
+   public :: free_memory, require_memory, require_for_factor, fail_allocation
 
    !> RLIMIT_DATA and RLIMIT_AS on Linux: private pages, all addresses
    integer(c_int), parameter :: data_pages = 2, address_space = 9
@@ -15,6 +15,9 @@ module dda_free_memory
    real(wp), parameter :: unknown = huge(1.0_wp)/kibi  !< no limit that anything says
    character(len=*), parameter :: own_status = '/proc/self/status', groups = '/sys/fs/cgroup'
    integer, parameter :: longest_line = 1024
+   real(wp), parameter :: step_bytes = 3000.0_wp  !< of a block, iterations and output, measured
+   real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; less is taken without a question
+   character(len=*), parameter :: advice_on_factors = "try solver = 'jacobi', which makes none"
 
    interface
       !> POSIX: the limits of this process on a resource, now and at most (bytes); −1 as a signed
@@ -42,15 +45,25 @@ contains
          ' GB of memory, '//short_text(max(0.0_wp, free)/giga)//' GB are free; '//advice)
    end subroutine require_memory
 
-   !> The error of an allocation that the system refuses.
-   subroutine fail_allocation(bytes, what, advice, error)
-      real(wp), intent(in) :: bytes            !< needed
-      character(len=*), intent(in) :: what     !< what needs it, for the message
-      character(len=*), intent(in) :: advice   !< what to do
+   !> An error if a factor leaves no memory for the steps with it, which ask for none.
+   subroutine require_for_factor(bytes, blocks, what, error)
+      real(wp), intent(in) :: bytes         !< of the factor
+      integer, intent(in) :: blocks         !< of the matrix
+      character(len=*), intent(in) :: what  !< what needs it, for the message
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (bytes > worth_asking) call require_memory(bytes + blocks*step_bytes, &
+         what//', with room for the steps,', advice_on_factors, error)
+   end subroutine require_for_factor
+
+   !> The error of a factor that the system has no memory for.
+   subroutine fail_allocation(bytes, what, error)
+      real(wp), intent(in) :: bytes         !< needed
+      character(len=*), intent(in) :: what  !< what needs it, for the message
       type(error_type), allocatable, intent(inout) :: error  !< allocated
 
       call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
-         ' GB of memory, which the system does not give; '//advice)
+         ' GB of memory, which the system does not give; '//advice_on_factors)
    end subroutine fail_allocation
 
    !> Bytes that the system, the limits of the process and of its control groups leave; huge where

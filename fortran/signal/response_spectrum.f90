@@ -14,6 +14,7 @@ module dda_response_spectrum
    implicit none
    private
    public :: response_spectrum_type, periods, new_response_spectrum, follow, spectral_acceleration
+   public :: oscillator_peaks
 
    real(wp), parameter :: damping = 0.05_wp
    real(wp), parameter :: shortest = 0.02_wp, longest = 5.0_wp  !< periods, s
@@ -81,27 +82,78 @@ contains
    pure subroutine set_step(spectrum, step)
       type(response_spectrum_type), intent(inout) :: spectrum  !< its factors
       real(wp), intent(in) :: step  !< s
-      complex(wp) :: z, mean, ramp
-      real(wp) :: h
+      complex(wp) :: decay, before, after
       integer :: i
 
       spectrum%step = step
       do i = 1, periods
          spectrum%parts(i) = ceiling(samples_per_period*step/period(i))
-         h = step/spectrum%parts(i)
-         z = 2.0_wp*pi/period(i)*h*cmplx(-damping, sqrt(1.0_wp - damping**2), wp)
-         if (abs(z) < small_step) then
-            ramp = 0.5_wp + z/6.0_wp*(1.0_wp + z/4.0_wp*(1.0_wp + z/5.0_wp*(1.0_wp + z/6.0_wp)))
-            mean = 1.0_wp + z*ramp
-         else
-            mean = (exp(z) - 1.0_wp)/z
-            ramp = (mean - 1.0_wp)/z
-         end if
-         spectrum%decay(i, :) = parts_of(exp(z))
-         spectrum%before(i, :) = parts_of(-h*(mean - ramp))
-         spectrum%after(i, :) = parts_of(-h*ramp)
+         call set_factors(eigenvalue_of(1.0_wp/period(i), damping), step/spectrum%parts(i), &
+            decay, before, after)
+         spectrum%decay(i, :) = parts_of(decay)
+         spectrum%before(i, :) = parts_of(before)
+         spectrum%after(i, :) = parts_of(after)
       end do
    end subroutine set_step
+
+   !> λ = −ζω + iω√(1 − ζ²), 1/s.
+   elemental complex(wp) function eigenvalue_of(frequency, damping_ratio)
+      real(wp), intent(in) :: frequency      !< natural, Hz
+      real(wp), intent(in) :: damping_ratio  !< ζ, at least 0 and below 1
+
+      eigenvalue_of = 2.0_wp*pi*frequency*cmplx(-damping_ratio, sqrt(1.0_wp - damping_ratio**2), wp)
+   end function eigenvalue_of
+
+   !> Factors of a step: q₁ = decay q₀ + before a₀ + after a₁.
+   elemental subroutine set_factors(eigenvalue, h, decay, before, after)
+      complex(wp), intent(in) :: eigenvalue  !< λ, 1/s
+      real(wp), intent(in) :: h              !< step, s
+      complex(wp), intent(out) :: decay      !< e^z
+      complex(wp), intent(out) :: before     !< −h (μ − ρ), s
+      complex(wp), intent(out) :: after      !< −h ρ, s
+      complex(wp) :: z, mean, ramp
+
+      z = eigenvalue*h
+      if (abs(z) < small_step) then
+         ramp = 0.5_wp + z/6.0_wp*(1.0_wp + z/4.0_wp*(1.0_wp + z/5.0_wp*(1.0_wp + z/6.0_wp)))
+         mean = 1.0_wp + z*ramp
+      else
+         mean = (exp(z) - 1.0_wp)/z
+         ramp = (mean - 1.0_wp)/z
+      end if
+      decay = exp(z)
+      before = -h*(mean - ramp)
+      after = -h*ramp
+   end subroutine set_factors
+
+   !> Largest displacement, velocity (both relative) and absolute acceleration of an oscillator at
+   !> rest at first, up to the last sample.
+   pure function oscillator_peaks(acceleration, step, frequency, damping_ratio) result(largest)
+      real(wp), intent(in) :: acceleration(:)  !< of the ground, [samples], m/s²
+      real(wp), intent(in) :: step             !< between samples, s
+      real(wp), intent(in) :: frequency        !< natural, Hz
+      real(wp), intent(in) :: damping_ratio    !< ζ, at least 0 and below 1
+      real(wp) :: largest(3)                   !< m, m/s, m/s²
+      complex(wp) :: eigenvalue, q, decay, before, after
+      real(wp) :: a(0:1), u, v
+      integer :: sample, part, parts
+
+      eigenvalue = eigenvalue_of(frequency, damping_ratio)
+      parts = ceiling(samples_per_period*frequency*step)
+      call set_factors(eigenvalue, step/parts, decay, before, after)
+      q = (0.0_wp, 0.0_wp)
+      largest = 0.0_wp
+      do sample = 2, size(acceleration)
+         do part = 1, parts
+            a = acceleration(sample - 1) + [part - 1, part] &
+               *((acceleration(sample) - acceleration(sample - 1))/parts)
+            q = decay*q + before*a(0) + after*a(1)
+            u = q%im/eigenvalue%im
+            v = q%re + eigenvalue%re*u
+            largest = max(largest, abs([u, v, abs(eigenvalue)**2*u - 2.0_wp*eigenvalue%re*v]))
+         end do
+      end do
+   end function oscillator_peaks
 
    !> Real and imaginary part.
    pure function parts_of(z) result(parts)

@@ -27,6 +27,7 @@ module api
    use dda_process, only: process_id
    use dda_peak_check, only: peak_warning
    use dda_record, only: record_type, read_record
+   use dda_response_spectrum, only: oscillator_peaks
    use dda_run, only: run_type, begin_run, resume_run, change_run, continue_run, flush_run, &
       save_run, end_run, is_done
    use dda_scheme, only: scheme_type, scheme_named, integration_names
@@ -51,8 +52,8 @@ module api
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
-   public :: spectrum_of, amplification_of, peak_of, engine_version, engine_commit, engine_names
-   public :: input_catalogue
+   public :: spectrum_of, amplification_of, peak_of, oscillator_peaks_of
+   public :: engine_version, engine_commit, engine_names, input_catalogue
 
    integer, parameter :: most_runs = 65536
 
@@ -571,6 +572,19 @@ contains
       end if
       call report(error, status, message)
    end subroutine run_counts
+
+   !> Largest displacement, velocity and absolute acceleration of oscillators under a motion.
+   subroutine oscillator_peaks_of(n, acceleration, time_step, oscillators, frequency, damping, &
+      largest)
+      integer(c_int), intent(in) :: n, oscillators
+      real(c_double), intent(in) :: acceleration(n), time_step, frequency(oscillators), damping
+      real(c_double), intent(out) :: largest(3, oscillators)
+      integer :: i
+
+      do i = 1, oscillators
+         largest(:, i) = oscillator_peaks(acceleration, time_step, frequency(i), damping)
+      end do
+   end subroutine oscillator_peaks_of
 
    !> One-sided Fourier spectrum of a series, [bins] = padding*samples/2 + 1.
    subroutine spectrum_of(n, series, time_step, padding, taper, bins, frequency, spectrum, status, &

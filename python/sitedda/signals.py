@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Tools for records and computed histories: decay, smoothing, response spectra, frequency.
 
-Thin on scipy and pyKOOH.  Fourier amplification is the Fortran core's business, not this module's.
+Thin on the engine, scipy and pyKOOH.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from .engine import api
 
 __all__ = [
     "Decrement",
@@ -26,7 +28,7 @@ __all__ = [
 
 GRAVITY = 9.80665  # m/s², of the Arias intensity
 
-_SAMPLES_PER_PERIOD = 50  # of an oscillator: its peak is then missed by less than 0.2 %
+_FASTEST = 1e4  # oscillations between two samples of a motion
 _PADDING = 8  # zero padding of the spectrum in which the dominant frequency is sought
 
 
@@ -347,10 +349,13 @@ def response_spectrum(
     naturals = _vector("frequencies", frequencies)
     if not np.all(naturals > 0):
         raise ValueError(f"frequencies must be positive, got {naturals.min():g} Hz")
+    if not np.all(naturals * step <= _FASTEST):
+        raise ValueError(
+            f"frequencies must be at most {_FASTEST / step:g} Hz, got {naturals.max():g} Hz"
+        )
     if not 0 <= damping < 1:
         raise ValueError(f"damping must be in 0 <= damping < 1, got {damping!r}")
-    peaks = [_oscillator_peaks(ground, step, f, float(damping)) for f in naturals]
-    return ResponseSpectrum(naturals, *np.array(peaks).reshape(-1, 3).T)
+    return ResponseSpectrum(naturals, *api.oscillator_peaks_of(ground, step, naturals, damping))
 
 
 def spectral_acceleration(
@@ -403,42 +408,6 @@ def arias_growth(acceleration: ArrayLike, time_step: float) -> NDArray[np.float6
     """Arias intensity up to each sample, m/s, shape (m,), as :func:`arias_intensity`."""
     squares = np.asarray(acceleration, dtype=float) ** 2
     return np.pi / (2 * GRAVITY) * running_integral(squares, time_step)
-
-
-def _oscillator_peaks(
-    ground: NDArray[np.float64], step: float, frequency: float, damping: float
-) -> tuple[float, float, float]:
-    """Largest relative displacement, relative velocity and absolute acceleration."""
-    parts = int(np.ceil(_SAMPLES_PER_PERIOD * frequency * step))
-    if parts > 1:
-        fine = np.arange((ground.size - 1) * parts + 1) / parts
-        ground, step = np.interp(fine, np.arange(ground.size), ground), step / parts
-    displacement, velocity = _oscillator(ground, step, frequency, damping)
-    omega = 2 * np.pi * frequency
-    absolute = -2 * damping * omega * velocity - omega**2 * displacement
-    return np.abs(displacement).max(), np.abs(velocity).max(), np.abs(absolute).max()
-
-
-def _oscillator(
-    ground: NDArray[np.float64], step: float, frequency: float, damping: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Relative displacement and velocity under a piecewise linear ground acceleration.
-
-    With λ = -ζω + iω√(1-ζ²) and q = v - conj(λ) u, the equation u'' + 2ζω u' + ω² u = -a becomes
-    q' = λ q - a, one complex equation of first order, integrated exactly over each sample.
-    """
-    from scipy.signal import lfilter
-
-    omega = 2 * np.pi * frequency
-    eigenvalue = omega * complex(-damping, np.sqrt(1 - damping**2))
-    z = eigenvalue * step
-    mean = np.expm1(z) / z  # of exp(z (1 - s)) over the step, 0 < s < 1
-    ramp = (mean - 1) / z  # of the same times s
-    drive = -step * (ramp * ground[1:] + (mean - ramp) * ground[:-1])
-    q = np.zeros(ground.size, dtype=complex)
-    q[1:] = lfilter([1.0], [1.0, -np.exp(z)], drive)
-    displacement = q.imag / eigenvalue.imag
-    return displacement, q.real + eigenvalue.real * displacement
 
 
 # ---------------------------------------------------------------------------------------------

@@ -1,26 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda example` copies inputs that run where they are put."""
+"""`sitedda example` copies inputs and studies that run where they are put."""
 
 import pytest
 
 import sitedda
 from sitedda.examples import copy_example, examples
+from sitedda.study.settings import read_settings
+
+STUDIES = [name for name in examples() if name.startswith("studies/")]
+INPUTS = [name for name in examples() if name not in STUDIES]
 
 
-def test_all_inputs_are_listed_with_a_sentence(main, root):
-    names = {file.stem for file in (root / "inputs").glob("*.nml")}
-    assert set(examples()) == names
+def test_all_inputs_and_studies_are_listed_with_a_sentence(main, root):
+    assert set(INPUTS) == {file.stem for file in (root / "inputs").glob("*.nml")}
+    named = {f"studies/{file.stem}" for file in (root / "inputs" / "studies").glob("*.toml")}
+    assert set(STUDIES) == named
     assert all(20 < len(words) < 200 for words in examples().values())
     done = main("example")
     assert done.returncode == 0
-    assert {line.split()[0] for line in done.stdout.splitlines()} == names
+    assert [line.split()[0] for line in done.stdout.splitlines()] == INPUTS + STUDIES
 
 
-@pytest.mark.parametrize("name", sorted(examples()))
+@pytest.mark.parametrize("name", INPUTS)
 def test_an_example_has_all_it_needs(name, tmp_path):
     copied = copy_example(name, tmp_path)
     assert copied[0] == tmp_path / f"{name}.nml"
     sitedda.Simulation(copied[0]).close()
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_comes_with_its_model(main, name, tmp_path):
+    done = main("example", name, folder=tmp_path)
+    assert done.returncode == 0 and f"sitedda study {name}.toml" in done.stdout
+    plan = read_settings(tmp_path / f"{name}.toml").plan
+    sitedda.Simulation(plan.model).close()
 
 
 def test_the_copy_is_the_input_and_its_record(main, root, tmp_path):

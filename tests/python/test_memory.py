@@ -84,3 +84,16 @@ def test_a_factor_that_does_not_fit_is_named_and_jacobi_runs(
     file = write_input(lattice(BLOCKS, "jacobi"))
     done = limited(native, limit, "run", file, "-q", folder=tmp_path)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("solver", ["direct", "lagged"])
+def test_whatever_the_limit_a_run_ends_or_says_what_it_needs(
+    solver, native, enough_for_jacobi, write_input, tmp_path
+):
+    file = write_input(lattice(BLOCKS, solver))
+    found = []
+    for limit in range(enough_for_jacobi - 20 * MEBI, enough_for_jacobi + 60 * MEBI, 8 * MEBI):
+        done = limited(native, limit, "run", file, "-q", folder=tmp_path)
+        found.append(done.returncode)
+        assert done.returncode == 0 or "GB of memory" in done.stderr, done.stderr
+    assert found == sorted(found, reverse=True) and set(found) == {0, 7}

@@ -237,6 +237,7 @@ def test_fast_oscillators_are_followed_between_the_samples():
         (([1.0, np.inf], 0.1, [1.0]), "acceleration must be finite, got inf"),
         (([1.0, 1.0], 0.0, [1.0]), "time_step .* got 0"),
         (([1.0, 1.0], 0.1, [1.0, 0.0]), "frequencies must be positive, got 0"),
+        (([1.0, 1.0], 0.1, [1.0, 2e5]), "frequencies must be at most 100000 Hz, got 200000 Hz"),
         (([1.0, 1.0], 0.1, [1.0], 1.0), "damping .* got 1"),
         (([1.0, 1.0], 0.1, [1.0], np.nan), "damping .* got nan"),
         (([[1.0, 1.0]], 0.1, [1.0]), "one-dimensional"),

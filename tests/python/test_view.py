@@ -269,6 +269,16 @@ def test_the_view_page_fits_wide_and_narrow_windows(pages, opened):
         assert beside is (width == 1280)
 
 
+def test_the_view_of_a_model_has_nothing_to_play(write_input, tmp_path, opened):
+    page = opened(write_html(report_page(write_input(sliding_blocks())), tmp_path / "model.html"))
+    shown = page.evaluate(
+        """() => [...document.querySelectorAll('.bar > *')].filter((node) =>
+        node.getClientRects().length).map((node) => node.textContent)"""
+    )
+    assert shown == ["fit"]
+    assert page.complaints == []
+
+
 def test_a_removed_block_is_gone_from_the_view(write_input, tmp_path, opened):
     from test_pictures import excavated
 

@@ -2,7 +2,8 @@
 !> Cholesky factor of a block matrix as a band, by LAPACK, after a bandwidth-reducing order.
 module dda_band_cholesky
    use dda_kinds, only: wp
-   use dda_errors, only: error_type, error_memory, error_solver, fail
+   use dda_errors, only: error_type, error_solver, fail
+   use dda_free_memory, only: require_for_factor, fail_allocation
    use dda_text, only: to_text
    use dda_block_matrix, only: block_matrix_type
    use dda_block_graph, only: block_graph_type, graph_of
@@ -36,14 +37,17 @@ contains
    subroutine take_memory(factor, error)
       type(band_cholesky_type), intent(inout) :: factor  !< analysed
       type(error_type), allocatable, intent(out) :: error  !< there is not enough memory
+      character(len=*), parameter :: what = 'the band of the matrix'
+      real(wp) :: needed
       integer :: status
 
       if (allocated(factor%band)) return
+      needed = storage_size(1.0_wp)/8*real(factor%half_width + 1, wp)*6*factor%n
+      call require_for_factor(needed, factor%n, what, error)
+      if (allocated(error)) return
       allocate (factor%band(factor%half_width + 1, 6*factor%n), stat=status)
       if (status /= 0) then
-         call fail(error, error_memory, 'memory does not suffice for the band of the matrix, '// &
-            to_text(factor%half_width + 1)//' by '//to_text(6*factor%n)//' numbers; try solver '// &
-            "= 'direct' or 'jacobi'")
+         call fail_allocation(needed, what, error)
          return
       end if
       allocate (factor%work(6, factor%n))

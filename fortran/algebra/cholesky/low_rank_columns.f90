@@ -7,7 +7,7 @@
 module dda_low_rank_columns
    use dda_kinds, only: wp, sp
    use dda_errors, only: error_type
-   use dda_free_memory, only: fail_allocation
+   use dda_free_memory, only: require_for_factor, fail_allocation
    use dda_lapack, only: sgemm
    use dda_cholesky_single, only: factor_type
    use dda_front_plan, only: front_plan_type, longest_front_vector
@@ -42,9 +42,11 @@ contains
       type(low_rank_columns_type), intent(out) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer, parameter :: single = storage_size(1.0_sp)/8  ! bytes
+      character(len=*), parameter :: what = 'the update of the factor'
+      real(wp), parameter :: of_block = storage_size(1.0_sp)/8*vector_width*6*column_panels ! bytes
       integer :: front, i, status
 
+      call require_for_factor(of_block*plan%n, plan%n, what, error)
       if (allocated(error)) return
       allocate (columns%permuted(plan%n), columns%front_of(plan%n))
       allocate (columns%touched(plan%fronts, column_panels))
@@ -52,8 +54,7 @@ contains
       allocate (columns%front_vector(vector_width, longest_front_vector(plan), column_panels))
       allocate (columns%w(vector_width, 6, plan%n, column_panels), stat=status)
       if (status /= 0) then
-         call fail_allocation(real(single, wp)*vector_width*column_panels*6*plan%n, &
-            'the update of the factor', "try solver = 'jacobi', which makes none", error)
+         call fail_allocation(of_block*plan%n, what, error)
          return
       end if
       do front = 1, plan%fronts

@@ -188,7 +188,7 @@ def _add_input(page: Page, scene: Scene) -> None:
     most = 400_000
     if len(text) > most:
         text = text[:most] + f"\n… {len(text) - most:,} more characters"
-    parts = [Listing(text, "The input as it was run", folded=True)]
+    parts = [Listing(text, "The input with its changes", folded=True)]
     motions = str(scene.data.attrs.get("motions", "")).strip()
     if motions:
         parts.append(Listing(motions, "Records and what was done to them", folded=True))

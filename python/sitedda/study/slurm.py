@@ -127,7 +127,10 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
         If the study cannot go without Python, or an option cannot be one.
     """
     if callable(plan.model) or plan.task != "run":
-        raise InputError("Slurm runs inputs by sitedda-native; functions need Python: --dask")
+        raise InputError(
+            "Slurm runs inputs by sitedda-native; functions and strength reduction need Python: "
+            "--dask"
+        )
     build_inputs(plan)
     keys = list(dict.fromkeys(plan.keys))
     each = slurm.each or math.ceil(len(keys) / _MOST_TASKS)

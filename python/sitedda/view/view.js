@@ -844,7 +844,8 @@
         this.factor = +v;
         this.refresh();
       });
-      button("fit", "show the whole model", () => this.fit());
+      button("fit", "show the whole model", () => this.fit()).classList.add("fit");
+      this.root.classList.toggle("still", this.model.frames === 1);
     }
 
     // Start
