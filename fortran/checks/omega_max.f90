@@ -12,6 +12,7 @@ module dda_omega_max
    use dda_errors, only: error_type, error_solver, fail
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, energy_kinds, &
       kind_names, stiffness_weights, block_label, term_label, strain_energy
+   use dda_linear_terms, only: add_product, blocks_in, get_row
    use dda_text, only: short_text, to_text
    implicit none
    private
@@ -91,11 +92,13 @@ contains
       bracket%upper = tie*bracket%upper
    end subroutine find_bracket
 
-   !> 2 K_ii^coupling + K_ii^elastic + K_ii^ground
+   !> m K_ii of each term, with the number m of its blocks (1: the ground), + K_ii^elastic: of the
+   !> parts of a vector, (u₁ + … + u_m)² ≤ m (u₁² + … + u_m²).
    subroutine upper_blocks(linear, upper)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: upper(:,:,:)  !< [6,6,n]
-      integer :: b, i, j
+      real(wp) :: k, row(6)
+      integer :: b, i, j, m
 
       upper = 2.0_wp*linear%stiffness%diagonal
       do b = 1, linear%n
@@ -103,10 +106,12 @@ contains
       end do
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            if (term%block_b > 0) cycle
-            do j = 1, 6
-               upper(:, j, term%block_a) = upper(:, j, term%block_a) &
-                  - stiffness_weights(term%instant)*term%coefficient*term%row_a(j)*term%row_a
+            m = blocks_in(term)
+            if (m == 2) cycle
+            k = (m - 2)*stiffness_weights(term%instant)*term%coefficient
+            do j = 1, m
+               call get_row(term, j, b, row)
+               call add_product(upper(:, :, b), k, row, row)
             end do
          end associate
       end do

@@ -23,8 +23,8 @@ module dda_reduced_model
    use dda_errors, only: error_type, error_solver, fail
    use dda_lapack, only: zsysv
    use dda_linear_model, only: linear_model_type
-   use dda_linear_terms, only: linear_term_type, stretch_of, at_theta, at_end, mean_dashpot, &
-      end_dashpot, instants
+   use dda_linear_terms, only: linear_term_type, blocks_in, get_row, stretch_of, at_theta, &
+      at_end, mean_dashpot, end_dashpot, instants
    use dda_scheme_response, only: steady_type, steady_weights
    use dda_text, only: to_text
    implicit none
@@ -274,9 +274,13 @@ contains
       type(linear_term_type), intent(in) :: term  !< one of the list
       real(wp), intent(in) :: c
       real(wp), intent(inout) :: x(:,:)
+      real(wp) :: row(6)
+      integer :: k, b
 
-      x(:, term%block_a) = x(:, term%block_a) + c*term%row_a
-      if (term%block_b > 0) x(:, term%block_b) = x(:, term%block_b) - c*term%row_b
+      do k = 1, blocks_in(term)
+         call get_row(term, k, b, row)
+         x(:, b) = x(:, b) + c*row
+      end do
    end subroutine add_row
 
    !> xᵀMy

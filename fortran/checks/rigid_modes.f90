@@ -9,6 +9,7 @@ module dda_rigid_modes
    use dda_dense_eigen, only: symmetric_eigen
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, stiffness_weights
+   use dda_linear_terms, only: blocks_in, get_row
    implicit none
    private
    public :: find_rigid_modes
@@ -33,15 +34,18 @@ contains
    subroutine find_parts(linear, free)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(null_space_type), intent(inout) :: free  !< rigid motions of loose parts
-      integer :: parent(linear%n), roots(2), i, b
+      integer :: parent(linear%n), roots(2), i, b, k
+      real(wp) :: row(6)
 
       parent = [(b, b=1, linear%n)]
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            if (term%block_b == 0) cycle
-            roots = [root_of(parent, term%block_a), root_of(parent, term%block_b)]
-            ! The smaller root becomes the root of both, so that a root comes before its members.
-            parent(maxval(roots)) = minval(roots)
+            do k = 2, blocks_in(term)
+               call get_row(term, k, b, row)
+               roots = [root_of(parent, term%block_a), root_of(parent, b)]
+               ! The smaller root becomes the root of both, so that a root comes before its members.
+               parent(maxval(roots)) = minval(roots)
+            end do
          end associate
       end do
       allocate (free%group(linear%n))

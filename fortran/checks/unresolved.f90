@@ -14,6 +14,7 @@ module dda_unresolved
    use dda_inertia, only: count_above
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, energy_kinds, &
       kind_names, stiffness_weights
+   use dda_linear_terms, only: add_product, blocks_in, get_row
    use dda_mass_factor, only: mass_factor_type, factor_mass
    use dda_omega_max, only: upper_blocks
    use dda_text, only: short_text, to_text
@@ -121,36 +122,25 @@ contains
       end do
    end subroutine bound_above
 
-   !> Stiffness of each block alone by kind; contacts count twice.
+   !> Stiffness of each block alone by kind; each term counts as often as it has blocks.
    subroutine split_blocks(linear, by_kind)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: by_kind(:,:,:,:)  !< [6,6,kinds,n]
-      real(wp) :: k
-      integer :: i
+      real(wp) :: k, row(6)
+      integer :: i, j, b
 
       allocate (by_kind(6, 6, energy_kinds, linear%n), source=0.0_wp)
       by_kind(4:6, 4:6, energy_kinds, :) = linear%elastic
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            k = term%coefficient*stiffness_weights(term%instant)*merge(1.0_wp, 2.0_wp, &
-               term%block_b == 0)
-            associate (a => term%block_a, b => term%block_b, kind => term%kind)
-               by_kind(:, :, kind, a) = by_kind(:, :, kind, a) + k*square(term%row_a)
-               if (b > 0) by_kind(:, :, kind, b) = by_kind(:, :, kind, b) + k*square(term%row_b)
-            end associate
+            k = blocks_in(term)*term%coefficient*stiffness_weights(term%instant)
+            do j = 1, blocks_in(term)
+               call get_row(term, j, b, row)
+               call add_product(by_kind(:, :, term%kind, b), k, row, row)
+            end do
          end associate
       end do
    end subroutine split_blocks
-
-   pure function square(row) result(product)
-      real(wp), intent(in) :: row(6)
-      real(wp) :: product(6, 6)
-      integer :: j
-
-      do j = 1, 6
-         product(:, j) = row(j)*row
-      end do
-   end function square
 
    !> The kind of stiffness that holds most of the energy of a block's motion.
    pure integer function governing(x, by_kind)

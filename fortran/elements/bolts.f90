@@ -2,18 +2,24 @@
 !> Bolts: springs between material points of blocks, elastic–perfectly plastic, until they break.
 !>
 !> Along the axis the force is F = k (s − s_p), with the stretch s at the end of the step and the
-!> stretch s_p at which the bolt is free of force; a bolt that takes no compression is slack below
-!> it.  Beyond the yield force s_p follows, which loses F Δs_p.  In a step a component is assumed
-!> elastic, yielding or slack; where the converged step says otherwise, it is solved again
-!> (`revise`).  The energy of an elastic bolt is ½ k (s − s_p)², with the loss of `dda_energy`.
+!> stretch s_p at which the bolt is free of force; that of a cable is the length of all its legs,
+!> with one force throughout.  A bolt that takes no compression is slack below s_p.  Beyond the
+!> yield force s_p follows, which loses F Δs_p.  In a step a component is assumed elastic, yielding
+!> or slack; where the converged step says otherwise, it is solved again (`revise`).  The energy of
+!> an elastic bolt is ½ k (s − s_p)², with the loss of `dda_energy`.
+!>
+!> The tension N of the step before stiffens a bolt across its legs as well, by N ∂²s/∂q² of the
+!> legs that turn (N/L) and of the arms at which they pull (N times the arm along the leg, where it
+!> is positive).  Without it a block that hangs from a bolt would gain energy as it swings.
 module dda_bolts
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
-   use dda_blocks, only: blocks_type, place_of, shape_matrix
-   use dda_bolt, only: bolt_type, axial, across
+   use dda_blocks, only: blocks_type, offset_of, place_of, shape_matrix
+   use dda_bolt, only: bolt_type, axial, across, most_points
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, energy_yield
-   use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, term_bolt, at_end
+   use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, set_rows, &
+      stretch_of, term_bolt, at_end
    use dda_motion, only: motion_type
    use dda_scheme, only: step_type
    implicit none
@@ -72,23 +78,23 @@ contains
       end do
    end function new_bolts
 
-   !> Vector from the first end of bolt i to the second one, m.
-   pure function span_of(self, i, blocks) result(span)
+   !> Vector from point k of bolt i to the next one, m.
+   pure function leg_of(self, i, k, blocks) result(leg)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i, k  !< number, from 1; leg
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp) :: span(2)
+      real(wp) :: leg(2)
 
       associate (bolt => self%bolt(i))
-         span = place_of(blocks, bolt%block(2), bolt%reference(:, 2)) &
-            - place_of(blocks, bolt%block(1), bolt%reference(:, 1))
+         leg = place_of(blocks, bolt%block(k + 1), bolt%reference(:, k + 1)) &
+            - place_of(blocks, bolt%block(k), bolt%reference(:, k))
       end associate
-   end function span_of
+   end function leg_of
 
-   !> Unit vector of a component.
-   pure function direction_of(self, i, c, blocks) result(direction)
+   !> Unit vector of a component in leg k.
+   pure function direction_of(self, i, c, k, blocks) result(direction)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, c  !< number, from 1; component
+      integer, intent(in) :: i, c, k  !< number, from 1; component; leg
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp) :: direction(2)
 
@@ -96,7 +102,7 @@ contains
          if (bolt%grouted) then
             direction = matmul(blocks%axes(:, :, bolt%block(1)), bolt%direction)
          else
-            direction = span_of(self, i, blocks)
+            direction = leg_of(self, i, k, blocks)
             direction = direction/norm2(direction)
          end if
       end associate
@@ -108,27 +114,46 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
       type(blocks_type), intent(in) :: blocks  !< in their present state
+      integer :: k
 
-      stretch = dot_product(direction_of(self, i, c, blocks), span_of(self, i, blocks))
+      stretch = 0.0_wp
+      do k = 1, points_of(self, i) - 1
+         stretch = stretch + dot_product(direction_of(self, i, c, k, blocks), &
+            leg_of(self, i, k, blocks))
+      end do
    end function present_stretch
 
-   !> Gradient of the stretch for the coordinates of the two blocks.  The direction of a grouted
-   !> bolt turns with its first block, so that both forces act at one point.
-   pure subroutine gradient_of(self, i, c, blocks, first, second)
+   !> Gradient of the stretch for the coordinates of the block of each point.  The direction of a
+   !> grouted bolt turns with its first block, so that both forces act at one point.
+   pure subroutine gradient_of(self, i, c, blocks, row)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(out) :: first(6), second(6)  !< of −s for the first block, of s for the other
-      real(wp) :: direction(2), span(2)
+      real(wp), intent(out) :: row(6, most_points)  !< those of its points count
+      real(wp) :: direction(2), leg(2)
+      integer :: k
 
-      direction = direction_of(self, i, c, blocks)
-      span = span_of(self, i, blocks)
-      associate (bolt => self%bolt(i))
-         first = matmul(direction, shape_matrix(blocks, bolt%block(1), bolt%reference(:, 1)))
-         second = matmul(direction, shape_matrix(blocks, bolt%block(2), bolt%reference(:, 2)))
+      associate (bolt => self%bolt(i), n => points_of(self, i))
+         row(:, :n) = 0.0_wp
+         do k = 1, n - 1
+            direction = direction_of(self, i, c, k, blocks)
+            leg = leg_of(self, i, k, blocks)
+            row(:, k) = row(:, k) - matmul(direction, shape_matrix(blocks, bolt%block(k), &
+               bolt%reference(:, k)))
+            row(3, k) = row(3, k) - (direction(2)*leg(1) - direction(1)*leg(2))
+            row(:, k + 1) = row(:, k + 1) + matmul(direction, shape_matrix(blocks, &
+               bolt%block(k + 1), bolt%reference(:, k + 1)))
+         end do
       end associate
-      first(3) = first(3) + direction(2)*span(1) - direction(1)*span(2)
    end subroutine gradient_of
+
+   !> Points of bolt i: its ends, and those that it passes.
+   pure integer function points_of(self, i)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+
+      points_of = size(self%bolt(i)%block)
+   end function points_of
 
    !> Components that bolt i has.
    pure integer function components(self, i)
@@ -183,23 +208,103 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
+      real(wp) :: row(6, most_points)
       integer :: i, c
 
-      term%kind = term_bolt
-      term%instant = at_end
       do i = 1, size(self%bolt)
          if (.not. acts(self, i)) cycle
-         term%source = i
-         term%block_a = self%bolt(i)%block(2)
-         term%block_b = self%bolt(i)%block(1)
-         term%place = place_of(blocks, self%bolt(i)%block(1), self%bolt(i)%reference(:, 1))
+         term = empty_term(self, i, blocks)
          do c = axial, components(self, i)
-            call gradient_of(self, i, c, blocks, term%row_b, term%row_a)
+            call gradient_of(self, i, c, blocks, row)
+            call set_rows(term, self%bolt(i)%block, row(:, :points_of(self, i)))
             term%coefficient = merge(self%bolt(i)%stiffness(c), 0.0_wp, self%mode(c, i) == elastic)
             call add_term(terms, term)
          end do
+         do c = 1, curvatures(self, i)
+            call add_term(terms, curvature_term(self, i, c, blocks))
+         end do
       end do
    end subroutine add_linear
+
+   !> Springs across bolt i by its tension: one for each leg and each point.
+   pure integer function curvatures(self, i)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+
+      curvatures = merge(0, 2*points_of(self, i) - 1, self%bolt(i)%grouted)
+   end function curvatures
+
+   !> One of these springs: of points 1 … n, then of legs 1 … n − 1.  That of a point acts on the
+   !> rotation of its block alone, but is none to the ground.
+   pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, j  !< number, from 1; point, or points and leg
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: row(6, 2), direction(2), tension
+      integer :: a, b, n
+
+      n = points_of(self, i)
+      term = empty_term(self, i, blocks)
+      tension = max(0.0_wp, self%force(axial, i))
+      associate (block => self%bolt(i)%block, reference => self%bolt(i)%reference)
+         a = modulo(j - 1, n) + 1
+         b = findloc(block /= block(a), .true., 1)
+         row = 0.0_wp
+         if (j <= n) then
+            row(3, 1) = 1.0_wp
+            term%coefficient = tension*max(0.0_wp, arm_of(self, i, a, blocks))
+         else if (block(a + 1) /= block(a)) then
+            b = a + 1
+            direction = direction_of(self, i, across, a, blocks)
+            row(:, 1) = -matmul(direction, shape_matrix(blocks, block(a), reference(:, a)))
+            row(:, 2) = matmul(direction, shape_matrix(blocks, block(b), reference(:, b)))
+            term%coefficient = tension/norm2(leg_of(self, i, a, blocks))
+         end if
+         call set_rows(term, block([a, b]), row)
+      end associate
+   end function curvature_term
+
+   !> Offset of point k of bolt i along the resultant of the unit forces of its legs, m.
+   pure real(wp) function arm_of(self, i, k, blocks) result(arm)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i, k  !< number, from 1; point
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: pull(2)
+
+      pull = 0.0_wp
+      if (k < points_of(self, i)) pull = direction_of(self, i, axial, k, blocks)
+      if (k > 1) pull = pull - direction_of(self, i, axial, k - 1, blocks)
+      arm = dot_product(pull, offset_of(blocks, self%bolt(i)%block(k), &
+         self%bolt(i)%reference(:, k)))
+   end function arm_of
+
+   !> Energy of these springs in the increment d, J per metre of thickness: half of what they take.
+   pure real(wp) function curvature_energy(self, i, blocks, d) result(energy)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(linear_term_type) :: term
+      integer :: j
+
+      energy = 0.0_wp
+      do j = 1, curvatures(self, i)
+         term = curvature_term(self, i, j, blocks)
+         energy = energy + 0.5_wp*term%coefficient*stretch_of(term, d)**2
+      end do
+   end function curvature_energy
+
+   !> A term of bolt i, still without stiffness.
+   pure type(linear_term_type) function empty_term(self, i, blocks) result(term)
+      class(bolts_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+
+      term%kind = term_bolt
+      term%instant = at_end
+      term%source = i
+      term%place = place_of(blocks, self%bolt(i)%block(1), self%bolt(i)%reference(:, 1))
+   end function empty_term
 
    !> −F ∂s/∂q at the stretch of the start of the step.
    subroutine add_force(self, blocks, motions, step, load)
@@ -208,18 +313,19 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
-      real(wp) :: first(6), second(6), force
-      integer :: i, c
+      real(wp) :: row(6, most_points), force
+      integer :: i, c, k
 
       do i = 1, size(self%bolt)
          if (.not. acts(self, i)) cycle
          do c = axial, components(self, i)
-            call gradient_of(self, i, c, blocks, first, second)
+            call gradient_of(self, i, c, blocks, row)
             force = force_at(self, i, c, present_stretch(self, i, c, blocks))
-            associate (a => self%bolt(i)%block(1), b => self%bolt(i)%block(2))
-               load(:, a) = load(:, a) + force*first
-               load(:, b) = load(:, b) - force*second
-            end associate
+            do k = 1, points_of(self, i)
+               associate (b => self%bolt(i)%block(k))
+                  load(:, b) = load(:, b) - force*row(:, k)
+               end associate
+            end do
          end do
       end do
    end subroutine add_force
@@ -262,7 +368,7 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      real(wp) :: before, after, start, force, flow
+      real(wp) :: before, after, start, force, flow, curvature
       integer :: i, c
 
       do i = 1, size(self%bolt)
@@ -278,6 +384,9 @@ contains
                - start) - after - flow)
             call add_energy(energy, merge(energy_yield, energy_support, breaks(self, i)), after)
          end do
+         curvature = curvature_energy(self, i, blocks, d)
+         call add_energy(energy, energy_support, curvature)
+         call add_energy(energy, energy_algorithmic, curvature)
       end do
    end subroutine account
 
@@ -306,16 +415,18 @@ contains
       type(blocks_type), intent(in) :: blocks  !< at the start of the step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< components that must be assumed otherwise
-      real(wp) :: first(6), second(6)
-      integer :: i, c, mode
+      real(wp) :: row(6, most_points)
+      integer :: i, c, k, mode
 
       do i = 1, size(self%bolt)
          if (.not. acts(self, i)) cycle
          do c = axial, components(self, i)
-            call gradient_of(self, i, c, blocks, first, second)
-            self%stretch(c, i) = present_stretch(self, i, c, blocks) &
-               + dot_product(second, d(:, self%bolt(i)%block(2))) &
-               - dot_product(first, d(:, self%bolt(i)%block(1)))
+            call gradient_of(self, i, c, blocks, row)
+            self%stretch(c, i) = present_stretch(self, i, c, blocks)
+            do k = 1, points_of(self, i)
+               self%stretch(c, i) = self%stretch(c, i) + dot_product(row(:, k), &
+                  d(:, self%bolt(i)%block(k)))
+            end do
             mode = mode_at(self, i, c, self%stretch(c, i))
             if (mode /= self%mode(c, i)) changed = changed + 1
             self%mode(c, i) = mode

@@ -2,17 +2,18 @@
 !> The linear part of a model as a sum of rank-one terms c u uᵀ: springs and dashpots between two
 !> points.
 !>
-!> A term acts on row_a·x_a − row_b·x_b of two blocks, or of one block and the ground (block b = 0).
-!> Its instant says on what: on the stretch at t₀ + θΔt or at the end of the step, on the mean
-!> velocity d/Δt or on the velocity at the end.  What a closed contact gives has the same form.
+!> A term acts on row_a·x_a − row_b·x_b of two blocks, or of one block and the ground (block b = 0);
+!> that of a cable also on the further blocks that it passes.  Its instant says on what: on the
+!> stretch at t₀ + θΔt or at the end of the step, on the mean velocity d/Δt or on the velocity at
+!> the end.  What a closed contact gives has the same form.
 module dda_linear_terms
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of
    use dda_scheme, only: step_type, momentum_weight
    implicit none
    private
-   public :: linear_term_type, linear_terms_type, clear_terms, add_term, stretch_of, &
-      add_to_matrix, add_product, step_weights, scale_penalty, coupled_blocks
+   public :: linear_term_type, linear_terms_type, clear_terms, add_term, set_rows, blocks_in, &
+      get_row, stretch_of, add_to_matrix, add_product, step_weights, scale_penalty, coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
       term_free_side, term_kinds, term_names
@@ -48,6 +49,8 @@ module dda_linear_terms
       real(wp) :: coefficient = 0.0_wp      !< c, N/m or N s/m per metre of thickness
       real(wp) :: row_a(6) = 0.0_wp         !< of u
       real(wp) :: row_b(6) = 0.0_wp         !< of −u
+      integer, allocatable :: further(:)    !< blocks of a cable besides a and b
+      real(wp), allocatable :: further_row(:,:)  !< [6,further] of u
       real(wp) :: place(2) = 0.0_wp         !< m, in the coordinates of the engine
    end type linear_term_type
 
@@ -86,6 +89,71 @@ contains
       call move_alloc(more, terms%term)
    end subroutine widen
 
+   !> Give a term the blocks and the vector u of points of two blocks or more; rows of points of
+   !> the same block are added up.
+   pure subroutine set_rows(term, block, row)
+      type(linear_term_type), intent(inout) :: term  !< one of the list
+      integer, intent(in) :: block(:)   !< [points] not all the same
+      real(wp), intent(in) :: row(:,:)  !< [6,points] of u
+      integer :: first(size(block)), n, k
+
+      n = 0
+      do k = 1, size(block)
+         if (findloc(block, block(k), 1) < k) cycle
+         n = n + 1
+         first(n) = k
+      end do
+      term%block_a = block(first(1))
+      term%block_b = block(first(2))
+      term%row_a = summed(first(1))
+      term%row_b = -summed(first(2))
+      if (n == 2) return
+      term%further = block(first(3:n))
+      term%further_row = reshape([(summed(first(k)), k=3, n)], [6, n - 2])
+
+   contains
+
+      !> Sum of the rows of the points of a block.
+      pure function summed(k) result(sum)
+         integer, intent(in) :: k  !< first of its points
+         real(wp) :: sum(6)
+         integer :: j
+
+         sum = row(:, k)
+         do j = k + 1, size(block)
+            if (block(j) == block(k)) sum = sum + row(:, j)
+         end do
+      end function summed
+   end subroutine set_rows
+
+   !> Number of blocks that a term acts on.
+   pure integer function blocks_in(term) result(n)
+      type(linear_term_type), intent(in) :: term  !< one of the list
+
+      n = merge(1, 2, term%block_b == 0)
+      if (allocated(term%further)) n = n + size(term%further)
+   end function blocks_in
+
+   !> One of the blocks of a term, and its part of u.
+   pure subroutine get_row(term, k, block, row)
+      type(linear_term_type), intent(in) :: term  !< one of the list
+      integer, intent(in) :: k          !< 1 … `blocks_in`
+      integer, intent(out) :: block     !< number of the block
+      real(wp), intent(out) :: row(6)   !< of u
+
+      select case (k)
+      case (1)
+         block = term%block_a
+         row = term%row_a
+      case (2)
+         block = term%block_b
+         row = -term%row_b
+      case default
+         block = term%further(k - 2)
+         row = term%further_row(:, k - 2)
+      end select
+   end subroutine get_row
+
    !> Factor of a term of each instant in K̂: θ, 1, 1/Δt, 1/(χΔt).
    pure function step_weights(step) result(weights)
       type(step_type), intent(in) :: step  !< the one being taken
@@ -98,9 +166,14 @@ contains
    pure real(wp) function stretch_of(term, x) result(stretch)
       type(linear_term_type), intent(in) :: term  !< one of the list
       real(wp), intent(in) :: x(:,:)  !< [6,blocks]
+      real(wp) :: row(6)
+      integer :: k, b
 
-      stretch = dot_product(term%row_a, x(:, term%block_a))
-      if (term%block_b > 0) stretch = stretch - dot_product(term%row_b, x(:, term%block_b))
+      stretch = 0.0_wp
+      do k = 1, blocks_in(term)
+         call get_row(term, k, b, row)
+         stretch = stretch + dot_product(row, x(:, b))
+      end do
    end function stretch_of
 
    !> Give all terms in proportion to the penalty another one.
@@ -118,16 +191,22 @@ contains
    pure function coupled_blocks(terms) result(pairs)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       integer, allocatable :: pairs(:,:)  !< [2,any]
-      integer :: i, count
+      real(wp) :: row(6)
+      integer :: i, j, k, a, b, count
 
-      allocate (pairs(2, terms%n))
+      allocate (pairs(2, sum([(blocks_in(terms%term(i))*(blocks_in(terms%term(i)) - 1)/2, &
+         i=1, terms%n)])))
       count = 0
       do i = 1, terms%n
-         if (terms%term(i)%block_b == 0) cycle
-         count = count + 1
-         pairs(:, count) = [terms%term(i)%block_a, terms%term(i)%block_b]
+         do j = 2, blocks_in(terms%term(i))
+            call get_row(terms%term(i), j, b, row)
+            do k = 1, j - 1
+               call get_row(terms%term(i), k, a, row)
+               count = count + 1
+               pairs(:, count) = [a, b]
+            end do
+         end do
       end do
-      pairs = pairs(:, :count)
    end function coupled_blocks
 
    !> Add weight × c u uᵀ of all terms to a matrix whose pattern holds them.
@@ -135,25 +214,25 @@ contains
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       real(wp), intent(in) :: weights(instants)  !< by the instant of a term; 0 leaves it out
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
-      integer :: i, entry
-      real(wp) :: c
+      real(wp) :: c, row_a(6), row_b(6)
+      integer :: i, j, k, a, b, entry
 
       do i = 1, terms%n
-         associate (term => terms%term(i))
-            c = weights(term%instant)*term%coefficient
-            if (.not. abs(c) > 0.0_wp) cycle
-            associate (a => term%block_a, b => term%block_b)
-               call add_product(matrix%diagonal(:, :, a), c, term%row_a, term%row_a)
-               if (b == 0) cycle
-               call add_product(matrix%diagonal(:, :, b), c, term%row_b, term%row_b)
+         c = weights(terms%term(i)%instant)*terms%term(i)%coefficient
+         if (.not. abs(c) > 0.0_wp) cycle
+         do j = 1, blocks_in(terms%term(i))
+            call get_row(terms%term(i), j, b, row_b)
+            call add_product(matrix%diagonal(:, :, b), c, row_b, row_b)
+            do k = 1, j - 1
+               call get_row(terms%term(i), k, a, row_a)
                entry = entry_of(matrix, a, b)
                if (a > b) then
-                  call add_product(matrix%lower(:, :, entry), -c, term%row_a, term%row_b)
+                  call add_product(matrix%lower(:, :, entry), c, row_a, row_b)
                else
-                  call add_product(matrix%lower(:, :, entry), -c, term%row_b, term%row_a)
+                  call add_product(matrix%lower(:, :, entry), c, row_b, row_a)
                end if
-            end associate
-         end associate
+            end do
+         end do
       end do
    end subroutine add_to_matrix
 

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The groups &bolt: bolts and cables between two anchors, or grouted through joints.
+!> The groups &bolt: bolts and cables between two anchors, past further points or not, or grouted
+!> through joints.
 module dda_input_bolts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
-   use dda_bolt, only: bolt_type, axial, across, never
+   use dda_bolt, only: bolt_type, axial, across, never, most_points
    use dda_errors, only: error_type
    use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
       require_list, unset, is_set, name_length
@@ -17,8 +18,9 @@ module dda_input_bolts
 
    !> A group as read.
    type :: reading_type
-      character(len=name_length) :: name = '', blocks(2) = ''
-      real(wp) :: from(2) = unset, to(2) = unset
+      character(len=name_length) :: name = ''
+      character(len=name_length), allocatable :: blocks(:)  !< [points] that they are in, or blank
+      real(wp), allocatable :: point(:,:)                   !< [2,points] m
       real(wp) :: axial_stiffness = unset, shear_stiffness = unset, pretension = 0.0_wp
       real(wp) :: yield_force = unset, shear_yield_force = unset
       real(wp) :: rupture_elongation = unset, rupture_slip = unset
@@ -59,21 +61,24 @@ contains
       type(place_type), intent(in) :: place  !< of the group
       type(reading_type), intent(out) :: reading  !< as read
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, from_block, to_block
-      real(wp) :: from(2), to(2), axial_stiffness, shear_stiffness, pretension, yield_force, &
-         shear_yield_force, rupture_elongation, rupture_slip
-      logical :: grouted, compression
-      character(len=256) :: message
-      integer :: status
-      namelist /bolt/ name, from, to, from_block, to_block, grouted, compression, axial_stiffness, &
+      character(len=name_length) :: name, from_block, to_block, through_block(most_points - 2)
+      real(wp) :: from(2), to(2), through(2*(most_points - 2)), axial_stiffness, &
          shear_stiffness, pretension, yield_force, shear_yield_force, rupture_elongation, &
          rupture_slip
+      logical :: grouted, compression
+      character(len=256) :: message
+      integer :: status, n
+      namelist /bolt/ name, from, to, from_block, to_block, grouted, compression, axial_stiffness, &
+         shear_stiffness, pretension, yield_force, shear_yield_force, rupture_elongation, &
+         rupture_slip, through, through_block
 
       name = ''
       from = unset
       to = unset
       from_block = ''
       to_block = ''
+      through = unset
+      through_block = ''
       grouted = .false.
       compression = .false.
       axial_stiffness = unset
@@ -85,9 +90,13 @@ contains
       rupture_slip = unset
       read (group, nml=bolt, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
-      reading = reading_type(name, [from_block, to_block], from, to, axial_stiffness, &
-         shear_stiffness, pretension, yield_force, shear_yield_force, rupture_elongation, &
-         rupture_slip, grouted, compression)
+      n = (findloc(is_set(through), .true., 1, back=.true.) + 1)/2
+      if (any(through_block(n + 1:) /= '')) call input_error(error, place, &
+         'through_block names more blocks than through has points ('//to_text(n)//')')
+      reading = reading_type(name, [from_block, through_block(:n), to_block], &
+         reshape([from, through(:2*n), to], [2, n + 2]), axial_stiffness, shear_stiffness, &
+         pretension, yield_force, shear_yield_force, rupture_elongation, rupture_slip, grouted, &
+         compression)
    end subroutine read_bolt
 
    !> Names, places and numbers; what only a grouted bolt has must not be given of another.
@@ -97,8 +106,13 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (reading%name == '') call input_error(error, place, 'name is missing')
-      call require_list(error, place, 'from', reading%from)
-      call require_list(error, place, 'to', reading%to)
+      associate (point => reading%point, n => size(reading%point, 2))
+         call require_list(error, place, 'from', point(:, 1))
+         call require_list(error, place, 'through', [point(:, 2:n - 1)])
+         call require_list(error, place, 'to', point(:, n))
+         if (n > 2 .and. (reading%grouted .or. reading%compression)) call input_error(error, &
+            place, 'a cable through points is not grouted and takes no compression')
+      end associate
       call require(error, place, 'axial_stiffness pretension', [reading%axial_stiffness, &
          reading%pretension])
       call require_given('shear_stiffness', reading%shear_stiffness)
@@ -134,27 +148,22 @@ contains
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(bolt_type) :: bolt
-      real(wp) :: from(2), to(2), length
-      integer :: ends(2)
+      real(wp), allocatable :: point(:,:)
+      integer :: owner(size(reading%blocks)), k
 
-      from = reading%from - model%origin
-      to = reading%to - model%origin
-      call find_block(place, model%blocks, model%block_names, model%origin, reading%blocks(1), &
-         from(1), from(2), ends(1), error)
-      call find_block(place, model%blocks, model%block_names, model%origin, reading%blocks(2), &
-         to(1), to(2), ends(2), error)
+      allocate (point, mold=reading%point)
+      do k = 1, size(owner)
+         point(:, k) = reading%point(:, k) - model%origin
+         call find_block(place, model%blocks, model%block_names, model%origin, reading%blocks(k), &
+            point(1, k), point(2, k), owner(k), error)
+      end do
+      call check_points(model, place, point, owner, error)
       if (allocated(error)) return
-      length = norm2(to - from)
-      if (ends(1) == ends(2) .or. length <= 0.0_wp) then
-         call input_error(error, place, 'both ends of the bolt are in the same block, '// &
-            quoted(trim(model%block_names(ends(1)))))
-         return
-      end if
       bolt%name = reading%name
       bolt%grouted = reading%grouted
       bolt%compression = reading%compression
       bolt%pretension = reading%pretension
-      bolt%direction = (to - from)/length
+      bolt%direction = (point(:, 2) - point(:, 1))/norm2(point(:, 2) - point(:, 1))
       bolt%stiffness = [reading%axial_stiffness, or_else(reading%shear_stiffness, 0.0_wp)]
       if (bolt%grouted .and. bolt%stiffness(across) <= 0.0_wp) bolt%stiffness(across) = &
          tiny(1.0_wp)
@@ -162,11 +171,32 @@ contains
       bolt%rupture = [or_else(reading%rupture_elongation, never), or_else(reading%rupture_slip, &
          never)]
       if (reading%grouted) then
-         call grout(model%blocks, place, bolt, from, to, ends, new, error)
+         call grout(model%blocks, place, bolt, point(:, 1), point(:, 2), owner, new, error)
       else
-         new = [placed(model%blocks, bolt, ends, reshape([from, to], [2, 2]))]
+         new = [placed(model%blocks, bolt, owner, point)]
       end if
    end subroutine make_bolt
+
+   !> The points of a bolt are apart, and not all in one block.
+   subroutine check_points(model, place, point, owner, error)
+      type(model_type), intent(in) :: model  !< with its blocks
+      type(place_type), intent(in) :: place  !< of the group
+      real(wp), intent(in) :: point(:,:)  !< [2,points] m, in the coordinates of the engine
+      integer, intent(in) :: owner(:)     !< [points] block of each
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: k
+
+      if (allocated(error)) return
+      if (all(owner == owner(1))) call input_error(error, place, &
+         'all points of the bolt are in the same block, '// &
+         quoted(trim(model%block_names(owner(1)))))
+      do k = 1, size(owner) - 1
+         if (norm2(point(:, k + 1) - point(:, k)) > 0.0_wp) cycle
+         call input_error(error, place, 'two points of the bolt that follow each other are at '// &
+            'the same place, ('//to_text(point(1, k) + model%origin(1))//', '// &
+            to_text(point(2, k) + model%origin(2))//')')
+      end do
+   end subroutine check_points
 
    !> A number, or another if it is not given.
    pure real(wp) function or_else(value, other)
@@ -175,19 +205,20 @@ contains
       or_else = merge(value, other, is_set(value))
    end function or_else
 
-   !> A spring between two places of two blocks.
-   pure type(bolt_type) function placed(blocks, bolt, ends, places) result(spring)
+   !> A spring between places of blocks.
+   pure type(bolt_type) function placed(blocks, bolt, owner, places) result(spring)
       type(blocks_type), intent(in) :: blocks  !< of the model
       type(bolt_type), intent(in) :: bolt  !< its law
-      integer, intent(in) :: ends(2)  !< blocks
-      real(wp), intent(in) :: places(2, 2)  !< [2,ends] m
-      integer :: i
+      integer, intent(in) :: owner(:)  !< [points] block of each
+      real(wp), intent(in) :: places(:,:)  !< [2,points] m
+      integer :: k
 
       spring = bolt
-      spring%block = ends
+      spring%block = owner
       spring%place = places
-      do i = 1, 2
-         spring%reference(:, i) = reference_of(blocks, ends(i), places(:, i))
+      allocate (spring%reference, mold=places)
+      do k = 1, size(owner)
+         spring%reference(:, k) = reference_of(blocks, owner(k), places(:, k))
       end do
    end function placed
 

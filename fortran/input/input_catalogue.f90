@@ -330,7 +330,7 @@ module dda_input_catalogue
          'outcrop: of the free surface of the half-space; incoming: half of it; within: of the '// &
          'boundary itself, which follows it', allowed="'outcrop', 'incoming', 'within'")]
 
-   type(variable_type), parameter :: bolt_variables(14) = [ &
+   type(variable_type), parameter :: bolt_variables(16) = [ &
       variable_type('name', 'text', '', 'required', &
          'name in the output, and that stages add or drop it by', allowed='any, used once'), &
       variable_type('from', 'real list', 'm', 'required', 'x and y of the first end'), &
@@ -355,7 +355,11 @@ module dda_input_catalogue
       variable_type('rupture_elongation', 'real', 'm', 'none', &
          'elongation since it was put in at which it breaks', above_zero), &
       variable_type('rupture_slip', 'real', 'm', 'none', &
-         'grouted: slip since then at which it breaks', above_zero)]
+         'grouted: slip since then at which it breaks', above_zero), &
+      variable_type('through', 'real list', 'm', 'none', &
+         'x and y of the points that a cable passes freely between its ends, in its order'), &
+      variable_type('through_block', 'text list', '', 'the first that holds the point', &
+         'blocks that these points are in', allowed='names or numbers of blocks')]
 
    type(variable_type), parameter :: traction_variables(7) = [ &
       variable_type('name', 'text', '', 'blank', 'name that stages add or drop it by', &

@@ -1,15 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A bolt: a spring between two material points, with a law of its own.
 !>
-!> Anchored at two points it is one spring along the line between them.  Grouted, it is a pair of
-!> springs at each joint that it crosses, along its axis and across it.
+!> Anchored at two points it is one spring along the line between them; a cable passes further
+!> points on its way, without friction.  Grouted, it is a pair of springs at each joint that it
+!> crosses, along its axis and across it.
 module dda_bolt
    use dda_kinds, only: wp
    implicit none
    private
-   public :: bolt_type, axial, across, never
+   public :: bolt_type, axial, across, never, most_points
 
    integer, parameter :: axial = 1, across = 2  !< components of a bolt
+   integer, parameter :: most_points = 64  !< of a bolt: its ends and those that it passes
    real(wp), parameter :: never = 0.1_wp*huge(1.0_wp)  !< of a strength: it is not reached
 
    !> One spring of a bolt (group &bolt).
@@ -18,9 +20,9 @@ module dda_bolt
       logical :: grouted = .false.                  !< at a joint, else between two anchors
       logical :: compression = .false.              !< it also takes compression
       logical :: present = .true.                   !< a stage may add it, or take it away
-      integer :: block(2) = 0                       !< that its ends are in
-      real(wp) :: reference(2, 2) = 0.0_wp          !< [2,ends] offsets ρ from the centroids, m
-      real(wp) :: place(2, 2) = 0.0_wp              !< [2,ends] first places, m
+      integer, allocatable :: block(:)              !< [points] that each of them is in
+      real(wp), allocatable :: reference(:,:)       !< [2,points] offsets ρ from the centroids, m
+      real(wp), allocatable :: place(:,:)           !< [2,points] first places, m
       real(wp) :: direction(2) = 0.0_wp             !< first axis; it turns with the first block
       real(wp) :: stiffness(2) = 0.0_wp             !< axial, across; N/m per metre of thickness
       real(wp) :: pretension = 0.0_wp               !< N per metre of thickness

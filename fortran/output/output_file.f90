@@ -8,6 +8,7 @@ module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
    use dda_byte_file, only: reserve_space, flush_file, close_file
+   use dda_bolt, only: bolt_type
    use dda_bolts, only: bolt_columns
    use dda_boundary_motion, only: boundary_series
    use dda_energy, only: energy_terms
@@ -107,6 +108,15 @@ module dda_output_file
       variable_type('bolt_block', nf90_int, 'axis bolt', '1', 'blocks of its ends, from 0'), &
       variable_type('bolt_place', nf90_double, 'coordinate4 bolt', 'm', &
          'first places of its ends: x, y, x, y')]
+
+   !> Points that cables pass, of models that have some.
+   type(variable_type), parameter :: through_variables(3) = [ &
+      variable_type('bolt_through', nf90_int, 'through', '1', &
+         'bolt that passes a point between its ends, from 0, in the order of its points'), &
+      variable_type('bolt_through_block', nf90_int, 'through', '1', &
+         'block that the point is in, from 0'), &
+      variable_type('bolt_through_place', nf90_double, 'axis through', 'm', &
+         'first place of the point')]
 
    !> Boundaries that something comes in through, of models that have some; the first six in the
    !> order of `take_boundary_motions`.
@@ -313,6 +323,10 @@ contains
          call define_dimension(dataset, 'coordinate4', 4)
          call define_variables(dataset, bolt_variables)
       end if
+      if (points_between(simulation%model%bolts) > 0) then
+         call define_dimension(dataset, 'through', points_between(simulation%model%bolts))
+         call define_variables(dataset, through_variables)
+      end if
       if (size(simulation%model%boundary_edges) > 0) then
          call define_dimension(dataset, 'boundary_edge', size(simulation%model%boundary_edges))
          call define_variables(dataset, edge_variables)
@@ -436,18 +450,35 @@ contains
    subroutine put_bolts(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       type(simulation_type), intent(in) :: simulation  !< at its present time
-      integer :: i
+      integer :: i, k, at
 
-      associate (bolts => simulation%model%bolts)
+      at = 0
+      associate (bolts => simulation%model%bolts, origin => simulation%model%origin)
          if (size(bolts) == 0) return
          call put_names(dataset, 'bolt', bolts%name)
          do i = 1, size(bolts)
-            call put(dataset, 'bolt_block', real(bolts(i)%block - 1, wp), [1, i], [2, 1])
-            call put(dataset, 'bolt_place', pack(bolts(i)%place &
-               + spread(simulation%model%origin, 2, 2), .true.), [1, i], [4, 1])
+            associate (block => bolts(i)%block, place => bolts(i)%place, n => size(bolts(i)%block))
+               call put(dataset, 'bolt_block', real(block([1, n]) - 1, wp), [1, i], [2, 1])
+               call put(dataset, 'bolt_place', pack(place(:, [1, n]) + spread(origin, 2, 2), &
+                  .true.), [1, i], [4, 1])
+               do k = 2, n - 1
+                  at = at + 1
+                  call put(dataset, 'bolt_through', [real(i - 1, wp)], [at], [1])
+                  call put(dataset, 'bolt_through_block', [real(block(k) - 1, wp)], [at], [1])
+                  call put(dataset, 'bolt_through_place', place(:, k) + origin, [1, at], [2, 1])
+               end do
+            end associate
          end do
       end associate
    end subroutine put_bolts
+
+   !> Points that cables pass between their ends.
+   pure integer function points_between(bolts) result(n)
+      type(bolt_type), intent(in) :: bolts(:)  !< of a model
+      integer :: i
+
+      n = sum([(size(bolts(i)%block) - 2, i=1, size(bolts))])
+   end function points_between
 
    !> Names and edges of boundaries.
    subroutine put_boundaries(dataset, simulation)

@@ -21,7 +21,7 @@ from .namelist import value_text
 # logical.
 _ENGINE_KINDS = {"real": "number", "integer": "whole", "text": "text", "real list": "numbers"}
 _ENGINE_KINDS |= {"text list": "texts", "logical": "logical"}
-_OWN_KINDS = {("block", "vertices"): "points"}
+_OWN_KINDS = {("block", "vertices"): "points", ("bolt", "through"): "points"}
 # Variables that arguments of `Model` methods may give by their place: these first.
 _FIRST = {
     "block": ("vertices", "name", "material", "joint"),

@@ -40,7 +40,7 @@ _UNITS = {
     "N/m": ((1e9, "GN/m"), (1e6, "MN/m"), (1e3, "kN/m"), (1.0, "N/m")),
     "°": ((1.0, "°"),),
 }
-BOLT, _BROKEN = "#7a1fa2", 4
+BOLT, BROKEN = "#7a1fa2", 4
 _MOST_DRAWN_OUTLINES = 30000
 _MOST_LABELS = 24  # of measured points
 _LEAST_MOVEMENT = 0.01  # of the largest: below, a slip or opening is not drawn
@@ -393,9 +393,10 @@ def _bolts(axes: Axes, scene: Scene, frame: int) -> list:
     drawn = []
     for one in bolts:
         share = abs(one["force"]) / most if most and np.isfinite(one["force"]) else 0.4
-        style = ":" if one["state"] == _BROKEN else "-"
+        style = ":" if one["state"] == BROKEN else "-"
         for color, more in (("white", 1.6), (BOLT, 0.0)):
             look = {"color": color, "lw": 0.9 + 2.6 * share + more, "ls": style, "zorder": 6}
+            look |= {"solid_capstyle": "round", "solid_joinstyle": "round"}
             drawn += axes.plot(*one["places"].T, marker="o", ms=3.0, **look)
     return drawn
 

@@ -292,9 +292,13 @@ class Scene:
 
         A point moves with its block: x = x0 + R(θ) (I + ε) ρ.
         """
-        first, now = self.coordinates(0)[blocks], self.coordinates(frame)[blocks]
-        offset = np.linalg.solve(_gradient(first), (places - first[:, :2])[..., None])
-        return now[:, :2] + (_gradient(now) @ offset)[..., 0]
+        now = self.coordinates(frame)[blocks]
+        return now[:, :2] + (_gradient(now) @ self.offsets(blocks, places)[..., None])[..., 0]
+
+    def offsets(self, blocks: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Reference offsets ρ of points of blocks from the centroids, shape (k, 2), m."""
+        first = self.coordinates(0)[blocks]
+        return np.linalg.solve(_gradient(first), (places - first[:, :2])[..., None])[..., 0]
 
     def joint_movement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Slip and opening of `interfaces` since the first frame, shape (k,) each, m.
@@ -386,47 +390,65 @@ class Scene:
             found.append({"x": group["x"], "y": group["y"], "fx": fx[most], "fy": fy[most]})
         return found
 
+    def bolt_routes(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """Names of the bolts, blocks (k,) of the points on their way and first places (k, 2), m.
+
+        A cable runs through the points that it passes; a grouted bolt from its first end by the
+        joints that it crosses to the other one.  Before a run, when nothing moves, all blocks are
+        the first one.
+        """
+        routes = []
+        for group in listed(self.groups, "bolt"):
+            name = str(group.get("name", ""))
+            between = np.ravel(group.get("through", []))
+            points = np.reshape([*group["from"], *between, *group["to"]], (-1, 2)).astype(float)
+            blocks = np.zeros(len(points), dtype=int)
+            if "bolt_force" in self.data:
+                blocks, points = self._bolt_points(name, points)
+            routes.append((name, blocks, points))
+        return routes
+
+    def _bolt_points(self, name: str, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks and first places of the points of a bolt that its group has."""
+        with FILES:
+            mine = np.flatnonzero(self._bolt_names == name)
+            blocks = self.data["bolt_block"].values.astype(int)[mine]
+            places = self.data["bolt_place"].values.reshape(-1, 2, 2)[mine]
+            if len(points) > 2:
+                passed = self.data["bolt_through"].values == mine[0]
+                between = self.data["bolt_through_block"].values.astype(int)[passed]
+                return np.array([blocks[0, 0], *between, blocks[0, 1]]), points
+        blocks, places = blocks.ravel(), places.reshape(-1, 2)
+        if np.allclose(places[0], places[1]):  # at joints
+            blocks = np.array([blocks[0], *blocks, blocks[-1]])
+            places = np.vstack([points[:1], places, points[1:]])
+        return blocks, places
+
+    @cached_property
+    def _bolt_names(self) -> np.ndarray:
+        """Of the springs of bolts, shape (springs,)."""
+        return np.char.strip(self.data["bolt"].values.astype(str))
+
     def bolts(self, frame: int) -> list[dict]:
         """Bolts that are there: name, places (k, 2) (m), force (N/m, nan: unknown), state.
 
-        A grouted bolt runs from its first end by the joints that it crosses to the other one.  The
-        force is that of axis and shear together, of a grouted one the largest of its joints.
+        The force is that of axis and shear together, of a grouted bolt the largest of its joints.
         """
-        groups = listed(self.groups, "bolt")
-        ends = [np.array([group["from"], group["to"]], dtype=float) for group in groups]
-        names = [str(group.get("name", "")) for group in groups]
-        if "bolt_force" not in self.data:
-            return [
-                {"name": name, "places": end, "force": np.nan, "state": 1}
-                for name, end in zip(names, ends, strict=True)
-            ]
-        with FILES:
-            of = np.char.strip(self.data["bolt"].values.astype(str))
-            blocks = self.data["bolt_block"].values.astype(int)
-            places = self.data["bolt_place"].values.reshape(-1, 2, 2)
-            sample = self._sample_of(frame)
-            axial, shear = (self.data[f"bolt_{n}"][sample].values for n in ("force", "shear_force"))
-            force = np.hypot(axial, shear)
-            state = self.data["bolt_state"][sample].values
+        known = "bolt_force" in self.data
+        if known:
+            with FILES:
+                at = self._sample_of(frame)
+                axial, shear = (self.data[f"bolt_{n}"][at].values for n in ("force", "shear_force"))
+                force, states = np.hypot(axial, shear), self.data["bolt_state"][at].values
         found = []
-        for name, end in zip(names, ends, strict=True):
-            mine = np.flatnonzero(of == name)
-            if len(mine) == 0 or not state[mine].any():
-                continue
-            via = np.column_stack([end[:1].repeat(len(mine), 0), end[1:].repeat(len(mine), 0)])
-            owners, points = blocks[mine].ravel(), places[mine].reshape(-1, 2)
-            if len(mine) > 1 or np.allclose(places[mine[0], 0], places[mine[0], 1]):
-                owners = np.concatenate([owners[:1], owners, owners[-1:]])
-                points = np.vstack([via[:1, :2], points, via[:1, 2:]])
-            most = mine[np.argmax(abs(force[mine]))]
-            found.append(
-                {
-                    "name": name,
-                    "places": self.carried(owners, points, frame),
-                    "force": float(force[most]),
-                    "state": int(state[mine].max()),
-                }
-            )
+        for name, blocks, points in self.bolt_routes():
+            most, state = np.nan, 1
+            if known:
+                mine = self._bolt_names == name
+                most, state = force[mine].max(), states[mine].max()
+            if state:
+                one = {"name": name, "places": self.carried(blocks, points, frame)}
+                found.append(one | {"force": float(most), "state": int(state)})
         return found
 
     def _sample_of(self, frame: int) -> int:

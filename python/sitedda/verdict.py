@@ -93,7 +93,12 @@ def run_scheme(history: xr.Dataset) -> Scheme:
 
 def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     """Which damping a model has, at frequencies (Hz), in one line."""
-    step = float(np.max(history.time_step))
+    steps = history.time_step.values[1:][
+        np.diff(history.time.values) > 0
+    ]  # static ones take no time
+    if len(steps) == 0:
+        return "static stages alone: damping does not count"
+    step = float(np.max(steps))
     scheme = run_scheme(history)
     ratios = [scheme_damping(f, step, scheme) if f < 0.5 / step else np.nan for f in frequencies]
     at = ", ".join(

@@ -236,7 +236,7 @@ def test_bits_of_both_programs_and_of_a_resumed_run(native, tmp_path, same_bits)
     ("changes", "words"),
     [
         ({"to": (0.5, 2.0)}, "the point (0.5, 2) lies outside every block"),
-        ({"from": (0.2, 0.5)}, "both ends of the bolt are in the same block, 'below'"),
+        ({"from": (0.2, 0.5)}, "all points of the bolt are in the same block, 'below'"),
         ({"axial_stiffness": -1.0}, "axial_stiffness"),
         ({"shear_stiffness": 1e6}, "grouted = .true."),
         ({"pretension": 2e4, "yield_force": 1e4}, "is above yield_force"),

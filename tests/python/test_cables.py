@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cables past several points against closed forms: pulleys, slings, rows of blocks, pendulums."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import sitedda
+from sitedda.model import Model
+from sitedda.scene import Scene
+from sitedda.validation.model import residual
+
+STIFFNESS, GRAVITY = 1.0e6, 10.0  # N/m, m/s²
+HEAVY, LIGHT = 6000.0, 2000.0  # kg/m
+TENSION = 2.0 * GRAVITY * HEAVY * LIGHT / (HEAVY + LIGHT)  # N/m
+
+
+def square(x, y, side=1.0) -> list[tuple[float, float]]:
+    """Vertices about a centre."""
+    half = 0.5 * side
+    return [(x + a * half, y + b * half) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+
+
+def stiff_model(title, **control) -> Model:
+    """A model of blocks whose strains do not count."""
+    model = Model(title, gravity=(0.0, -GRAVITY), **control)
+    model.contact(normal_stiffness=1e11)
+    model.material("rock", density=2000.0, young_modulus=1e14, poisson_ratio=0.0)
+    model.material("heavy", density=6000.0, young_modulus=1e14, poisson_ratio=0.0)
+    model.joint("joint", friction_angle=30.0)
+    return model
+
+
+def atwood(steps=2000, time_step=1e-4, **cable) -> Model:
+    """A heavy and a light block on a cable over two points of a held beam."""
+    model = stiff_model("Atwood's machine", time_step=time_step, steps=steps)
+    model.output(history_interval=10)
+    model.block([(-3, 9), (3, 9), (3, 10), (-3, 10)], name="beam", material="rock")
+    for x in (-3.0, 3.0):
+        model.fixed_point(x, 10.0, "beam")
+    model.block(square(-2, 2), name="left", material="heavy")
+    model.block(square(2, 2), name="right", material="rock")
+    model.measured_point("left", -2.0, 2.0)
+    model.measured_point("right", 2.0, 2.0)
+    values = {"axial_stiffness": STIFFNESS, "through": [(-2, 9.5), (2, 9.5)]} | cable
+    model.bolt("cable", (-2, 2), (2, 2), **values)
+    return model
+
+
+def test_a_machine_of_atwood_accelerates():
+    """With the tension of the motion from the start, a = g (m₁ − m₂)/(m₁ + m₂) in every step."""
+    history = atwood(pretension=TENSION).run().history
+    speed = history.velocity.sel(axis="y").values
+    expected = GRAVITY * (HEAVY - LIGHT) / (HEAVY + LIGHT) * history.time.values
+    assert speed[-1, 0] == pytest.approx(-expected[-1], rel=1e-5)
+    assert speed[-1, 1] == pytest.approx(expected[-1], rel=1e-5)
+    assert history.bolt_force.values == pytest.approx(TENSION, rel=1e-5)
+    assert residual(history) < 1e-9
+
+
+def test_the_cable_of_the_machine_swings():
+    """Sudden gravity: N = T (1 − cos ωt), ω² = k (m₁ + m₂)/(m₁ m₂), less the damping ωΔt/4."""
+    history = atwood().run().history
+    omega = math.sqrt(STIFFNESS * (HEAVY + LIGHT) / (HEAVY * LIGHT))
+    time = history.time.values
+    damped = np.exp(-0.25 * omega**2 * 1e-4 * time)
+    expected = TENSION * (1.0 - damped * np.cos(omega * time))
+    assert abs(history.bolt_force[:, 0] - expected).max() < 1e-3 * TENSION
+    assert history.bolt_elongation.max() == pytest.approx(expected.max() / STIFFNESS, rel=1e-3)
+    assert residual(history) < 1e-9
+
+
+def test_a_cable_yields_as_one():
+    """At constant force m₁ falls with g − F/m₁, and the loss is F times the plastic stretch."""
+    force = 0.5 * TENSION
+    history = atwood(pretension=force, yield_force=force).run().history
+    speed = history.velocity.sel(axis="y").values[-1]
+    assert speed[0] == pytest.approx(-(GRAVITY - force / HEAVY) * 0.2, rel=1e-5)
+    assert speed[1] == pytest.approx(-(GRAVITY - force / LIGHT) * 0.2, rel=1e-5)
+    stretch = float(history.bolt_elongation[-1, 0])
+    assert float(history.energy_yield[-1]) == pytest.approx(force * stretch, rel=1e-6)
+    assert residual(history) < 1e-9
+
+
+HALF_SPAN, DROP = 3.0, 4.0  # m
+
+
+def sling(**control) -> Model:
+    """A block hung on a cable that is fixed on both sides above and passes it freely."""
+    model = stiff_model("Sling", time_step=1e-3, settle=True, **control)
+    for name, x in (("left", -HALF_SPAN), ("right", HALF_SPAN)):
+        model.block(square(x, DROP), name=name, material="rock")
+        for dx in (-0.5, 0.5):
+            model.fixed_point(x + dx, DROP + 0.5, name)
+    model.block(square(0, 0), name="hung", material="rock")
+    model.bolt("cable", (-HALF_SPAN, DROP), (HALF_SPAN, DROP), through=[(0, 0)],
+               through_block=["hung"], axial_stiffness=STIFFNESS, pretension=10e3)  # fmt: skip
+    return model
+
+
+def rest_of_sling() -> tuple[float, float]:
+    """Sag (m) and tension (N/m) of the sling: W = 2 N cos β."""
+    weight, first = LIGHT * GRAVITY, math.hypot(HALF_SPAN, DROP)
+
+    def tension(sag):
+        return 10e3 + STIFFNESS * 2.0 * (math.hypot(HALF_SPAN, DROP + sag) - first)
+
+    def unbalanced(sag):
+        cosine = (DROP + sag) / math.hypot(HALF_SPAN, DROP + sag)
+        return 2.0 * tension(sag) * cosine - weight
+
+    sag = brentq(unbalanced, -1.0, 1.0, xtol=1e-15)
+    return sag, tension(sag)
+
+
+def test_a_sling_carries_a_block():
+    sag, tension = rest_of_sling()
+    with sitedda.Simulation(sling(steps=1)) as run:
+        run.advance(1)
+        assert run.bolts["force"] == pytest.approx([tension], rel=1e-6)
+        assert run.coordinates[2, 1] == pytest.approx(-sag, rel=1e-5)
+        assert run.coordinates[2, 0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_modes_of_a_sling():
+    """Sideways a sling of given length swings on an ellipse, ω² = N/L · 2 cos²β/m; up and down
+    with ω² = (4 k cos²β + 2 N sin²β/L)/m."""
+    sag, tension = rest_of_sling()
+    length = math.hypot(HALF_SPAN, DROP + sag)
+    cosine = (DROP + sag) / length
+    sideways = 2.0 * tension / length * cosine**2
+    upright = 4.0 * STIFFNESS * cosine**2 + 2.0 * tension / length * (1.0 - cosine**2)
+    expected = [math.sqrt(k / LIGHT) / (2.0 * math.pi) for k in (sideways, upright)]
+    found = sitedda.modes(sling(steps=1), count=6).frequency
+    for frequency in expected:
+        assert abs(found / frequency - 1.0).min() < 1e-4
+
+
+def test_a_pretensioned_cable_presses_a_row_together():
+    """Each joint of the row carries the force of the cable, and no block is bent."""
+    model = stiff_model("Row", time_step=1e-3, steps=1, settle=True)
+    model.control(gravity=(0.0, 0.0))
+    for i in range(3):
+        model.block(square(i, 0), name=f"block_{i}", material="rock")
+    model.fixed_point(0.0, 0.0, "block_0")
+    model.fixed_point(-0.5, 0.0, "block_0")
+    model.bolt("cable", (0, 0.2), (2, 0.2), through=[(0.6, 0.2), (1.4, 0.2)],
+               axial_stiffness=STIFFNESS, pretension=50e3)  # fmt: skip
+    run = model.run()
+    force = float(run.history.bolt_force[-1, 0])
+    scene = Scene.of(run)
+    contacts = scene.contacts(scene.frames - 1)
+    assert force == pytest.approx(50e3, rel=1e-3)
+    assert contacts["normal_force"].sum() == pytest.approx(2.0 * force, rel=1e-6)
+    assert abs(run.history.energy_balance).max() < 1e-6 * run.history.energy_support.max()
+
+
+def pendulum(integration="midpoint", anchor=0.5, steps=20000) -> Model:
+    """A block of 2000 kg/m that swings on a bolt to a held one above."""
+    model = stiff_model("Pendulum", time_step=1e-3, steps=steps, integration=integration)
+    model.output(history_interval=100)
+    model.block(square(0, 5), name="above", material="rock")
+    model.block(square(0, 0), name="below", material="heavy")
+    model["material"][1](density=2000.0, initial_velocity=(0.1, 0.0, 0.0))
+    for x in (-0.5, 0.5):
+        model.fixed_point(x, 5.5, "above")
+    model.bolt("tie", (0, 5), (0, anchor), axial_stiffness=1e7, pretension=20e3)
+    return model
+
+
+@pytest.mark.parametrize("integration", ["dda", "midpoint"])
+def test_a_pendulum_gains_no_energy(integration):
+    """ω²Δt/2 a second is lost by the scheme, and the exact geometry adds nothing."""
+    history = pendulum(integration, 0.0).run().history
+    omega = math.sqrt(GRAVITY / 5.0)
+    start = 0.5 * 2000.0 * 0.1**2
+    lost = float(history.energy_algorithmic[-1])
+    assert lost == pytest.approx(start * (1.0 - math.exp(-0.5 * omega**2 * 1e-3 * 20.0)), rel=2e-2)
+    assert abs(history.energy_geometric).max() < 1e-6 * start
+
+
+def test_modes_of_a_pendulum():
+    """Those of a double pendulum: the bolt of length l, and the block about an anchor at a."""
+    arm, radius = 0.5, 1.0 / math.sqrt(6.0)  # m, of gyration
+    length = 5.0 - arm
+    mass = np.array([[length**2, length * arm], [length * arm, arm**2 + radius**2]])
+    weight = GRAVITY * np.diag([length, arm])
+    expected = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, weight)).real) / (2.0 * math.pi)
+    found = sitedda.modes(pendulum(anchor=arm, steps=1), count=8).frequency
+    for frequency in expected:
+        assert abs(found / frequency - 1.0).min() < 1e-4
+
+
+def test_a_removed_block_takes_its_cable_along():
+    """Also one that the cable passes between its ends; then both blocks fall freely."""
+    model = atwood(steps=None, time_step=1e-3)
+    model.stage(name="hang", steps=20)
+    model.stage(name="cut", steps=100, remove="beam")
+    history = model.run().history
+    assert history.bolt_state[[0, -1], 0].values.tolist() == [1, 0]
+    assert float(history.bolt_force[-1, 0]) == 0.0
+    speed = history.velocity.sel(axis="y").values
+    assert speed[-1] - speed[2] == pytest.approx(-GRAVITY * 0.1, rel=1e-9)
+
+
+def test_bits_of_threads_and_of_a_resumed_run(native, tmp_path, same_bits, monkeypatch):
+    model = atwood(steps=1200, yield_force=1.5 * TENSION)
+    model.output(file="out.nc", block_interval=400)
+    file = model.write(tmp_path / "model.nml")
+    whole = sitedda.run(file).history
+    for threads in ("1", "2"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        assert native("run", file, "-q", folder=tmp_path).returncode == 0
+        same_bits(whole, tmp_path / "out.nc")
+    with sitedda.Simulation(file, tmp_path / "again.nc") as run:
+        run.advance(700)
+        run.checkpoint()
+        run.advance(100)
+    same_bits(whole, sitedda.resume(file, tmp_path / "again.nc").history)
+
+
+def test_pictures_know_the_points_of_a_cable():
+    """Before a run and in its frames."""
+    model = atwood(steps=100, pretension=TENSION)
+    model.output(block_interval=100)
+    before = Scene.of(model).bolts(0)[0]
+    assert before["places"].tolist() == [[-2, 2], [-2, 9.5], [2, 9.5], [2, 2]]
+    scene = Scene.of(model.run())
+    after = scene.bolts(scene.frames - 1)[0]
+    fall = 0.5 * GRAVITY * 0.5 * 0.01**2
+    assert after["places"][:, 1] == pytest.approx([2 - fall, 9.5, 9.5, 2 + fall], abs=1e-6)
+    assert after["force"] == pytest.approx(TENSION, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"through": [(0.0, 5.0)]}, "the point (0, 5) lies outside every block"),
+        ({"through": [(-2, 9.5), (-2, 9.5)]}, "are at the same place, (-2, 9.5)"),
+        ({"through": [(-2.0, 2.0)]}, "are at the same place, (-2, 2)"),
+        ({"to": (-2.2, 2.2), "through": [(-2.1, 2.1)]}, "all points of the bolt are in the same"),
+        ({"to": None}, "to: a value is left out"),
+        ({"grouted": True}, "a cable through points is not grouted"),
+        ({"compression": True}, "takes no compression"),
+        ({"through_block": ["beam", "beam", "beam"]}, "names more blocks than through has"),
+        ({"through_block": ["left"]}, "the point (-2, 9.5) lies outside block 'left'"),
+        ({"through_block": ["no"]}, "'no' is not the name or number of a block"),
+    ],
+)
+def test_bad_cables_are_refused(changes, words):
+    model = atwood()
+    model["bolt"][0](**changes)
+    with pytest.raises(sitedda.InputError, match="group &bolt") as caught:
+        sitedda.Simulation(model)
+    assert words in str(caught.value)
+
+
+def test_half_a_point_is_refused(tmp_path):
+    file = atwood().write(tmp_path / "model.nml")
+    text = file.read_text()
+    assert "9.5, 2.0, 9.5" in text
+    file.write_text(text.replace("9.5, 2.0, 9.5", "9.5, 2.0"))
+    with pytest.raises(sitedda.InputError, match="through: a value is left out"):
+        sitedda.Simulation(file)
