@@ -205,6 +205,7 @@ contains
       call add_energy(simulation%energy, energy_kinetic_damping, loss)
       simulation%energy%value(energy_kinetic) = 0.0_wp
       simulation%blocks%acceleration = 0.0_wp
+      simulation%blocks%mean_velocity = 0.0_wp
    end subroutine stop_blocks
 
    !> List the contacts of the present geometry and evaluate their laws there, at d = 0.

@@ -53,6 +53,8 @@ module dda_blocks
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
       real(wp), allocatable :: acceleration(:,:)   !< [6,n] of the scheme (paper eq. 5)
+      !> [6,4,n] d/Δt of the last four steps, the last one first
+      real(wp), allocatable :: mean_velocity(:,:,:)
       real(wp), allocatable :: rest_strain(:,:)    !< [3,n] at the end of statics; 0 blocks: no body
       real(wp), allocatable :: memory(:,:,:)       !< [3,mechanisms,n] ζ_l
       ! Follows from the state
@@ -104,7 +106,7 @@ contains
          blocks%inertia(6, 6, n), blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
       allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), &
-         source=0.0_wp)
+         blocks%mean_velocity(6, 4, n), source=0.0_wp)
       allocate (blocks%damping(0), blocks%rest_strain(3, 0), blocks%memory(3, 0, 0))
    end subroutine allocate_blocks
 
@@ -227,6 +229,7 @@ contains
       end if
       blocks%velocity(:, b) = 0.0_wp
       blocks%acceleration(:, b) = 0.0_wp
+      blocks%mean_velocity(:, :, b) = 0.0_wp
    end subroutine remove_block
 
    !> M = ρ ∫ TᵀT from the mass and the second moments of mass (x², y², xy) about the centroid.

@@ -229,6 +229,7 @@ contains
       call serialise(archive, blocks%position)
       call serialise(archive, blocks%velocity)
       call serialise(archive, blocks%acceleration)
+      call serialise(archive, blocks%mean_velocity)
       if (has_memory(blocks)) then
          call serialise(archive, blocks%rest_strain)
          call serialise(archive, blocks%memory)
