@@ -3,7 +3,8 @@
 !>
 !> `serialise` writes a value or an array while the archive is being written, and reads it while the
 !> archive is being read, so that the two directions cannot differ.  Every array is preceded by its
-!> size; the first mismatch is noted in `failure`, and nothing is read after it.
+!> size; the first mismatch is noted in `failure`, and nothing is read after it.  The bytes of a
+!> large state pass through a stream: they would take as much memory as the state itself.
 module dda_archive
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8
@@ -11,16 +12,34 @@ module dda_archive
    use dda_kinds, only: wp, sp, long
    implicit none
    private
-   public :: archive_type, write_archive, read_archive, serialise, serialise_label, &
-      serialise_number, serialise_count, serialise_list, check_list, fail_archive
+   public :: archive_type, archive_stream_type, write_archive, read_archive, serialise, &
+      serialise_label, serialise_number, serialise_count, serialise_list, check_list, fail_archive
 
-   integer(long), parameter :: first_size = 65536  !< bytes
+   integer(long), parameter :: buffer_size = 2_long**20  !< bytes
+
+   !> Where bytes go to when the buffer of an archive is full, and come from when it is empty.
+   type, abstract :: archive_stream_type
+   contains
+      procedure(move_bytes), deferred :: put  !< write all of them
+      procedure(move_bytes), deferred :: get  !< read all of them
+   end type archive_stream_type
+
+   abstract interface
+      subroutine move_bytes(self, bytes)
+         import :: archive_stream_type, int8
+         class(archive_stream_type), intent(inout) :: self  !< at its position
+         integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any], written or read
+      end subroutine move_bytes
+   end interface
 
    !> Serialised bytes, and the position in them.
    type :: archive_type
       logical :: reading = .false.
-      integer(int8), allocatable :: bytes(:)
+      integer(int8), allocatable :: bytes(:)     !< all of them, or the buffer of the stream
+      class(archive_stream_type), allocatable :: stream
       integer(long) :: at = 0                    !< bytes written or read
+      integer(long) :: before = 0                !< bytes before the first of `bytes`
+      integer(long) :: length = 0                !< bytes that there are to read
       character(len=:), allocatable :: failure   !< why the rest cannot be read
    end type archive_type
 
@@ -32,23 +51,31 @@ module dda_archive
 
 contains
 
-   !> An empty archive to write to.
+   !> An empty archive to write to; its stream, if it gets one, is at its beginning.
    pure subroutine write_archive(archive)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< written
 
       archive%reading = .false.
       archive%at = 0
+      archive%before = 0
       if (allocated(archive%failure)) deallocate (archive%failure)
-      if (.not. allocated(archive%bytes)) allocate (archive%bytes(first_size))
+      if (.not. allocated(archive%bytes)) allocate (archive%bytes(buffer_size))
    end subroutine write_archive
 
-   !> Read `bytes` from their beginning.
-   pure subroutine read_archive(archive)
-      type(archive_type), intent(inout) :: archive  !< written or read
+   !> Read `bytes` from their beginning, or a stream of a given length from where it stands.
+   pure subroutine read_archive(archive, length)
+      type(archive_type), intent(inout) :: archive     !< read
+      integer(long), intent(in), optional :: length    !< of the stream, bytes
 
       archive%reading = .true.
       archive%at = 0
+      archive%before = 0
       if (allocated(archive%failure)) deallocate (archive%failure)
+      if (.not. allocated(archive%bytes)) allocate (archive%bytes(buffer_size))
+      archive%length = size(archive%bytes, kind=long)
+      if (.not. present(length)) return
+      archive%before = -archive%length  ! nothing of the stream is in the buffer
+      archive%length = length
    end subroutine read_archive
 
    !> From here on nothing is read; the first reason stays.
@@ -65,22 +92,43 @@ contains
       type(c_ptr), intent(in) :: place        !< of the value
       integer(long), intent(in) :: bytes      !< of the value
       integer(int8), pointer, contiguous :: value(:)
+      integer(long) :: done, part, used
 
+      if (archive%reading .and. bytes > archive%length - archive%at) &
+         call fail_archive(archive, 'it ends too early')
       if (allocated(archive%failure) .or. bytes == 0) return
       call c_f_pointer(place, value, [bytes])
-      associate (first => archive%at + 1, last => archive%at + bytes)
-         if (.not. archive%reading) then
-            call grow(archive%bytes, last)
-            call copy(value, archive%bytes(first:last))
-         else if (last <= size(archive%bytes, kind=long)) then
-            call copy(archive%bytes(first:last), value)
+      done = 0
+      do while (done < bytes)
+         call make_room(archive, bytes - done)
+         used = archive%at - archive%before
+         part = min(bytes - done, size(archive%bytes, kind=long) - used)
+         if (archive%reading) then
+            call copy(archive%bytes(used + 1:used + part), value(done + 1:done + part))
          else
-            call fail_archive(archive, 'it ends too early')
-            return
+            call copy(value(done + 1:done + part), archive%bytes(used + 1:used + part))
          end if
-      end associate
-      archive%at = archive%at + bytes
+         archive%at = archive%at + part
+         done = done + part
+      end do
    end subroutine pass
+
+   !> The position comes to stand before the end of the buffer.
+   subroutine make_room(archive, wanted)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      integer(long), intent(in) :: wanted           !< bytes that come
+      integer(long) :: used
+
+      used = archive%at - archive%before
+      if (.not. allocated(archive%stream)) then
+         if (.not. archive%reading) call grow(archive%bytes, used + wanted)
+      else if (used == size(archive%bytes, kind=long)) then
+         if (.not. archive%reading) call archive%stream%put(archive%bytes)
+         archive%before = archive%at
+         if (archive%reading) call archive%stream%get(archive%bytes(:min(archive%length &
+            - archive%at, size(archive%bytes, kind=long))))
+      end if
+   end subroutine make_room
 
    !> Copy bytes between places that do not overlap.
    pure subroutine copy(from, to)
@@ -120,7 +168,7 @@ contains
       integer(long) :: limit
 
       limit = huge(count)
-      if (archive%reading) limit = min(limit, size(archive%bytes, kind=long) - archive%at)
+      if (archive%reading) limit = min(limit, archive%length - archive%at)
       call serialise_number(archive, count, 0, int(limit))
    end subroutine serialise_count
 

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> An archive in a file that shows whether it is whole: a mark, the version of the format, the
-!> length, and a checksum at the end.
+!> An archive in a file that shows whether it is whole: a mark and the version of the format before
+!> it, its length and a checksum behind it.
 module dda_checked_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
-   use dda_archive, only: archive_type
+   use dda_archive, only: archive_type, archive_stream_type, write_archive, read_archive
    use dda_byte_file, only: byte_file_type, open_file, to_read, to_overwrite, &
       size_of_file, read_bytes, write_bytes, cut_file, flush_stream, close_file
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes
@@ -12,68 +12,142 @@ module dda_checked_file
    use dda_text, only: to_text
    implicit none
    private
-   public :: write_checked, read_checked
+   public :: begin_writing, end_writing, begin_reading, end_reading
 
    character(len=8), parameter :: mark = 'SITEDDA'//achar(26)
-   integer(long), parameter :: format_version = 1
-   integer, parameter :: head_bytes = 24, sum_bytes = 8
+   integer(long), parameter :: format_version = 2
+   integer, parameter :: head_bytes = 16, length_bytes = 8, sum_bytes = 8
+   integer(long), parameter :: chunk = 2_long**20  !< bytes read together to check them
+
+   !> An open file, and the checksum of what has been written.
+   type, extends(archive_stream_type) :: checked_stream_type
+      type(byte_file_type) :: file
+      type(checksum_type) :: checksum
+      type(error_type), allocatable :: error  !< the first one; nothing happens after it
+   contains
+      procedure :: put => put_bytes
+      procedure :: get => get_bytes
+   end type checked_stream_type
 
 contains
 
-   !> Write an archive over a file of that name, flushed to the disk or only to the system.
-   subroutine write_checked(name, archive, to_disk, error)
+   !> Write an archive over a file of that name from now on.
+   subroutine begin_writing(name, archive, error)
       character(len=*), intent(in) :: name  !< path
-      type(archive_type), intent(in) :: archive  !< written
-      logical, intent(in) :: to_disk  !< else only to the system
+      type(archive_type), intent(inout) :: archive  !< to be written
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(byte_file_type) :: file
+      type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
 
-      head = transfer([transfer(mark, 0_long), format_version, archive%at], head)
-      call open_file(file, name, to_overwrite, error)
-      call write_bytes(file, head, error)
-      call write_bytes(file, archive%bytes(:archive%at), error)
-      call write_bytes(file, sum_of(head, archive%bytes(:archive%at)), error)
-      call cut_file(file, head_bytes + archive%at + sum_bytes, error)
-      call flush_stream(file, to_disk, error)
-      call close_file(file, error)
-   end subroutine write_checked
+      allocate (stream)
+      call open_file(stream%file, name, to_overwrite, error)
+      if (allocated(error)) return
+      call begin_checksum(stream%checksum)
+      head = head_of_file()
+      call stream%put(head)
+      call move_alloc(stream, archive%stream)
+      call write_archive(archive)
+   end subroutine begin_writing
 
-   !> Read an archive back; an error if the file is not one, is of another format, or is not whole.
-   subroutine read_checked(name, archive, error)
-      character(len=*), intent(in) :: name  !< path
-      type(archive_type), intent(inout) :: archive  !< written or read
+   !> The archive is written; flush it to the disk or only to the system.
+   subroutine end_writing(archive, to_disk, error)
+      type(archive_type), intent(inout) :: archive  !< written
+      logical, intent(in) :: to_disk  !< else only to the system
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(byte_file_type) :: file
-      integer(int8) :: head(head_bytes), found(sum_bytes)
+      integer(int8) :: word(length_bytes)
+
+      select type (stream => archive%stream)
+       type is (checked_stream_type)
+         call stream%put(archive%bytes(:archive%at - archive%before))
+         word = transfer(archive%at, word)
+         call stream%put(word)
+         word = transfer(stream%checksum%value, word)
+         call write_bytes(stream%file, word, stream%error)
+         call cut_file(stream%file, head_bytes + archive%at + length_bytes + sum_bytes, &
+            stream%error)
+         call flush_stream(stream%file, to_disk, stream%error)
+      end select
+      call end_stream(archive, error)
+   end subroutine end_writing
+
+   !> Read an archive back from now on; an error if the file is not one, is of another format, or is
+   !> not whole.
+   subroutine begin_reading(name, archive, error)
+      character(len=*), intent(in) :: name  !< path
+      type(archive_type), intent(inout) :: archive  !< to be read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(checked_stream_type), allocatable :: stream
+      integer(int8) :: head(head_bytes)
       integer(long) :: bytes
 
-      call open_file(file, name, to_read, error)
+      allocate (stream)
+      call open_file(stream%file, name, to_read, error)
       if (allocated(error)) return
-      bytes = size_of_file(file) - head_bytes - sum_bytes
+      bytes = size_of_file(stream%file) - head_bytes - length_bytes - sum_bytes
       if (bytes < 0) call fail(error, error_file, name//' is cut short')
-      call read_bytes(file, head, error)
-      if (.not. allocated(error)) call check_head(name, head, bytes, error)
-      if (.not. allocated(error)) then
-         if (allocated(archive%bytes)) deallocate (archive%bytes)
-         allocate (archive%bytes(bytes))
-         call read_bytes(file, archive%bytes, error)
-         call read_bytes(file, found, error)
+      call read_bytes(stream%file, head, error)
+      if (.not. allocated(error)) call check_head(name, head, error)
+      if (.not. allocated(error)) call check_content(name, stream%file, head, bytes, error)
+      if (allocated(error)) then
+         call close_file(stream%file, error)
+         return
       end if
-      if (.not. allocated(error)) then
-         if (any(found /= sum_of(head, archive%bytes))) call fail(error, error_file, name// &
-            ' is damaged: its checksum is wrong')
-      end if
-      call close_file(file, error)
-   end subroutine read_checked
+      call move_alloc(stream, archive%stream)
+      call read_archive(archive, bytes)
+   end subroutine begin_reading
 
-   !> Mark, version and length must be those of a whole file.
-   subroutine check_head(name, head, bytes, error)
+   !> The archive is read.
+   subroutine end_reading(archive, error)
+      type(archive_type), intent(inout) :: archive  !< read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      call end_stream(archive, error)
+   end subroutine end_reading
+
+   !> Close the file, and pass its error on.
+   subroutine end_stream(archive, error)
+      type(archive_type), intent(inout) :: archive  !< gets rid of its stream
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      select type (stream => archive%stream)
+       type is (checked_stream_type)
+         call close_file(stream%file, stream%error)
+         if (.not. allocated(error)) call move_alloc(stream%error, error)
+      end select
+      deallocate (archive%stream)
+   end subroutine end_stream
+
+   !> Write bytes, and add them to the checksum.
+   subroutine put_bytes(self, bytes)
+      class(checked_stream_type), intent(inout) :: self  !< open to be written
+      integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any]; only read here
+
+      call add_bytes(self%checksum, bytes)
+      call write_bytes(self%file, bytes, self%error)
+   end subroutine put_bytes
+
+   !> Read bytes of a file whose checksum is right; zeros after an error.
+   subroutine get_bytes(self, bytes)
+      class(checked_stream_type), intent(inout) :: self  !< open to be read
+      integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any]
+
+      call read_bytes(self%file, bytes, self%error)
+      if (allocated(self%error)) bytes = 0
+   end subroutine get_bytes
+
+   !> Mark and version.
+   pure function head_of_file() result(head)
+      integer(int8) :: head(head_bytes)
+
+      head = transfer([transfer(mark, 0_long), format_version], head)
+   end function head_of_file
+
+   !> Mark and version must be those of this format.
+   subroutine check_head(name, head, error)
       character(len=*), intent(in) :: name  !< path
       integer(int8), intent(in) :: head(head_bytes)  !< of the file
-      integer(long), intent(in) :: bytes  !< that the file has between its head and its checksum
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer(long) :: words(3)
+      integer(long) :: words(2)
 
       words = transfer(head, words)
       if (transfer(words(1), mark) /= mark) then
@@ -81,22 +155,42 @@ contains
       else if (words(2) /= format_version) then
          call fail(error, error_file, name//' has format '//to_text(words(2))// &
             ', this version reads '//to_text(format_version))
-      else if (words(3) /= bytes) then
-         call fail(error, error_file, name//' is cut short or has grown: it holds '// &
-            to_text(bytes)//' bytes of '//to_text(words(3)))
       end if
    end subroutine check_head
 
-   !> The checksum of head and content.
-   pure function sum_of(head, bytes) result(sum)
-      integer(int8), contiguous, intent(in) :: head(:), bytes(:)  !< [head_bytes], [bytes]
-      integer(int8) :: sum(sum_bytes)
+   !> Length and checksum must be right; leaves the file at the beginning of the archive.
+   subroutine check_content(name, file, head, bytes, error)
+      character(len=*), intent(in) :: name           !< path
+      type(byte_file_type), intent(in) :: file       !< behind its head
+      integer(int8), intent(in) :: head(head_bytes)  !< of the file
+      integer(long), intent(in) :: bytes             !< between head and length
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer(int8), allocatable :: part(:)
+      integer(int8) :: length(length_bytes), found(sum_bytes), again(head_bytes)
       type(checksum_type) :: checksum
+      integer(long) :: left, n
 
+      allocate (part(min(chunk, bytes)))
       call begin_checksum(checksum)
       call add_bytes(checksum, head)
-      call add_bytes(checksum, bytes)
-      sum = transfer(checksum%value, sum)
-   end function sum_of
+      left = bytes
+      do while (left > 0)
+         n = min(chunk, left)
+         call read_bytes(file, part(:n), error)
+         call add_bytes(checksum, part(:n))
+         left = left - n
+      end do
+      call read_bytes(file, length, error)
+      call add_bytes(checksum, length)
+      call read_bytes(file, found, error)
+      if (allocated(error)) return
+      if (transfer(length, bytes) /= bytes) then
+         call fail(error, error_file, name//' is cut short or has grown')
+      else if (transfer(found, bytes) /= checksum%value) then
+         call fail(error, error_file, name//' is damaged: its checksum is wrong')
+      else if (size_of_file(file) > 0) then  ! back to the beginning
+         call read_bytes(file, again, error)
+      end if
+   end subroutine check_content
 
 end module dda_checked_file

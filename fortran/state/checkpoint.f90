@@ -10,9 +10,9 @@
 module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
-   use dda_archive, only: archive_type, write_archive, read_archive, serialise
+   use dda_archive, only: archive_type, write_archive, serialise
    use dda_byte_file, only: flush_stream
-   use dda_checked_file, only: write_checked, read_checked
+   use dda_checked_file, only: begin_writing, end_writing, begin_reading, end_reading
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, error_checkpoint, fail
    use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
@@ -119,13 +119,14 @@ contains
 
       to_disk = is_due(checkpoints%flushing)
       call begin_task(checkpoints%flushing)
-      call write_archive(checkpoints%archive)
-      call serialise_identity(checkpoints, error)
-      call serialise_mark(checkpoints%archive, journal)
-      call serialise_simulation(checkpoints%archive, simulation)
       call flush_stream(journal%file, to_disk, error)
-      if (.not. allocated(error)) call write_checked(checkpoints%coming, checkpoints%archive, &
-         to_disk, error)
+      call begin_writing(checkpoints%coming, checkpoints%archive, error)
+      if (.not. allocated(error)) then
+         call serialise_identity(checkpoints, error)
+         call serialise_mark(checkpoints%archive, journal)
+         call serialise_simulation(checkpoints%archive, simulation)
+         call end_writing(checkpoints%archive, to_disk, error)
+      end if
       if (allocated(error)) then
          call remove_spare(checkpoints)
       else
@@ -189,16 +190,17 @@ contains
       type(journal_type), intent(inout) :: journal  !< of the run
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call read_checked(name, checkpoints%archive, error)
+      call begin_reading(name, checkpoints%archive, error)
       if (allocated(error)) return
-      call read_archive(checkpoints%archive)
       call serialise_identity(checkpoints, error)
       if (allocated(error)) then
          error%message = name//' '//error%message
-         return
+      else
+         call serialise_mark(checkpoints%archive, journal)
+         call serialise_simulation(checkpoints%archive, simulation)
       end if
-      call serialise_mark(checkpoints%archive, journal)
-      call serialise_simulation(checkpoints%archive, simulation)
+      call end_reading(checkpoints%archive, error)
+      if (allocated(error)) return
       if (allocated(checkpoints%archive%failure)) then
          call fail(error, error_file, name//' cannot be understood: '//checkpoints%archive%failure)
       else

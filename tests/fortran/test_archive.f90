@@ -3,7 +3,10 @@
 module test_archive
    use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &
       serialise_list, serialise_number, read_archive, write_archive
+   use dda_checked_file, only: begin_reading, begin_writing, end_reading, end_writing
+   use dda_errors, only: error_type
    use dda_kinds, only: wp, sp, long
+   use record_files, only: remove_scratch, scratch_name
    use testing, only: case, check
    implicit none
    private
@@ -29,6 +32,7 @@ contains
       call cut_short()
       call misfits()
       call limits()
+      call through_a_file()
    end subroutine archive_suite
 
    subroutine carry_state(archive, state)
@@ -151,5 +155,42 @@ contains
       call serialise_number(archive, list(3), 1, 8)
       call check(allocated(archive%failure) .and. list(3) == 1, 'a number out of range')
    end subroutine limits
+
+   !> States that do not fit into the buffer, of sizes that end anywhere in it.
+   subroutine through_a_file()
+      integer, parameter :: sizes(4) = [0, 131072 - 1, 131072, 400001]  ! 131072 reals are a buffer
+      type(archive_type) :: archive
+      type(error_type), allocatable :: error
+      type(state_type) :: state
+      real(wp), allocatable :: long_list(:), found(:)
+      integer :: i, j
+
+      do i = 1, size(sizes)
+         call case('through a file')
+         long_list = [(real(j, wp), j=1, sizes(i))]
+         state = full()
+         call begin_writing(scratch_name, archive, error)
+         call serialise(archive, long_list)
+         call carry_state(archive, state)
+         call serialise(archive, long_list)
+         call end_writing(archive, .false., error)
+         allocate (found(sizes(i)))
+         state%text = ''
+         call begin_reading(scratch_name, archive, error)
+         call serialise(archive, found)
+         call check(all(found == long_list), 'what was written first')
+         call carry_state(archive, state)
+         found = 0.0_wp
+         call serialise(archive, found)
+         call check(all(found == long_list) .and. state%text == 'größer', 'what was written last')
+         call check(archive%at == archive%length, 'all of it')
+         call serialise(archive, state%number)
+         call check(allocated(archive%failure) .and. state%number == -7, 'nothing behind it')
+         call end_reading(archive, error)
+         call check(.not. allocated(error), 'no error')
+         deallocate (found)
+      end do
+      call remove_scratch()
+   end subroutine through_a_file
 
 end module test_archive

@@ -24,7 +24,7 @@ from pathlib import Path
 from interrupted import difference, finish, native_program, prepare, start, wall
 
 REFUSED = 5
-HEAD, SUM = 24, 8  # bytes of a checkpoint before and behind its state
+HEAD, TAIL = 16, 16  # bytes of a checkpoint before and behind its state
 LONGEST = 30.0  # s for one case
 
 
@@ -140,9 +140,9 @@ def case(program, folder, kept, reference, chance) -> tuple[str, str]:
     whole = (folder / name).read_bytes()
     damage = chance.choice(DAMAGES)
     if kind == "forged":
-        state = damage(bytearray(whole[HEAD:-SUM]), chance)
-        head = whole[:16] + len(state).to_bytes(8, "little")
-        (folder / name).write_bytes(head + state + crc64(head + state))
+        state = damage(bytearray(whole[HEAD:-TAIL]), chance)
+        content = whole[:HEAD] + state + len(state).to_bytes(8, "little")
+        (folder / name).write_bytes(content + crc64(content))
     else:
         (folder / name).write_bytes(damage(bytearray(whole), chance))
     if kind in ("alone", "forged"):

@@ -145,7 +145,7 @@ def mutated_checkpoint(seed: int, good: bytes) -> bytes:
         for _ in range(chance.choice([1, 1, 2, 5])):
             data = mutated_bytes(chance, data)
         if chance.random() < 0.1:
-            at = 8 * chance.randrange(4)  # one word of the head: mark, format, length
+            at = chance.choice([0, 8, len(data) - 16])  # mark, format, length
             data = data[:at] + chance.randbytes(8) + data[at + 8 :]
     return data
 
