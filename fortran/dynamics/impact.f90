@@ -21,7 +21,7 @@ module dda_impact
    use dda_contact_damping, only: losses_type, carry, is_approached, lift, losses_of, strike
    use dda_errors, only: error_type, error_convergence, fail
    use dda_friction, only: laws_type
-   use dda_linear_solver, only: solver_type
+   use dda_linear_solver, only: note_rigid_terms, solver_type
    use dda_linear_terms, only: linear_term_type, add_product, at_end, term_support
    use dda_open_close, only: open_close_type, close_contacts
    use dda_scheme, only: step_type
@@ -34,7 +34,7 @@ module dda_impact
    real(wp), parameter :: slow = 2.0_wp
    real(wp), parameter :: short_way = 0.01_wp   !< of a step's way, not worth going to the touch
    real(wp), parameter :: rigid = 1.0e8_wp      !< strains of a block that is hit, over their K̂
-   real(wp), parameter :: unyielding = 1.0e7_wp !< its supports, over the inertia in K̂
+   real(wp), parameter :: unyielding = 1.0e5_wp !< its supports, over the inertia in K̂
    integer, parameter :: most_rounds = 20       !< in which further contacts are hit
    real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< of the energies in play: rounding
 
@@ -95,6 +95,7 @@ contains
             impacts%struck = impacts%struck + found
             call carry_neighbours(impacts, contacts, laws, blocks, step)
             if (found > 0) call stiffen(impacts, system, blocks, step, impacts%struck == found)
+            call note_rigid_terms(solver)
          end if
          call solve_again(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
@@ -228,17 +229,17 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       logical, intent(in) :: first  !< time in this step
-      real(wp) :: k, way
+      real(wp) :: k
       integer :: b, i
 
       if (first) impacts%stiff = .false.
       do i = 1, system%terms%n
          associate (term => system%terms%term(i), b => system%terms%term(i)%block_a)
             if (.not. yields_else(impacts, term)) cycle
-            k = unyielding*system%constant(1, 1, b)
-            way = step%time_step*dot_product(term%row_a, blocks%velocity(:, b))
+            k = unyielding_spring(system, b, term%row_a)
             call add_product(system%linear%diagonal(:, :, b), k, term%row_a, term%row_a)
-            system%load(:, b) = system%load(:, b) + k*way*term%row_a
+            system%load(:, b) = system%load(:, b) + k*step%time_step &
+               *dot_product(term%row_a, blocks%velocity(:, b))*term%row_a
          end associate
       end do
       do b = 1, system%linear%n
@@ -256,9 +257,32 @@ contains
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
-      yields_else = term%kind == term_support .and. term%instant == at_end .and. &
-         term%block_b == 0 .and. impacts%hit(term%block_a) .and. .not. impacts%stiff(term%block_a)
+      yields_else = .false.
+      if (is_support(term)) yields_else = impacts%hit(term%block_a) .and. &
+         .not. impacts%stiff(term%block_a)
    end function yields_else
+
+   !> The term holds a block to the ground, at the end of the step.
+   pure logical function is_support(term)
+      type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
+
+      is_support = term%kind == term_support .and. term%instant == at_end .and. term%block_b == 0
+   end function is_support
+
+   !> Stiffness that makes a support rigid beside the inertia of its block, N/m.
+   pure real(wp) function unyielding_spring(system, b, row) result(stiffness)
+      type(system_type), intent(in) :: system  !< equations of the step
+      integer, intent(in) :: b  !< number of the block
+      real(wp), intent(in) :: row(6)  !< of the support
+      real(wp) :: softness
+      integer :: i
+
+      softness = 0.0_wp
+      do i = 1, 3
+         softness = softness + row(i)**2/system%constant(i, i, b)
+      end do
+      stiffness = unyielding/softness
+   end function unyielding_spring
 
    !> Energy that keeping the strains of the blocks that are hit has taken, J per metre.
    pure real(wp) function loss_of_strains(impacts, system) result(loss)
@@ -287,11 +311,11 @@ contains
       work = 0.0_wp
       do i = 1, system%terms%n
          associate (term => system%terms%term(i), b => system%terms%term(i)%block_a)
-            if (term%kind /= term_support .or. term%instant /= at_end .or. term%block_b /= 0) cycle
+            if (.not. is_support(term)) cycle
             if (.not. impacts%stiff(b)) cycle
             moved = dot_product(term%row_a, system%d(:, b))
-            work = work - unyielding*system%constant(1, 1, b)*(moved - step%time_step &
-               *dot_product(term%row_a, blocks%velocity(:, b)))*moved
+            work = work + unyielding_spring(system, b, term%row_a)*(step%time_step &
+               *dot_product(term%row_a, blocks%velocity(:, b)) - moved)*moved
          end associate
       end do
    end function work_of_supports

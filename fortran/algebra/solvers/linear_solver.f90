@@ -21,13 +21,14 @@ module dda_linear_solver
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, solve, &
-      work_done, solver_names, current_name, is_solver_name
+   public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
+      note_rigid_terms, solve, work_done, solver_names, current_name, is_solver_name
 
    integer, parameter :: small = 60               !< blocks up to which `auto` is `direct`
    !> Jacobi iterations that cost no more than a solve with a lagged factor
    integer, parameter :: few = 30
    real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
+   real(wp), parameter :: rounding = 1.0e-14_wp   !< ‖r‖/‖b‖ that no solve comes below
 
    !> The solver at work and what has been done so far.
    type :: solver_type
@@ -35,6 +36,7 @@ module dda_linear_solver
       character(len=6) :: method = ''             !< at work; 'auto' before the first values
       class(linear_solver_type), allocatable :: active
       real(wp) :: loads = 0.0_wp                  !< least scale that residuals are measured by
+      logical :: rigid = .false.                  !< b holds terms that only make blocks rigid
       integer :: last_iterations = 0              !< of the last solve
       logical :: exact = .true.                   !< the last solve was to full accuracy
       integer(long) :: solves = 0                 !< systems solved
@@ -148,7 +150,16 @@ contains
       real(wp), intent(in) :: load(:,:)  !< [6,n]
 
       solver%loads = sqrt(inner_product(size(load, 2), load, load))
+      solver%rigid = .false.
    end subroutine weigh_loads
+
+   !> Tell that terms have come to the matrix and to b that make blocks rigid: they are far beyond
+   !> the forces, which a residual small beside b would leave open.
+   pure subroutine note_rigid_terms(solver)
+      type(solver_type), intent(inout) :: solver  !< solver and counts
+
+      solver%rigid = .true.
+   end subroutine note_rigid_terms
 
    !> x = K⁻¹ b; iterations start from the x given, and may stop at a share of its residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
@@ -181,12 +192,13 @@ contains
    end subroutine solve
 
    !> The norm that residuals are measured by: of b, or of the loads that it is the balance of,
-   !> which may all but cancel.
+   !> which may all but cancel.  Of a b with rigid terms, its rounding counts alone.
    real(wp) function residual_scale(solver, b) result(scale)
       type(solver_type), intent(in) :: solver  !< solver and counts
       real(wp), intent(in) :: b(:,:)  !< [6,n]
 
       scale = sqrt(inner_product(size(b, 2), b, b))
+      if (solver%rigid) scale = rounding/accuracy*scale
       if (scale < solver%loads) scale = solver%loads  ! a NaN stays one
    end function residual_scale
 
