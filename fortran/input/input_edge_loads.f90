@@ -284,17 +284,18 @@ contains
       real(wp), intent(in) :: given(:)  !< x, y, x, y …, m, as read
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), allocatable :: line(:,:)
-      real(wp) :: low, high
+      real(wp) :: low, high, rounding
       integer :: j
 
       load%kind = load_surface
       call take_points(place, 'surface', given, model%origin, line, error)
       if (allocated(error)) return
-      low = minval(model%blocks%vertex(1, :)) - covered*model%blocks%half_size
-      high = maxval(model%blocks%vertex(1, :)) + covered*model%blocks%half_size
+      low = minval(model%blocks%vertex(1, :))
+      high = maxval(model%blocks%vertex(1, :))
+      rounding = covered*model%blocks%half_size
       do j = 1, size(line, 2)
-         if (line(1, j) < low .or. line(1, j) > high) call input_error(error, place, &
-            'surface: there is water at ('//words_of(line(:, j) + model%origin)// &
+         if (line(1, j) < low - rounding .or. line(1, j) > high + rounding) call input_error( &
+            error, place, 'surface: there is water at ('//words_of(line(:, j) + model%origin)// &
             '), outside the model, which reaches from x = '//to_text(low + model%origin(1))// &
             ' to '//to_text(high + model%origin(1)))
          if (j == 1) cycle

@@ -52,7 +52,7 @@ def in_unit(largest: float, unit: str) -> tuple[float, str]:
     for size, name in _UNITS[unit]:
         if abs(largest) >= size:
             return size, name
-    return _UNITS[unit][0 if largest == 0 else -1]
+    return (1.0, unit) if largest == 0 else _UNITS[unit][-1]
 
 
 def quantity(scene: Scene, color: str, frame: int) -> tuple[np.ndarray, str]:
@@ -394,8 +394,8 @@ def _bolts(axes: Axes, scene: Scene, frame: int) -> list:
     for one in bolts:
         share = abs(one["force"]) / most if most and np.isfinite(one["force"]) else 0.4
         style = ":" if one["state"] == BROKEN else "-"
-        for color, more in (("white", 1.6), (BOLT, 0.0)):
-            look = {"color": color, "lw": 0.9 + 2.6 * share + more, "ls": style, "zorder": 6}
+        for color, more, dash in (("white", 1.6, "-"), (BOLT, 0.0, style)):
+            look = {"color": color, "lw": 0.9 + 2.6 * share + more, "ls": dash, "zorder": 6}
             look |= {"solid_capstyle": "round", "solid_joinstyle": "round"}
             drawn += axes.plot(*one["places"].T, marker="o", ms=3.0, **look)
     return drawn

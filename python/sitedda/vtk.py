@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outputs for ParaView: polygons and contacts of every frame as .vtp, their times in one .pvd.
+"""Outputs for ParaView: blocks, contacts and bolts of every frame as .vtp, their times in a .pvd.
 
 VTK's XML PolyData with appended raw data, deflated, written with numpy alone.
 """
@@ -156,6 +156,20 @@ def contacts_of(scene: Scene, frame: int) -> PolyData:
     return data
 
 
+def bolts_of(scene: Scene, frame: int) -> PolyData:
+    """Bolts that are there as lines through all their points."""
+    bolts = scene.bolts(frame)
+    points = np.vstack([np.empty((0, 2)), *(one["places"] for one in bolts)])
+    ends = np.cumsum([len(one["places"]) for one in bolts], dtype=int)
+    data = PolyData(points, "Lines", np.arange(len(points)), ends)
+    data.cells = {
+        "force": np.array([one["force"] for one in bolts], dtype="<f8"),
+        "state": np.array([one["state"] for one in bolts], dtype="<i4"),
+    }
+    data.field = {"bolt names": [one["name"] for one in bolts]}
+    return data
+
+
 def write_vtk(source, folder) -> Path:
     """Write all frames for ParaView.
 
@@ -163,7 +177,8 @@ def write_vtk(source, folder) -> Path:
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     folder : path
-        Made if it is missing; gets ``blocks.pvd``, ``contacts.pvd`` and their frames.
+        Made if it is missing; gets ``blocks.pvd``, ``contacts.pvd``, of models with bolts
+        ``bolts.pvd``, and their frames.
 
     Returns
     -------
@@ -174,7 +189,10 @@ def write_vtk(source, folder) -> Path:
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     digits = max(4, len(str(scene.frames - 1)))
-    for name, made in (("blocks", blocks_of), ("contacts", contacts_of)):
+    kinds = {"blocks": blocks_of, "contacts": contacts_of}
+    if scene.bolt_routes():
+        kinds["bolts"] = bolts_of
+    for name, made in kinds.items():
         entries = []
         for frame in range(scene.frames):
             file = f"{name}_{frame:0{digits}d}.vtp"

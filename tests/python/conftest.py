@@ -95,6 +95,19 @@ def write_input(tmp_path):
 
 
 @pytest.fixture(scope="session")
+def bolted(tmp_path_factory):
+    """A run of a roof on bolts; one of them is broken, and one is a cable past a third block."""
+    from sitedda.model import Model
+
+    model = Model.read(ROOT / "inputs" / "tunnel_roof_bolted.nml")
+    model["stage"][1](steps=60)
+    model["bolt"][0](rupture_elongation=1e-4)
+    model["bolt"][3](to=(6.0, 7.0), through=[(2.9, 9.5)])
+    model.output(block_interval=30)
+    return model.run(output=tmp_path_factory.mktemp("bolted") / "roof.nc")
+
+
+@pytest.fixture(scope="session")
 def same_bits():
     """Assert that two output files, or datasets, hold the same bits in every variable."""
 

@@ -140,6 +140,19 @@ def test_modes_of_a_sling():
         assert abs(found / frequency - 1.0).min() < 1e-4
 
 
+def test_the_highest_frequency_of_a_stiff_sling():
+    """ω² = k Σ u_i²/m_i over the three blocks, u = ∂L/∂x; it lies between the bounds."""
+    model = sling(steps=1)
+    model.control(settle=None, gravity=(0.0, 0.0))
+    model["bolt"][0](axial_stiffness=1e17)
+    report = sitedda.check(model)
+    cosine = DROP / math.hypot(HALF_SPAN, DROP)
+    expected = math.sqrt(1e17 * ((2.0 * cosine) ** 2 + 1.0 + 1.0) / LIGHT)
+    assert report.omega_max == pytest.approx(expected, rel=1e-4)
+    words = next(line.words for line in report.lines if line.topic == "highest frequency")
+    assert "governed by a bolt between block 1 'left' and block 3 'hung'" in words
+
+
 def test_a_pretensioned_cable_presses_a_row_together():
     """Each joint of the row carries the force of the cable, and no block is bent."""
     model = stiff_model("Row", time_step=1e-3, steps=1, settle=True)

@@ -15,14 +15,14 @@ from test_view import EVIL, TITLE, sliding_blocks
 
 import sitedda
 from sitedda.movie import ffmpeg, write_movie
-from sitedda.pictures import draw, force_lines
+from sitedda.pictures import BOLT, draw, force_lines, in_unit
 from sitedda.plot import run_picture
 from sitedda.report import Page, Paragraph, Table, to_html
 from sitedda.report.html import json_for_script
 from sitedda.response import amplifications
 from sitedda.scene import Scene
 from sitedda.signals import GRAVITY, arias_intensity
-from sitedda.verdict import PERIODS, acceleration_spectrum
+from sitedda.verdict import PERIODS, acceleration_spectrum, damping_words
 from sitedda.vtk import write_vtk
 
 
@@ -237,6 +237,37 @@ def test_vtk_reads_back_what_the_output_holds(run, tmp_path):
     names = read_polygons(collection.parent / entries[0].get("file")).GetFieldData()
     names = names.GetAbstractArray("block names")
     assert [names.GetValue(i) for i in range(scene.blocks)] == scene.names
+    assert not (collection.parent / "bolts.pvd").exists()
+
+
+def test_vtk_reads_back_bolts(bolted, tmp_path):
+    """Lines through all points, with forces and states of the output."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    folder = write_vtk(bolted, tmp_path).parent
+    last = [e.get("file") for e in xml.parse(folder / "bolts.pvd").getroot().iter("DataSet")][-1]
+    data = read_polygons(folder / last)
+    assert [data.GetCell(i).GetNumberOfPoints() for i in range(4)] == [2, 2, 2, 3]
+    history = bolted.history.isel(time=-1)
+    force, state = (vtk_to_numpy(data.GetCellData().GetArray(n)) for n in ("force", "state"))
+    assert force.tolist() == history.bolt_force.values.tolist()
+    assert state.tolist() == history.bolt_state.values.tolist() == [4, 1, 1, 1]
+
+
+def test_pictures_show_bolts_with_their_force(bolted):
+    """The legend has the largest; the broken one is dotted; a force of zero is in N/m."""
+    axes = draw(bolted).axes
+    assert in_unit(0.0, "N/m") == (1.0, "N/m")
+    force = float(bolted.history.bolt_force[-1].max())
+    words = [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert f"bolt, largest force\n{force / 1e3:.3g} kN/m" in words
+    styles = [line.get_linestyle() for line in axes.lines if line.get_color() == BOLT]
+    assert sorted(styles) == ["-", "-", "-", ":"]
+
+
+def test_static_steps_do_not_count_as_damping(bolted):
+    words = damping_words(bolted.history, 1.0)
+    assert words.startswith("damping of the scheme 0.16 % at 1 Hz (Δt = 1 ms)")
 
 
 def polygon_area(cell) -> float:

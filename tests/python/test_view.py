@@ -193,6 +193,25 @@ def test_places_in_the_view_are_those_of_the_output(pages, opened, run):
     assert largest == pytest.approx(run.history.contact_normal_force.values.max(), rel=1e-6)
 
 
+def test_bolts_in_the_view_are_those_of_the_output(bolted, opened, tmp_path):
+    """Places, forces and states in every frame, and the largest force in the legend."""
+    page = opened(write_view(bolted, tmp_path / "bolts.html"))
+    scene = Scene.of(bolted)
+    for frame in range(scene.frames):
+        seen = page.evaluate(f"blockViews[0].model.bolts({frame}, 1)")
+        known = scene.bolts(frame)
+        assert [one["state"] for one in seen] == [one["state"] for one in known]
+        for one, other in zip(seen, known, strict=True):
+            places = one["points"] + np.array(page.evaluate("blockViews[0].meta.origin"))
+            assert abs(places - other["places"]).max() <= 1e-5 * scene.size
+            assert one["force"] == pytest.approx(other["force"], rel=1e-3)
+    page.evaluate(f"blockViews[0].show({scene.frames - 1})")
+    page.wait_for_timeout(300)
+    largest = max(one["force"] for one in scene.bolts(scene.frames - 1))
+    assert f"bolt, largest force: {largest / 1e3:.4g} kN/m" in page.inner_text(".legend")
+    assert page.complaints == []
+
+
 @pytest.mark.parametrize("dark", [False, True])
 def test_a_phone_shows_everything_below_each_other(pages, opened, dark):
     scheme = "dark" if dark else "light"

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib import colormaps
 
-from ..pictures import MAGNITUDE, SIGNED, STONES
+from ..pictures import BOLT, BROKEN, MAGNITUDE, SIGNED, STONES
 from ..report import Page, View, provenance, write_html
 from ..scene import Scene
 from .encode import encode, encode_histories
@@ -39,6 +39,7 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
     meta = found.meta | {
         "color": color or ("material" if scene.frames < 2 else "displacement"),
         "stones": list(STONES),
+        "bolt": {"color": BOLT, "broken": BROKEN},
         "maps": {
             "magnitude": _stops(MAGNITUDE),
             "signed": _stops(SIGNED),

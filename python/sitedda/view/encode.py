@@ -123,6 +123,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
         "removals": _removals(scene, frames),
         "stages": [[name, begin] for name, begin in scene.stage_starts()],
     }
+    _put_bolts(result, scene, frames)
     _put_contacts(result, scene, frames, budget - result.size)
     return result
 
@@ -148,7 +149,7 @@ def _put_model(result: Encoded, scene: Scene) -> None:
         "materials": list(scene.material_names),
     }
     result.put_array("start", np.hstack([start[:, :2] - origin, start[:, 2:]]), "<f4")
-    result.put_array("offsets", offsets_of(scene), "<f4")
+    result.put_array("offsets", scene.offsets(scene.owner, scene.vertices(0)), "<f4")
     result.put_array("counts", np.diff(scene.first), "<u2")
     result.put_array("material", scene.material, "<u1" if scene.material.max() < 256 else "<u2")
     names = "\n".join(" ".join(name.split("\n")) for name in scene.names)
@@ -160,24 +161,12 @@ def _put_model(result: Encoded, scene: Scene) -> None:
     result.meta["faces"] = len(faces)
 
 
-def offsets_of(scene: Scene) -> np.ndarray:
-    """Reference offsets of the vertices from the centroids, shape (vertices, 2), m."""
-    start, places = scene.coordinates(0), scene.vertices(0)
-    own = start[scene.owner]
-    cos, sin = np.cos(own[:, 2]), np.sin(own[:, 2])
-    x, y = (places - own[:, :2]).T
-    x, y = cos * x + sin * y, cos * y - sin * x
-    a, b, c = 1 + own[:, 3], 0.5 * own[:, 5], 1 + own[:, 4]
-    det = a * c - b * b
-    return np.column_stack([(c * x - b * y) / det, (a * y - b * x) / det])
-
-
 def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channel]:
     """What moves: displacement, rotation, strains; then speed and stresses, for the colours."""
     start = scene.coordinates(0)
     moved = np.stack([scene.coordinates(f) for f in frames]) - start
     _freeze_lost(moved, scene)
-    offsets = offsets_of(scene)
+    offsets = scene.offsets(scene.owner, scene.vertices(0))
     reach = float(np.sqrt((offsets**2).sum(axis=1).max()))
     quanta = (POSITION, ROTATION / reach, STRAIN / reach)
     names = ("u", "v", "turn", "ex", "ey", "gxy")
@@ -233,6 +222,26 @@ def _estimate(scene: Scene, lean: bool) -> float:
         steps = np.diff(whole, axis=0) if len(frames) > 1 else whole
         total += len(zlib.compress(planes(steps)[0], _LEVEL))
     return 4 / 3 * total / max(1, len(frames) - 1)
+
+
+def _put_bolts(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
+    """Points of the bolts as offsets from their blocks; forces and states over the frames."""
+    routes = scene.bolt_routes()
+    result.meta["bolts"] = [
+        {"blocks": blocks.tolist(), "offsets": scene.offsets(blocks, places).ravel().tolist()}
+        for _, blocks, places in routes
+    ]
+    if not routes:
+        return
+    force = np.zeros((len(frames), len(routes)))
+    state = np.zeros_like(force)
+    number = {name: k for k, (name, _, _) in enumerate(routes)}
+    for i, frame in enumerate(frames):
+        for one in scene.bolts(frame):
+            k = number[one["name"]]
+            force[i, k], state[i, k] = np.nan_to_num(one["force"]), one["state"]
+    channels = [Channel.rooted("bolt_force", force, _FINE), Channel("bolt_state", state, 1.0)]
+    _put_channels(result, channels, "bolt_channels")
 
 
 def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:

@@ -14,6 +14,7 @@
   const FALLBACK_BLOCKS = 8000;  // drawn without WebGL
   const SAMPLES = 200000;        // values that the limits of the colours are found from
   const SHOWN = 0.99;            // share of them that the colours tell apart
+  const DASHES = 12;             // of each leg of a broken bolt
   const SMOOTH_BLOCKS = 300;     // up to which software rendering smooths edges
 
   // --- streams --------------------------------------------------------------------------------
@@ -182,6 +183,30 @@
         this.force = {};
         this.meta.force_channels.forEach((one, k) => { this.force[one.name] = force[k]; });
       }
+      if (this.meta.bolts.length) {
+        [this.boltForce, this.boltState] = await read(this.meta.bolt_channels,
+          this.meta.bolts.length);
+      }
+    }
+
+    /** The bolts that are there in a frame: x, y of the points on their way, force, state. */
+    bolts(frame, factor) {
+      const n = this.meta.bolts.length, pose = new Float64Array(6), found = [];
+      const place = (at, b, ox, oy) => {
+        this.pose(at, b, pose);
+        return [pose[0] + pose[2] * ox + pose[3] * oy, pose[1] + pose[4] * ox + pose[5] * oy];
+      };
+      for (const [k, {blocks, offsets}] of this.meta.bolts.entries()) {
+        const state = value(this.boltState, frame * n + k);
+        if (!state) continue;
+        const points = blocks.map((b, i) => {
+          const offset = offsets.slice(2 * i, 2 * i + 2);
+          const first = place(-1, b, ...offset), now = place(frame, b, ...offset);
+          return now.map((x, axis) => first[axis] + factor * (x - first[axis]));
+        });
+        found.push({points, state, force: Math.abs(value(this.boltForce, frame * n + k))});
+      }
+      return found;
     }
 
     at(name, frame, block) {
@@ -576,10 +601,18 @@
 
     start(most) {
       this.count = 0;
-      if (this.places.length < 12 * most) {
-        this.places = new Float32Array(12 * most);
-        this.tints = new Uint8Array(24 * most);
-      }
+      this.room(most);
+    }
+
+    /** Place for so many more lines. */
+    room(more) {
+      const corners = this.count + 6 * more;
+      if (this.places.length >= 2 * corners) return;
+      const {places, tints} = this;
+      this.places = new Float32Array(2 * corners);
+      this.tints = new Uint8Array(4 * corners);
+      this.places.set(places);
+      this.tints.set(tints);
     }
 
     add(x0, y0, x1, y1, width, color) {
@@ -1059,6 +1092,7 @@
       model.put(model.decoded ? this.frame : -1, this.factor);
       this.tint();
       this.layContacts();
+      this.layBolts();
       const pixels = this.side * this.camera.scale;
       const edges = pixels < 6 ? 0 : Math.min(0.85, (pixels - 4) / 12);
       this.painter.paint(model, this.camera, this.tints, edges, this.lines);
@@ -1134,6 +1168,29 @@
         const ends = [cx - half * fx, cy - half * fy, cx + half * fx, cy + half * fy];
         this.lines.add(...ends, width + 2 * pixel, [255, 255, 255]);
         this.lines.add(...ends, width, color);
+      }
+    }
+
+    /** Bolts as lines, thicker with their force; broken ones in dashes. */
+    layBolts() {
+      const {model} = this, pixel = (window.devicePixelRatio || 1) / this.camera.scale;
+      if (!model.decoded || !this.meta.bolts.length) return;
+      const bolts = model.bolts(this.frame, this.factor), {broken} = this.meta.bolt;
+      const color = rgb(this.meta.bolt.color);
+      this.boltForce = Math.max(0, ...bolts.map((bolt) => bolt.force));
+      for (const {points, state, force} of bolts) {
+        const width = (1.5 + 3.5 * (this.boltForce ? force / this.boltForce : 0)) * pixel;
+        const dashes = state === broken ? DASHES : 1, part = dashes > 1 ? 0.5 : 1;
+        this.lines.room(2 * dashes * points.length);
+        for (const [more, ink] of [[2 * pixel, [255, 255, 255]], [0, color]]) {
+          for (let i = 1; i < points.length; i++) {
+            const [x, y] = points[i - 1], dx = points[i][0] - x, dy = points[i][1] - y;
+            for (let k = 0; k < dashes; k++) {
+              const from = k / dashes, to = (k + part) / dashes;
+              this.lines.add(x + from * dx, y + from * dy, x + to * dx, y + to * dy, width + more, ink);
+            }
+          }
+        }
       }
     }
 
@@ -1251,15 +1308,13 @@
 
     drawLegend() {
       const decoded = this.model.decoded;
-      const key = `${this.color} ${this.contacts} ${decoded} ${this.scaleFrame()}`;
+      const key = `${this.color} ${this.contacts} ${decoded} ${this.scaleFrame()} ${this.boltForce}`;
       if (this.legendKey === key) return;
       this.legendKey = key;
       this.legend.replaceChildren();
       if (this.color === "material" || !decoded) {
         for (const [i, name] of this.meta.materials.entries()) {
-          const row = element("div", this.legend, "", "key");
-          element("i", row).style.background = this.meta.stones[i % this.meta.stones.length];
-          element("span", row, name);
+          this.colorKey(this.meta.stones[i % this.meta.stones.length], name);
         }
       } else {
         const units = {displacement: "m", velocity: "m/s", rotation: "°", stress: "Pa"};
@@ -1269,16 +1324,24 @@
         this.scaleBar(names[this.color], this.model.range(this.color, this.scaleFrame()),
           units[this.color], map);
       }
+      if (this.boltForce !== undefined) {
+        this.colorKey(this.meta.bolt.color, `bolt, largest force: ${withUnit(this.boltForce, "N/m")}`);
+      }
       if (!decoded || this.contacts === "none") return;
       if (this.contacts === "force") {
-        const row = element("div", this.legend, "", "key");
-        element("i", row).style.background = variable("--force");
-        element("span", row, `contact force, as long as a block: ${withUnit(this.usualForce, "N/m")}`);
+        this.colorKey(variable("--force"),
+          `contact force, as long as a block: ${withUnit(this.usualForce, "N/m")}`);
       } else {
         const slip = this.contacts === "slip";
         const most = this.mostMovement(slip ? 0 : 1);
         this.scaleBar(slip ? "slip of joints" : "opening of joints", [0, most], "m", "joint");
       }
+    }
+
+    colorKey(color, words) {
+      const row = element("div", this.legend, "", "key");
+      element("i", row).style.background = color;
+      element("span", row, words);
     }
 
     scaleBar(name, [low, high], unit, map) {
