@@ -158,14 +158,14 @@ contains
       motion = 0
       associate (term => linear%terms%term(:linear%terms%n))
          do i = 1, size(term)
-            if (motion == 0 .and. is_held(i)) motion = term(i)%motion
+            if (motion == 0 .and. is_held(i)) motion = term(i)%motion(axis)
          end do
          do i = 1, size(term)
             if (.not. is_held(i)) cycle
             ! The dashpot of a support is part of it.
             counts = .not. (term(i)%kind == term_support .and. term(i)%instant == end_dashpot)
             if (counts) held = held + 1
-            if (term(i)%motion /= motion) cycle
+            if (term(i)%motion(axis) /= motion) cycle
             if (counts) moved = moved + 1
             associate (part => force(:, term(i)%block_a, term(i)%instant))
                part = part + term(i)%coefficient*term(i)%row_a(axis)*term(i)%row_a

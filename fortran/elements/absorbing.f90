@@ -139,10 +139,10 @@ contains
          term%source = i
          term%block_a = self%point(i)%block
          term%place = place_of(blocks, term%block_a, self%point(i)%reference)
+         term%motion = self%motion(:, i)
          do axis = 1, 2
             term%row_a = t(axis, :)
             term%coefficient = self%dashpot(axis, i)
-            term%motion = self%motion(maxloc(abs(self%axes(:, axis, i)), 1), i)
             call add_term(terms, term)
          end do
       end do

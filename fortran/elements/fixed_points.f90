@@ -178,10 +178,10 @@ contains
          term%block_a = self%point(i)%block
          term%place = place_of(blocks, self%point(i)%block, self%point(i)%reference)
          term%of_penalty = .true.
+         term%motion = self%point(i)%motion
          do axis = 1, 2
             if (.not. self%point(i)%held(axis)) cycle
             term%row_a = t(axis, :)
-            term%motion = self%point(i)%motion(axis)
             term%instant = at_end
             term%coefficient = self%stiffness
             call add_term(terms, term)

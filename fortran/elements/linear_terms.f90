@@ -43,7 +43,7 @@ module dda_linear_terms
       integer :: source = 0                 !< number of the contact or element of that kind
       integer :: block_a = 0                !< first block
       integer :: block_b = 0                !< second block; 0: the ground
-      integer :: motion = 0                 !< that the ground follows; 0: it stays
+      integer :: motion(2) = 0              !< that the ground follows in x and y; 0: it stays
       logical :: damped = .false.           !< a dashpot keeps it from ringing
       logical :: of_penalty = .false.       !< in proportion to the normal stiffness k_n
       real(wp) :: coefficient = 0.0_wp      !< c, N/m or N s/m per metre of thickness

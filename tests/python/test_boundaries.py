@@ -252,3 +252,30 @@ def test_ties_go_with_a_block_that_is_removed():
     assert float(fallen[1]) == pytest.approx(-9.81 * 0.3**2 / 2, rel=1e-3)
     assert abs(float(fallen[0])) < 1e-4
     assert abs(history.energy_balance.values[-1]) < 1e-6 * history.energy_kinetic.values[-1]
+
+
+def base_of_a_block(turn: float, **motions) -> sitedda.Model:
+    """A block on a compliant base, turned about its corner, degrees."""
+    cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    corners = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [0.0, 1.0], [1.5, 0.5]])
+    *corners, centre = corners @ [[cos, sin], [-sin, cos]]
+    model = soil()
+    model.block(np.ravel(corners), name="block")
+    model.motion("rock", [0.0, 1.0, 0.0], 0.01, "acceleration")
+    model.boundary("base", "compliant", blocks="block", edges=1, **ROCK, **motions)
+    model.measured_point("centre", *centre, block="block")
+    return model
+
+
+def test_the_transfer_function_of_an_inclined_base_is_that_of_its_axes():
+    frequencies = np.array([1.0, 10.0, 100.0])
+
+    def centre(axis: str, turn: float, **motions):
+        model = base_of_a_block(turn, **motions)
+        return sitedda.transfer(model, frequencies, "centre", None, axis)
+
+    along, across = centre("x", 0.0, motion_x="rock"), centre("y", 0.0, motion_y="rock")
+    for turn, motions in ((30.0, {"motion_y": "rock"}), (70.0, {"motion_y": "rock"})):
+        cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+        expected = cos**2 * across + sin**2 * along
+        np.testing.assert_allclose(centre("y", turn, **motions), expected, rtol=1e-9)
