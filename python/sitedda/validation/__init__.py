@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from . import (
     boundaries,
+    cables,
     crossings,
     damping,
     flight,
@@ -33,6 +34,7 @@ __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "wr
 
 _FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
 _FAMILIES += (slopes, crossings, masonry_limits, joints, impacts, boundaries, plane_waves)
+_FAMILIES += (cables,)
 
 
 def run_case(name: str, short: bool = False) -> Result:
