@@ -5,7 +5,7 @@
 !> beyond, anything up to 1/χ − 1 is left, by the phase at which the step meets it.
 module dda_impact_regime
    use dda_kinds, only: wp, pi
-   use dda_contact, only: contacts_type
+   use dda_contact_damping, only: softness_of
    use dda_linear_model, only: linear_model_type, normal_slope
    use dda_simulation, only: simulation_type
    use dda_text, only: short_text, to_text
@@ -42,8 +42,8 @@ contains
                regime%prescribed = regime%prescribed + 1
                cycle
             end if
-            omega = linear%time_step*sqrt(normal_slope(laws, contacts, c)*softness_of(linear, &
-               contacts, c))
+            omega = linear%time_step*sqrt(normal_slope(laws, contacts, c)*softness_of(contacts, &
+               linear%mass, c))
             if (.not. omega > 0.0_wp) cycle  ! it has no length yet
             regime%others = regime%others + 1
             regime%lowest = min(regime%lowest, omega)
@@ -53,21 +53,6 @@ contains
       call put_in_words(regime, linear)
       if (.not. simulation%laws%plain) regime%advice = ''  ! laws go without restitution
    end subroutine find_impact_regime
-
-   !> Inverse of the mass that a contact sees of its two blocks, 1/kg per metre.
-   pure real(wp) function softness_of(linear, contacts, c) result(softness)
-      type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(contacts_type), intent(in) :: contacts  !< list of a simulation
-      integer, intent(in) :: c  !< number of the contact
-      integer :: i
-
-      softness = 0.0_wp
-      do i = 1, 3
-         softness = softness &
-            + contacts%normal_v(i, c)**2/linear%mass(i, i, contacts%block_v(c)) &
-            + contacts%normal_e(i, c)**2/linear%mass(i, i, contacts%block_e(c))
-      end do
-   end function softness_of
 
    subroutine put_in_words(regime, linear)
       type(impact_regime_type), intent(inout) :: regime  !< of the contacts

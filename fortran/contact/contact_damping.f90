@@ -25,7 +25,7 @@ module dda_contact_damping
    implicit none
    private
    public :: losses_type, damp_contacts, hold_forces, strike, carry, lift, is_approached, &
-      spring_energy, losses_of
+      softness_of, spring_energy, losses_of
 
    !> of the way of a step: a contact pressed by less than this is being closed, not held
    real(wp), parameter :: just_touched = 0.25_wp
@@ -214,18 +214,25 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: softness
+
+      gain = max(1.0_wp/step%scheme%chi, rigidity/(step%scheme%chi*step%time_step**2 &
+         *softness_of(contacts, blocks%inertia, c)*laws%normal_stiffness))
+   end function rigid_gain
+
+   !> Inverse of the mass that a contact sees of its two blocks along its normal, 1/kg per metre.
+   pure real(wp) function softness_of(contacts, inertia, c) result(softness)
+      type(contacts_type), intent(in) :: contacts  !< any list
+      real(wp), intent(in) :: inertia(:,:,:)       !< [6,6,blocks] kg per metre …
+      integer, intent(in) :: c                     !< number of the contact
       integer :: i
 
       softness = 0.0_wp
       do i = 1, 3
          softness = softness &
-            + contacts%normal_v(i, c)**2/blocks%inertia(i, i, contacts%block_v(c)) &
-            + contacts%normal_e(i, c)**2/blocks%inertia(i, i, contacts%block_e(c))
+            + contacts%normal_v(i, c)**2/inertia(i, i, contacts%block_v(c)) &
+            + contacts%normal_e(i, c)**2/inertia(i, i, contacts%block_e(c))
       end do
-      gain = max(1.0_wp/step%scheme%chi, rigidity/(step%scheme%chi*step%time_step**2*softness &
-         *laws%normal_stiffness))
-   end function rigid_gain
+   end function softness_of
 
    !> Stored in the springs of a damped contact at the start of the step, J per metre.
    pure real(wp) function spring_energy(contacts, laws, c) result(energy)

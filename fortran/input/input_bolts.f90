@@ -7,7 +7,7 @@ module dda_input_bolts
    use dda_bolt, only: bolt_type, axial, across, never, most_points
    use dda_errors, only: error_type
    use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
-      require_list, unset, is_set, name_length
+      require_given, require_list, value_or, unset, is_set, name_length
    use dda_input_points, only: find_block, holds
    use dda_model, only: model_type
    use dda_namelist_groups, only: group_type
@@ -115,11 +115,11 @@ contains
       end associate
       call require(error, place, 'axial_stiffness pretension', [reading%axial_stiffness, &
          reading%pretension])
-      call require_given('shear_stiffness', reading%shear_stiffness)
-      call require_given('yield_force', reading%yield_force)
-      call require_given('shear_yield_force', reading%shear_yield_force)
-      call require_given('rupture_elongation', reading%rupture_elongation)
-      call require_given('rupture_slip', reading%rupture_slip)
+      call require_given(error, place, 'shear_stiffness', reading%shear_stiffness)
+      call require_given(error, place, 'yield_force', reading%yield_force)
+      call require_given(error, place, 'shear_yield_force', reading%shear_yield_force)
+      call require_given(error, place, 'rupture_elongation', reading%rupture_elongation)
+      call require_given(error, place, 'rupture_slip', reading%rupture_slip)
       if (allocated(error)) return
       if (.not. reading%grouted .and. any(is_set([reading%shear_stiffness, &
          reading%shear_yield_force, reading%rupture_slip]))) call input_error(error, place, &
@@ -128,16 +128,6 @@ contains
       if (is_set(reading%yield_force) .and. reading%pretension > reading%yield_force) &
          call input_error(error, place, 'pretension = '//to_text(reading%pretension)// &
          ' is above yield_force = '//to_text(reading%yield_force))
-
-   contains
-
-      !> A number that may be left out lies within its limits.
-      subroutine require_given(name, value)
-         character(len=*), intent(in) :: name  !< of the variable
-         real(wp), intent(in) :: value  !< as read, or `unset`
-
-         if (is_set(value)) call require(error, place, name, [value])
-      end subroutine require_given
    end subroutine check_values
 
    !> The springs of a bolt: one between its ends, or one at each joint that it crosses.
@@ -164,12 +154,11 @@ contains
       bolt%compression = reading%compression
       bolt%pretension = reading%pretension
       bolt%direction = (point(:, 2) - point(:, 1))/norm2(point(:, 2) - point(:, 1))
-      bolt%stiffness = [reading%axial_stiffness, or_else(reading%shear_stiffness, 0.0_wp)]
+      bolt%stiffness = [reading%axial_stiffness, value_or(reading%shear_stiffness, 0.0_wp)]
       if (bolt%grouted .and. bolt%stiffness(across) <= 0.0_wp) bolt%stiffness(across) = &
          tiny(1.0_wp)
-      bolt%yield = [or_else(reading%yield_force, never), or_else(reading%shear_yield_force, never)]
-      bolt%rupture = [or_else(reading%rupture_elongation, never), or_else(reading%rupture_slip, &
-         never)]
+      bolt%yield = value_or([reading%yield_force, reading%shear_yield_force], never)
+      bolt%rupture = value_or([reading%rupture_elongation, reading%rupture_slip], never)
       if (reading%grouted) then
          call grout(model%blocks, place, bolt, point(:, 1), point(:, 2), owner, new, error)
       else
@@ -197,13 +186,6 @@ contains
             to_text(point(2, k) + model%origin(2))//')')
       end do
    end subroutine check_points
-
-   !> A number, or another if it is not given.
-   pure real(wp) function or_else(value, other)
-      real(wp), intent(in) :: value, other  !< as read, or `unset`; in its place
-
-      or_else = merge(value, other, is_set(value))
-   end function or_else
 
    !> A spring between places of blocks.
    pure type(bolt_type) function placed(blocks, bolt, owner, places) result(spring)

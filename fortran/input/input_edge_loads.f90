@@ -6,7 +6,7 @@ module dda_input_edge_loads
    use dda_edge_load, only: edge_load_type, load_uniform, load_level, load_surface, load_line
    use dda_edge_piece, only: edge_piece_type, reference_at
    use dda_errors, only: error_type
-   use dda_input_edges, only: edge_choice_type, choose_edges, most_values
+   use dda_input_edges, only: edge_choice_type, choose_edges, take_polyline, most_values
    use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
       require_choice, require_list, unset, is_set, name_length
    use dda_input_names, only: mark_names, list_length
@@ -288,7 +288,7 @@ contains
       integer :: j
 
       load%kind = load_surface
-      call take_points(place, 'surface', given, model%origin, line, error)
+      call take_polyline(place, 'surface', given, model%origin, line, error)
       if (allocated(error)) return
       low = minval(model%blocks%vertex(1, :))
       high = maxval(model%blocks%vertex(1, :))
@@ -304,24 +304,6 @@ contains
       end do
       load%line = line
    end subroutine set_surface
-
-   !> Points from a list x, y, x, y … in the engine's coordinates.
-   subroutine take_points(place, name, given, origin, line, error)
-      type(place_type), intent(in) :: place  !< of the group
-      character(len=*), intent(in) :: name  !< of the variable
-      real(wp), intent(in) :: given(:)  !< m, as read
-      real(wp), intent(in) :: origin(2)  !< of the engine's coordinates, m
-      real(wp), allocatable, intent(out) :: line(:,:)  !< [2,points] m
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: n
-
-      n = count(is_set(given))
-      call require_list(error, place, name, given(:n))
-      if (n < 4 .or. modulo(n, 2) == 1) call input_error(error, place, name//' has '// &
-         to_text(n)//' values; it needs x and y of two points at least')
-      if (allocated(error)) return
-      line = reshape(given(:n), [2, n/2]) - spread(origin, 2, n/2)
-   end subroutine take_points
 
    !> A place in words.
    pure function words_of(point) result(words)
@@ -343,7 +325,7 @@ contains
       integer :: j, n
 
       load%kind = load_line
-      call take_points(place, 'along', along, model%origin, line, error)
+      call take_polyline(place, 'along', along, model%origin, line, error)
       if (any(is_set(head)) .eqv. any(is_set(pressure))) call input_error(error, place, &
          'along needs either head or pressure at its points')
       if (allocated(error)) return
@@ -371,20 +353,31 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their first state
       real(wp), intent(in) :: segment(2, 2), values(2)  !< its ends, m; pressures there, Pa
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it
-      real(wp) :: more(2, size(pieces)), along(2), share
+      real(wp) :: more(2, size(pieces))
       integer :: k, i
 
-      along = segment(:, 2) - segment(:, 1)
       do k = 1, size(pieces)
          do i = 1, 2
-            share = dot_product(along, place_of(blocks, pieces(k)%block, reference_at(blocks, &
-               pieces(k), i - 1.0_wp)) - segment(:, 1))/dot_product(along, along)
-            more(i, k) = values(1) + share*(values(2) - values(1))
+            more(i, k) = values(1) + share_of(blocks, pieces(k), i, segment) &
+               *(values(2) - values(1))
          end do
       end do
       load%piece = [load%piece, pieces]
       load%at_ends = reshape([load%at_ends, more], [2, size(load%piece)])
    end subroutine add_pressures
+
+   !> Place of an end of a piece along a segment: 0 at its first point, 1 at its second.
+   pure real(wp) function share_of(blocks, piece, i, segment) result(share)
+      type(blocks_type), intent(in) :: blocks     !< in their first state
+      type(edge_piece_type), intent(in) :: piece  !< of an edge
+      integer, intent(in) :: i                    !< 1 or 2, end of the piece
+      real(wp), intent(in) :: segment(2, 2)       !< its ends, m
+      real(wp) :: along(2)
+
+      along = segment(:, 2) - segment(:, 1)
+      share = dot_product(along, place_of(blocks, piece%block, reference_at(blocks, piece, &
+         i - 1.0_wp)) - segment(:, 1))/dot_product(along, along)
+   end function share_of
 
    !> All of a segment must lie on edges.
    subroutine check_cover(model, place, segment, pieces, error)
@@ -404,11 +397,7 @@ contains
       do while (further)
          further = .false.
          do k = 1, size(pieces)
-            do i = 1, 2
-               share(i) = dot_product(along, place_of(model%blocks, pieces(k)%block, &
-                  reference_at(model%blocks, pieces(k), i - 1.0_wp)) - segment(:, 1)) &
-                  /dot_product(along, along)
-            end do
+            share = [(share_of(model%blocks, pieces(k), i, segment), i=1, 2)]
             reach = maxval(share)
             if (minval(share) > done + covered .or. reach <= done + covered) cycle
             done = reach

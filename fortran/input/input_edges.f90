@@ -16,7 +16,7 @@ module dda_input_edges
    use dda_text, only: to_text
    implicit none
    private
-   public :: edge_choice_type, choose_edges, most_values
+   public :: edge_choice_type, choose_edges, take_polyline, most_values
 
    integer, parameter :: most_values = 512  !< coordinates of a polyline, or numbers of edges
 
@@ -39,40 +39,45 @@ contains
       real(wp), intent(in) :: origin(2)              !< m, of the engine's coordinates
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< in the order of the blocks
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      logical :: wanted(blocks%n)
-      integer :: coordinates
+      logical :: wanted(blocks%n), along
+      real(wp), allocatable :: line(:,:)
 
       allocate (pieces(0))
-      coordinates = count(is_set(choice%along))
-      if (choice%side == '' .and. coordinates == 0 .and. choice%blocks == '') &
+      along = any(is_set(choice%along))
+      if (choice%side == '' .and. .not. along .and. choice%blocks == '') &
          call input_error(error, place, 'it names no edges; give side, along, or blocks')
       if (choice%side /= '') call require_choice(error, place, 'side', choice%side)
       wanted = choice%blocks == ''
       call mark_names(choice%blocks, 'blocks', names, place, wanted, error)
-      if (coordinates > 0) call check_polyline(choice%along(:coordinates), place, error)
+      if (along) call take_polyline(place, 'along', choice%along, origin, line, error)
       call check_numbers(choice, place, error)
       if (allocated(error)) return
       call outline_of(blocks, wanted, pieces)
       if (any(is_set(choice%edges))) pieces = numbered(blocks, pieces, &
          pack(nint(choice%edges), is_set(choice%edges)))
       if (choice%side /= '') pieces = pieces_on_side(blocks, pieces, choice%side)
-      if (coordinates > 0) pieces = pieces_along(blocks, pieces, &
-         reshape(choice%along(:coordinates), [2, coordinates/2]) - spread(origin, 2, &
-         coordinates/2))
+      if (along) pieces = pieces_along(blocks, pieces, line)
       if (size(pieces) == 0) call input_error(error, place, &
          'no edge of the outline is there; an edge that another block touches is not part of it')
    end subroutine choose_edges
 
-   !> A polyline has two points at least.
-   subroutine check_polyline(along, place, error)
-      real(wp), intent(in) :: along(:)       !< x, y, x, y …, m
+   !> A polyline from a list x, y, x, y … in the engine's coordinates.
+   subroutine take_polyline(place, name, given, origin, line, error)
       type(place_type), intent(in) :: place  !< of the group
+      character(len=*), intent(in) :: name  !< of the variable
+      real(wp), intent(in) :: given(:)  !< m, as read
+      real(wp), intent(in) :: origin(2)  !< of the engine's coordinates, m
+      real(wp), allocatable, intent(out) :: line(:,:)  !< [2,points] m
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: n
 
-      call require_list(error, place, 'along', along)
-      if (size(along) < 4 .or. modulo(size(along), 2) == 1) call input_error(error, place, &
-         'along has '//to_text(size(along))//' values; it needs x and y of two points at least')
-   end subroutine check_polyline
+      n = count(is_set(given))
+      call require_list(error, place, name, given(:n))
+      if (n < 4 .or. modulo(n, 2) == 1) call input_error(error, place, name//' has '// &
+         to_text(n)//' values; it needs x and y of two points at least')
+      if (allocated(error)) return
+      line = reshape(given(:n), [2, n/2]) - spread(origin, 2, n/2)
+   end subroutine take_polyline
 
    !> Numbers of edges are whole, and belong to blocks that are named.
    subroutine check_numbers(choice, place, error)

@@ -10,8 +10,8 @@ module dda_input_group
    use dda_text, only: to_text, quoted, lower_case
    implicit none
    private
-   public :: place_type, place_of_group, input_error, check_read, require, require_list, &
-      require_choice, require_name, unset, is_set, name_length
+   public :: place_type, place_of_group, input_error, check_read, require, require_given, &
+      require_list, value_or, require_choice, require_name, unset, is_set, name_length
 
    !> stands in a variable that the input does not mention
    real(wp), parameter :: unset = -huge(1.0_wp)
@@ -41,6 +41,13 @@ contains
 
       is_set = value /= unset
    end function is_set
+
+   !> A value, or what stands for one that is not given.
+   pure elemental real(wp) function value_or(value, otherwise)
+      real(wp), intent(in) :: value, otherwise  !< as read, or `unset`; in its place
+
+      value_or = merge(value, otherwise, is_set(value))
+   end function value_or
 
    !> An input error at a place.
    pure subroutine input_error(error, place, message)
@@ -104,6 +111,16 @@ contains
          first = last + 2
       end do
    end subroutine require
+
+   !> A number that may be left out lies within the range of the catalogue.
+   pure subroutine require_given(error, place, name, value)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place  !< of the group
+      character(len=*), intent(in) :: name   !< of the variable
+      real(wp), intent(in) :: value          !< as read, or `unset`
+
+      if (is_set(value)) call require(error, place, name, [value])
+   end subroutine require_given
 
    !> The values of one variable: all given, all within its limits.
    pure subroutine require_list(error, place, name, values)

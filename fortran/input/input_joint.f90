@@ -4,8 +4,8 @@ module dda_input_joint
    use dda_kinds, only: wp
    use dda_barton_bandis, only: closure_of_joint
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, check_read, require, require_choice, unset, &
-      is_set, name_length
+   use dda_input_group, only: place_type, input_error, check_read, require, require_given, &
+      require_choice, value_or, unset, is_set, name_length
    use dda_material, only: joint_type
    use dda_text, only: quoted, to_text
    implicit none
@@ -138,10 +138,8 @@ contains
       real(wp), intent(in) :: default        !< in place of it
       real(wp), intent(out) :: taken         !< one of the two
 
-      taken = default
-      if (.not. is_set(value)) return
-      call require(error, place, name, [value])
-      taken = value
+      call require_given(error, place, name, value)
+      taken = value_or(value, default)
    end subroutine take
 
    !> Stiffness per area, where the joint has its own.

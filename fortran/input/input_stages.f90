@@ -7,7 +7,6 @@ module dda_input_stages
       require_choice, require_name, unset, is_set, name_length
    use dda_input_names, only: list_length, mark_names
    use dda_input_integration, only: check_integration
-   use dda_input_names, only: mark_names, list_length
    use dda_input_settings, only: count_steps
    use dda_model, only: model_type
    use dda_namelist_groups, only: group_type

@@ -3,8 +3,8 @@
 module dda_input_stop
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, check_read, require, require_name, unset, &
-      is_set, name_length
+   use dda_input_group, only: place_type, input_error, check_read, require_given, require_name, &
+      value_or, unset, is_set, name_length
    use dda_input_names, only: list_length, mark_names
    use dda_model, only: model_type, half_size
    use dda_text, only: to_text
@@ -51,26 +51,16 @@ contains
             'reference', reference, model%block_names, 'block', settings%reference)
          if (allocated(error)) return
          if (settings%reference > 0) settings%watched(settings%reference) = .false.
-         settings%displacement = given(displacement, 0.0_wp)
-         settings%tilt = given(tilt, 0.0_wp)*pi/180.0_wp
-         settings%fallen = nint(given(fallen, 0.0_wp))
-         settings%rest_time = given(rest_time, 0.0_wp)
-         settings%rest_movement = given(rest_movement, 2*usual_rest*half_size(model%blocks))
+         settings%displacement = value_or(displacement, 0.0_wp)
+         settings%tilt = value_or(tilt, 0.0_wp)*pi/180.0_wp
+         settings%fallen = nint(value_or(fallen, 0.0_wp))
+         settings%rest_time = value_or(rest_time, 0.0_wp)
+         settings%rest_movement = value_or(rest_movement, 2*usual_rest*half_size(model%blocks))
          if (settings%fallen > count(settings%watched)) call input_error(error, place, &
             'fallen = '//to_text(settings%fallen)//': only '//to_text(count(settings%watched))// &
             ' blocks are watched')
       end associate
    end subroutine read_stop
-
-   !> A limit that is given lies within the range of the catalogue.
-   pure subroutine require_given(error, place, name, value)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place       !< of the group
-      character(len=*), intent(in) :: name        !< of the variable
-      real(wp), intent(in) :: value               !< in its unit, or `unset`
-
-      if (is_set(value)) call require(error, place, name, [value])
-   end subroutine require_given
 
    !> Something to watch is named, and a movement of rest has its time.
    pure subroutine check_combination(error, place, limits, rest_movement)
@@ -86,12 +76,5 @@ contains
       if (is_set(limits(3)) .and. limits(3) /= aint(limits(3))) call input_error(error, place, &
          'fallen = '//to_text(limits(3))//' must be a whole number')
    end subroutine check_combination
-
-   !> A value, or what stands for one that is not given.
-   pure real(wp) function given(value, usual)
-      real(wp), intent(in) :: value, usual        !< in its unit
-
-      given = merge(value, usual, is_set(value))
-   end function given
 
 end module dda_input_stop
