@@ -11,9 +11,6 @@ module dda_kinematics
    private
    public :: damp_velocity, predict, integrate, kinetic_energy, farthest_move
 
-   !> of the mean velocities of the last four steps in that of the next, (z − 1)³(z + 1) = 0
-   real(wp), parameter :: weights(4) = [2.0_wp, 0.0_wp, -2.0_wp, 1.0_wp]
-
 contains
 
    !> Multiply the velocity carried into the step by the dynamic factor; return the energy it takes.
@@ -31,8 +28,8 @@ contains
    end subroutine damp_velocity
 
    !> A first guess of the step for solvers that iterate, from the mean velocities of the last
-   !> four.  It is exact while the acceleration changes uniformly, and for stiff modes, whose
-   !> velocities change their signs every step.
+   !> four: z⁴ = 2z³ − 2z + 1, that is (z − 1)³(z + 1) = 0.  It is exact while the acceleration
+   !> changes uniformly, and for stiff modes, whose velocities change their signs every step.
    pure subroutine predict(blocks, d, step)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
@@ -40,7 +37,9 @@ contains
       integer :: b
 
       do b = 1, blocks%n
-         d(:, b) = step%time_step*matmul(blocks%mean_velocity(:, :, b), weights)
+         associate (last => blocks%mean_velocity(:, :, b))
+            d(:, b) = step%time_step*(2*(last(:, 1) - last(:, 3)) + last(:, 4))
+         end associate
       end do
    end subroutine predict
 
@@ -70,7 +69,7 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       integer, intent(in) :: first, last  !< of the range
       real(wp) :: new(6), of_d, of_v
-      integer :: b
+      integer :: b, k
 
       of_d = momentum_weight(step)
       of_v = velocity_weight(step)
@@ -78,7 +77,9 @@ contains
          new = of_d*d(:, b) - of_v*blocks%velocity(:, b)
          blocks%acceleration(:, b) = (new - blocks%velocity(:, b))/step%time_step
          blocks%velocity(:, b) = new
-         blocks%mean_velocity(:, 2:, b) = blocks%mean_velocity(:, :3, b)
+         do k = size(blocks%mean_velocity, 2), 2, -1
+            blocks%mean_velocity(:, k, b) = blocks%mean_velocity(:, k - 1, b)
+         end do
          blocks%mean_velocity(:, 1, b) = d(:, b)/step%time_step
          blocks%position(:, b) = blocks%position(:, b) + d(:, b)
       end do

@@ -5,7 +5,7 @@
 !> of the springs of the contacts in their assumed states, which `dda_contact_assembly` puts on top.
 module dda_system
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of
+   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, multiply_block
    use dda_blocks, only: blocks_type
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
    use dda_elements, only: elements_type, linear_terms_of, add_forces
@@ -154,13 +154,14 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: strain_load(3), weight
+      real(wp) :: momentum(6), strain_load(3), weight
       integer :: b
 
       weight = momentum_weight(step)
       do b = first, last
          system%linear%diagonal(:, :, b) = system%constant(:, :, b)
-         system%load(:, b) = weight*matmul(blocks%inertia(:, :, b), blocks%velocity(:, b))
+         call multiply_block(blocks%inertia(:, :, b), blocks%velocity(:, b), momentum)
+         system%load(:, b) = weight*momentum
          strain_load = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
             + blocks%area(b)*blocks%initial_stress(:, b)
          system%load(4:6, b) = system%load(4:6, b) - strain_load
