@@ -9,6 +9,7 @@ module dda_check_boundaries
    use dda_linear_model, only: linear_model_type
    use dda_model, only: model_type
    use dda_oblique_reflection, only: wave_p, wave_s, absorbed_angle
+   use dda_side_departure, only: find_side_departure
    use dda_simulation, only: simulation_type
    use dda_text, only: short_text, to_text
    implicit none
@@ -17,6 +18,7 @@ module dda_check_boundaries
 
    real(wp), parameter :: most_reflected = 0.02_wp  !< of the amplitude, without a word
    real(wp), parameter :: absorbed = 0.99_wp        !< share of the energy, at a good angle
+   real(wp), parameter :: most_departure = 0.1_wp   !< of sides from their free fields
    real(wp), parameter :: touching = 1.0e-6_wp      !< of half the model size: no gap
    character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']
 
@@ -35,6 +37,7 @@ contains
          if (size(all_of) == 0) return
          call check_dashpots(simulation%blocks, all_of, linear, report)
          if (size(model%boundaries) > 0) call check_sides(model, report)
+         if (report%band%known) call check_free_fields(model, report)
       end associate
    end subroutine check_boundaries
 
@@ -143,6 +146,24 @@ contains
          short_text(arrival)//' s of '//short_text(duration)//' s of motion', 'width/(2 V_p)', &
          advice_if(.not. late, "kind = 'free_field' at both sides, or 'tied' for level ground"))
    end subroutine check_sides
+
+   !> What differs from level ground is far enough from the sides.
+   subroutine check_free_fields(model, report)
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(report_type), intent(inout) :: report  !< check report
+      real(wp) :: frequency, departure, percent
+      logical :: near
+
+      frequency = 0.5_wp*(report%band%lowest + report%band%highest)
+      call find_side_departure(model, frequency, departure)
+      if (departure < 0.0_wp) return
+      near = departure > most_departure
+      percent = 0.01_wp*nint(1.0e4_wp*departure)
+      call add_line(report, merge(verdict_warn, verdict_ok, near), 'sides', 'the model is '// &
+         'going to depart from its free fields by about '//short_text(percent)//' % of their '// &
+         'motion at '//short_text(frequency)//' Hz, limit '//short_text(100.0_wp*most_departure) &
+         //' %', 'long-wave estimate', advice_if(near, 'more level ground before the sides'))
+   end subroutine check_free_fields
 
    !> Fixed points or a free field are on a side.
    logical function is_side_held(model, side)

@@ -58,8 +58,57 @@ def test_waves_are_too_fast_by_the_size_of_the_blocks():
 def test_sides_that_disturb_are_warned_of():
     assert line(lattice("free", columns=3), "sides").verdict == "warn"
     assert line(lattice("viscous", columns=3), "sides").verdict == "warn"
-    assert line(lattice("free_field", columns=3), "sides") is None
     assert line(lattice("tied", columns=3), "sides") is None
+
+
+def test_level_ground_does_not_depart_from_its_free_fields():
+    found = line(lattice("free_field", columns=3), "sides")
+    assert found.verdict == "ok"
+    assert percent(found.words, "of their motion") == 0.0
+
+
+def departure_of_a_step(omega, depths, distances) -> float:
+    """Of a bar of two depths (m) on dashpots, at its ends so far (m) from the step, largest.
+
+    u = u_free + A e^κx + B e^−κx in both parts, κ² = (iωZ − ρHω²)/(E'H); at the step u and E'H u'
+    are continuous, at the ends E'H u' = ∓iωρV_p H (u − u_free).
+    """
+    density, plate, base, side = 2400.0, 2.835e9 / (1.0 - 0.3125**2), 2400 * 600.0, 2400 * 1039.23
+    depths, ends = np.array(depths), np.array([-1.0, 1.0]) * distances
+    free = 2.0 / (1.0 + 1j * omega * density * depths / base)
+    wave = np.sqrt((1j * omega * base / depths - density * omega**2) / plate)
+    slope = plate * depths * wave
+    equations = np.zeros((4, 4), dtype=complex)  # A, B on the left, A, B on the right
+    equations[0] = [1.0, 1.0, -1.0, -1.0]
+    equations[1] = [slope[0], -slope[0], -slope[1], slope[1]]
+    rise = np.exp(wave * ends)
+    for part, out in ((0, -1.0), (1, 1.0)):
+        dashpot = 1j * omega * side * depths[part]
+        both = (
+            (out * slope[part] + dashpot) * rise[part],
+            (dashpot - out * slope[part]) / rise[part],
+        )
+        equations[2 + part, 2 * part : 2 * part + 2] = both
+    found = np.linalg.solve(equations, [free[1] - free[0], 0.0, 0.0, 0.0]).reshape(2, 2)
+    added = found[:, 0] * rise + found[:, 1] / rise
+    return float(abs(added / free).max())
+
+
+@pytest.mark.parametrize(
+    ("distances", "verdict"), [((60.0, 100.0), "warn"), ((200.0, 280.0), "ok")]
+)
+def test_how_far_sides_depart_from_their_free_fields(root, distances, verdict):
+    """A step of the ground from 15 to 45 m, by the closed form of its long-wave estimate."""
+    model = sitedda.Model.read(root / "inputs" / "step.nml")
+    left, right = -distances[0], distances[1]
+    model["region"][0](outline=[(left, -15), (right, -15), (right, 30), (0, 30), (0, 0), (left, 0)])
+    model.clear("measured_point")
+    model.measured_point("step", 0.0, 0.0)
+    found = line(model, "sides")
+    frequency = float(re.search(r"at ([0-9.]+) Hz", found.words)[1])
+    expected = departure_of_a_step(2 * np.pi * frequency, (15.0, 45.0), distances)
+    assert percent(found.words, "of their motion") == pytest.approx(100 * expected, rel=5e-3)
+    assert found.verdict == verdict
 
 
 @pytest.mark.parametrize(("penalty", "verdict"), [(1.0, "ok"), (2000.0, "warn")])

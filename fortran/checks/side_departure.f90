@@ -1,0 +1,116 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> How far the sides of a model are going to depart from their free fields: an estimate before the
+!> run, for waves that are long against the depth.
+!>
+!> Ground of depth H(x) on a base that radiates moves sideways as a bar, u(x) over its depth:
+!>
+!>     (E'H u')' + (ρH ω² − iωZ) u = −2iωZ u_in ,
+!>
+!> with the modulus E' of the plate, ρV_s of the base Z, and at its ends the dashpots of the sides
+!> against the free field 2 u_in/(1 + iωρH/Z), which is its solution for level ground.
+module dda_side_departure
+   use dda_kinds, only: wp, pi
+   use dda_model, only: model_type
+   implicit none
+   private
+   public :: find_side_departure
+
+   integer, parameter :: cells = 400  !< of the bar, from one side to the other
+
+   !> The bar: of each cell, and at its two ends.
+   type :: bar_type
+      real(wp) :: length = 0.0_wp                !< of a cell, m
+      real(wp) :: mass(cells) = 0.0_wp           !< ρH of each cell, kg/m²
+      real(wp) :: modulus(cells) = 0.0_wp        !< E'H of each cell, N/m
+      real(wp) :: base = 0.0_wp                  !< Z, Pa s/m
+      real(wp) :: dashpot(2) = 0.0_wp            !< of the left and right side, N s/m per metre
+   end type bar_type
+
+contains
+
+   !> Largest departure of a side with a free field, over the motion of that; negative where no
+   !> base radiates or no side has one.
+   subroutine find_side_departure(model, frequency, departure)
+      type(model_type), intent(in) :: model     !< as read from the input
+      real(wp), intent(inout) :: frequency      !< Hz; at most that of waves of four times the depth
+      real(wp), intent(out) :: departure        !< 0 … 1
+      type(bar_type) :: bar
+      complex(wp) :: u(cells + 1), free(2)
+      real(wp) :: omega
+
+      departure = -1.0_wp
+      bar = bar_of(model)
+      if (.not. (bar%base > 0.0_wp .and. maxval(bar%dashpot) > 0.0_wp)) return
+      omega = min(2.0_wp*pi*frequency, 0.5_wp*pi*bar%base/maxval(bar%mass))
+      frequency = omega/(2.0_wp*pi)
+      free = 2.0_wp/cmplx(1.0_wp, omega*bar%mass([1, cells])/bar%base, wp)
+      u = motion_of(bar, omega, free)
+      departure = maxval(abs(u([1, cells + 1])/free - 1.0_wp), mask=bar%dashpot > 0.0_wp)
+   end subroutine find_side_departure
+
+   !> Blocks spread over the cells that they reach over; dashpots of the base and the sides.
+   type(bar_type) function bar_of(model) result(bar)
+      type(model_type), intent(in) :: model  !< as read from the input
+      real(wp) :: left, low, high, plate, share(cells)
+      integer :: b, i
+
+      left = minval(model%blocks%vertex(1, :))
+      bar%length = (maxval(model%blocks%vertex(1, :)) - left)/cells
+      associate (blocks => model%blocks)
+         do b = 1, blocks%n
+            associate (x => blocks%vertex(1, blocks%first(b):blocks%first(b + 1) - 1), &
+               d => blocks%stiffness(:, :, b))
+               low = minval(x) - left
+               high = maxval(x) - left
+               share = [(max(0.0_wp, min(high, i*bar%length) - max(low, (i - 1)*bar%length)), &
+                  i=1, cells)]/((high - low)*bar%length)
+               plate = d(1, 1) - d(1, 2)**2/d(2, 2)
+               bar%mass = bar%mass + share*blocks%mass(b)
+               bar%modulus = bar%modulus + share*plate
+            end associate
+         end do
+      end associate
+      do i = 1, size(model%boundaries)
+         if (model%boundaries(i)%kind == 'compliant') bar%base = bar%base &
+            + 2.0_wp*sum(model%boundaries(i)%dashpot(2, :))/(cells*bar%length)
+      end do
+      do i = 1, size(model%free_fields)
+         associate (field => model%free_fields(i), side => merge(1, 2, &
+            model%free_fields(i)%side == 'left'))
+            bar%dashpot(side) = 2.0_wp*sum(field%boundary%dashpot(1, :))
+         end associate
+      end do
+   end function bar_of
+
+   !> Solution at the ends of the cells for u_in = 1, by elimination of a tridiagonal matrix.
+   pure function motion_of(bar, omega, free) result(u)
+      type(bar_type), intent(in) :: bar
+      real(wp), intent(in) :: omega       !< rad/s
+      complex(wp), intent(in) :: free(2)  !< motion of the free fields of the sides
+      complex(wp) :: u(cells + 1)
+      complex(wp) :: diagonal(cells + 1), own, side(2)
+      real(wp) :: k
+      integer :: i
+
+      diagonal = 0.0_wp
+      u = 0.0_wp
+      side = cmplx(0.0_wp, omega*bar%dashpot, wp)
+      diagonal([1, cells + 1]) = side
+      u([1, cells + 1]) = side*free
+      do i = 1, cells
+         own = 0.5_wp*bar%length*cmplx(-omega**2*bar%mass(i), omega*bar%base, wp)
+         diagonal(i:i + 1) = diagonal(i:i + 1) + bar%modulus(i)/bar%length + own
+         u(i:i + 1) = u(i:i + 1) + bar%length*cmplx(0.0_wp, omega*bar%base, wp)
+      end do
+      do i = 1, cells
+         k = bar%modulus(i)/bar%length
+         diagonal(i + 1) = diagonal(i + 1) - k**2/diagonal(i)
+         u(i + 1) = u(i + 1) + k*u(i)/diagonal(i)
+      end do
+      u(cells + 1) = u(cells + 1)/diagonal(cells + 1)
+      do i = cells, 1, -1
+         u(i) = (u(i) + bar%modulus(i)/bar%length*u(i + 1))/diagonal(i)
+      end do
+   end function motion_of
+
+end module dda_side_departure
