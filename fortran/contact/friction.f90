@@ -161,7 +161,22 @@ contains
       response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
          contacts%bond_length(c), contacts%multiplier(c)), acting_gap(contacts, laws, c, gap), &
          acting_stretch(contacts, laws, c, stretch))
+      if (allocated(contacts%held_bound) .and. .not. contacts%bonded(c)) call hold_friction( &
+         response, contacts%held_bound(c), laws%shear_stiffness*acting_stretch(contacts, laws, c, &
+         stretch))
    end function contact_response
+
+   !> Friction at a held bound, whatever the normal force is, also where the contact opens.
+   pure subroutine hold_friction(response, bound, trial)
+      type(response_type), intent(inout) :: response  !< with the normal force
+      real(wp), intent(in) :: bound  !< N/m
+      real(wp), intent(in) :: trial  !< shear force if nothing slips, N/m
+
+      response%bound = bound
+      response%shear_force = sign(min(bound, abs(trial)), trial)
+      if (response%state /= contact_open) &
+         response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
+   end subroutine hold_friction
 
    !> Contact c acts at t₀ + θΔt, θ < 1: it is bonded, and a law of its own lets it.
    elemental logical function acts_at_theta(contacts, laws, c) result(acts)

@@ -103,6 +103,7 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       next_state = response%state
+      if (allocated(contacts%held_bound)) return
       if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
          .and. response%shear_force*contacts%slip_sign(c) < 0.0_wp) next_state = contact_stick
       if (contacts%state(c) /= contact_open .or. contacts%close_count(c) < most_closings .or. &

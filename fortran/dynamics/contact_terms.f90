@@ -134,7 +134,26 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       is_free = contacts%state(c) == contact_open .and. .not. contacts%retained(c) > 0.0_wp
+      if (is_free) is_free = .not. rubs_open(contacts, c)
    end function is_free
+
+   !> Contact c is open, and its friction is held all the same.
+   elemental logical function rubs_open(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c  !< number of the contact
+
+      rubs_open = .false.
+      if (allocated(contacts%held_bound)) rubs_open = contacts%state(c) == contact_open .and. &
+         contacts%held_bound(c) > 0.0_wp
+   end function rubs_open
+
+   !> The friction of contact c has come to its held bound.
+   elemental logical function at_held_bound(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c  !< number of the contact
+
+      at_held_bound = abs(contacts%slide_force(c)) >= contacts%held_bound(c)
+   end function at_held_bound
 
    !> Normal and shear stiffness of contact c in K̂, N/m.
    pure function acting_springs(contacts, laws, c) result(springs)
@@ -147,7 +166,12 @@ contains
       if (is_free(contacts, c)) return
       springs = [laws%normal_stiffness, shear_stiffness_of(contacts, laws, c)]
       if (.not. laws%plain) springs(1) = contacts%tangent(c)
-      if (contacts%state(c) == contact_open) springs = [contacts%retained(c)*springs(1), 0.0_wp]
+      if (rubs_open(contacts, c)) then
+         springs(1) = 0.0_wp
+         if (at_held_bound(contacts, c)) springs(2) = 0.0_wp
+      else if (contacts%state(c) == contact_open) then
+         springs = [contacts%retained(c)*springs(1), 0.0_wp]
+      end if
       if (contacts%state(c) == contact_slide) springs(2) = contacts%retained(c)*springs(2)
       if (acts_at_theta(contacts, laws, c)) springs = laws%theta*springs
       if (laws%damped) springs = [contacts%normal_gain(c), contacts%shear_gain(c)]*springs
@@ -167,6 +191,11 @@ contains
       forces(1) = contacts%multiplier(c) - laws%normal_stiffness*gap
       if (.not. laws%plain) forces(1) = contacts%normal_free(c) - contacts%tangent(c)*gap
       forces(2) = shear_stiffness_of(contacts, laws, c)*stretch
+      if (rubs_open(contacts, c)) then
+         forces(1) = 0.0_wp
+         if (at_held_bound(contacts, c)) forces(2) = contacts%slide_force(c)
+         return
+      end if
       if (.not. contacts%retained(c) > 0.0_wp .and. contacts%state(c) /= contact_slide) return
       springs = acting_springs(contacts, laws, c)
       if (contacts%state(c) == contact_slide) forces(2) = contacts%slide_force(c) &

@@ -12,6 +12,7 @@ module dda_open_close
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_cycles, only: cycle_type, note_states, may_change
    use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
+   use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type, renew, solve
    use dda_rank_one, only: forget_changes
@@ -39,10 +40,12 @@ module dda_open_close
    real(wp), parameter :: slide_share = 0.3_wp       !< of the secant shear stiffness, retained
    real(wp), parameter :: opening_share = 0.03_wp    !< of the normal stiffness, retained
    real(wp), parameter :: decay = 0.3_wp             !< of what a contact retains, per iteration
+   integer, parameter :: most_bounds = 400           !< sets of bounds of friction in a step
 
    !> Settings and outcome of the iteration of one step.
    type :: open_close_type
       integer :: max_iterations = 400
+      logical :: last_resort = .false.                !< no shorter step can be taken
       real(wp) :: relative_tolerance = 1.0e-9_wp      !< of the largest force
       real(wp) :: penetration_tolerance = 0.0_wp      !< m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
@@ -65,6 +68,9 @@ module dda_open_close
 contains
 
    !> Iterate until every contact exerts what was assumed of it.
+   !>
+   !> Where that does not close and no shorter step can be taken, the bounds of friction are found
+   !> from outside.
    subroutine close_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -72,10 +78,57 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      logical :: closed
+
+      call iterate(iteration, system, solver, contacts, laws, closed, error)
+      if (allocated(error) .or. closed) return
+      if (iteration%last_resort .and. laws%plain) &
+         call find_bounds(iteration, system, solver, contacts, laws, closed, error)
+      if (.not. (closed .or. allocated(error))) call fail(error, error_convergence, &
+         'the open–close iteration does not converge')
+   end subroutine close_contacts
+
+   !> Iterate with held bounds of friction until they are those of the normal forces.
+   subroutine find_bounds(iteration, system, solver, contacts, laws, closed, error)
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      logical, intent(out) :: closed  !< they are, and every contact exerts what was assumed of it
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(bounds_type) :: bounds
+      integer :: i, before(3)
+
+      call hold_bounds(bounds, contacts, laws)
+      do i = 1, most_bounds
+         before = [iteration%iterations, iteration%changes, iteration%broken]
+         call iterate(iteration, system, solver, contacts, laws, closed, error)
+         iteration%iterations = iteration%iterations + before(1)
+         iteration%changes = iteration%changes + before(2)
+         iteration%broken = iteration%broken + before(3)
+         if (allocated(error) .or. .not. closed) exit
+         call renew_bounds(bounds, contacts, laws)
+         closed = bounds%difference <= iteration%tolerance
+         if (closed) exit
+      end do
+      call release_bounds(contacts)
+   end subroutine find_bounds
+
+   !> Assume, solve, evaluate and change states until every contact exerts what was assumed of it.
+   subroutine iterate(iteration, system, solver, contacts, laws, closed, error)
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      logical, intent(out) :: closed  !< every contact does
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: changed, runaway, i
-      logical :: closed, exactly
+      logical :: exactly
 
       call begin_iteration(iteration, contacts)
+      closed = .false.
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
       do i = 1, iteration%max_iterations
@@ -105,8 +158,7 @@ contains
          exactly = changed == 0
          iteration%changes = iteration%changes + changed
       end do
-      call fail(error, error_convergence, 'the open–close iteration does not converge')
-   end subroutine close_contacts
+   end subroutine iterate
 
    !> Nothing has been iterated in this step.
    pure subroutine begin_iteration(iteration, contacts)
@@ -247,12 +299,13 @@ contains
       alpha = 1.0_wp
       overshot = any(contacts%state(:n) == contact_slide .and. &
          contacts%trial_state(:n) == contact_stick)
-      if (iteration%short_steps < most_short_steps .and. &
+      if (allocated(contacts%held_bound) .or. (iteration%short_steps < most_short_steps .and. &
          (any(contacts%trial_state(:n) /= contacts%state(:n)) .or. &
-         (laws%curved .and. iteration%iterations > few_lines))) then
+         (laws%curved .and. iteration%iterations > few_lines)))) then
          call descend(system, contacts, laws, alpha)
          if (alpha < 1.0_wp) call evaluate(iteration, system%d, contacts, laws)
       end if
+      if (allocated(contacts%held_bound)) return
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)
       iteration%shortened = alpha < near_whole
       iteration%overshoots = merge(iteration%overshoots + 1, 0, alpha < short_step .and. overshot)
@@ -332,11 +385,13 @@ contains
       call note_states(iteration%history, contacts%state(:n))
       if (.not. laws%plain) call renew_lines(contacts, laws, least_share*iteration%tolerance)
       do c = 1, n
-         if (.not. may_change(iteration%history, c)) contacts%trial_state(c) = contacts%state(c)
+         if (.not. (may_change(iteration%history, c) .or. allocated(contacts%held_bound))) &
+            contacts%trial_state(c) = contacts%state(c)
       end do
       changed = count(contacts%trial_state(:n) /= contacts%state(:n))
       call retain(iteration, contacts, laws, &
-         iteration%shortened .or. changed > many_changes*n)
+         (iteration%shortened .or. changed > many_changes*n) .and. &
+         .not. allocated(contacts%held_bound))
       where (contacts%state(:n) == contact_open .and. contacts%trial_state(:n) /= contact_open) &
          contacts%close_count(:n) = contacts%close_count(:n) + 1
       contacts%state(:n) = contacts%trial_state(:n)

@@ -82,6 +82,10 @@ contains
             if (slides%dilating) slides%response(slides%n + i) = lifted
             cycle
          end if
+         if (allocated(contacts%held_bound)) then
+            slides%response(i) = contacts%slip_sign(c)*contacts%held_bound(c)
+            cycle
+         end if
          if (laws%damped) gap = acting_gap(contacts, laws, c, gap)
          slides%response(i) = contacts%slip_sign(c)*laws%friction(contacts%joint(c)) &
             *max(0.0_wp, contacts%multiplier(c) - laws%normal_stiffness*gap)

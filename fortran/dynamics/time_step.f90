@@ -167,6 +167,8 @@ contains
                simulation%solver, contacts, simulation%laws, half_size(simulation%model%blocks), &
                simulation%step == 0, error)
          else
+            simulation%iteration%last_resort = .not. (simulation%model%control%adaptive .or. &
+               simulation%resting)
             call close_contacts(simulation%iteration, simulation%system, simulation%solver, &
                contacts, simulation%laws, error)
             if (simulation%laws%damped .and. .not. allocated(error)) &

@@ -9,7 +9,8 @@ module test_open_close
    use dda_friction, only: laws_type
    use dda_open_close, only: close_contacts, open_close_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
-   use models, only: random, sow
+   use dda_simulation, only: simulation_type
+   use models, only: begin, contact_text, control_text, random, relative_balance, run, sow
    use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
    use testing, only: case, check, check_close, check_fails, check_no_error
    implicit none
@@ -35,6 +36,8 @@ contains
       call any_first_states()
       call with_friction(10.0_wp, 25)
       call with_friction(30.0_wp, 60)
+      call where_friction_locks()
+      call locking_wall()
       call no_contacts()
       call too_few_iterations()
    end subroutine open_close_suite
@@ -167,6 +170,64 @@ contains
       call check(most <= most_allowed, 'in few iterations')
       call check(all(states([contact_open, contact_slide, contact_stick]) > 20), 'all states occur')
    end subroutine with_friction
+
+   !> Friction so high that some steps do not close: bounds found from outside close some of them,
+   !> with forces in balance, and are gone after the others.
+   subroutine where_friction_locks()
+      type(system_type) :: system, again
+      type(contacts_type) :: contacts, contacts_again
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration
+      type(error_type), allocatable :: error
+      real(wp), parameter :: angle = 81.0_wp
+      integer :: i, locked, closed
+
+      call case('where friction locks')
+      locked = 0
+      closed = 0
+      do i = 1, 1500
+         call random_system(system, contacts, laws, 2 + modulo(i, 19), angle)
+         again = system
+         contacts_again = contacts
+         iteration%last_resort = .false.
+         call close_all(system, contacts, laws, iteration, error)
+         if (.not. allocated(error)) cycle
+         locked = locked + 1
+         iteration%last_resort = .true.
+         call close_all(again, contacts_again, laws, iteration, error)
+         call check(.not. allocated(contacts_again%held_bound), 'bounds are released')
+         if (allocated(error)) cycle
+         closed = closed + 1
+         call check_balance(again, contacts_again, tan(angle*pi/180.0_wp))
+      end do
+      call check(locked > 0, 'some do not close')
+      call check(4*closed > locked, 'a share of them does with bounds from outside')
+   end subroutine where_friction_locks
+
+   !> Falling masonry in the midpoint rule, which shakes: steps close in which bricks lock.
+   subroutine locking_wall()
+      type(simulation_type) :: simulation
+      integer :: i
+
+      call case('a wall that locks')
+      call begin(simulation, control_text(1.0e-2_wp, 20, "integration = 'midpoint'"// &
+         ' gravity = 0.0 -9.81')//contact_text(1.5e12_wp, '')// &
+         " &material name = 'base' density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.0 /"//&
+         " &material name = 'stone' density = 2500.0 young_modulus = 5.0e9 poisson_ratio = 0.2 /"//&
+         " &joint name = 'dry' friction_angle = 35.0 /"// &
+         " &block name = 'base' material = 'base' joint = '' vertices = -1.0 -1.0 11.0 -1.0"// &
+         ' 11.0 0.0 -1.0 0.0 /'// &
+         " &wall name = 'brick' material = 'stone' left = 0.0 bottom = 0.0 brick_length = 1.0"// &
+         ' brick_height = 0.5 bricks = 10 courses = 19 /'// &
+         ' &fixed_point x = -1.0 y = -1.0 / &fixed_point x = 11.0 y = -1.0 /'// &
+         ' &fixed_point x = 11.0 y = 0.0 / &fixed_point x = -1.0 y = 0.0 /')
+      do i = 1, 20
+         call run(simulation, 1)
+      end do
+      call check(simulation%counters%most_iterations > simulation%iteration%max_iterations, &
+         'one needs bounds from outside')
+      call check(relative_balance(simulation%energy) < 1.0e-6_wp, 'audit')
+   end subroutine locking_wall
 
    subroutine check_balance(system, contacts, mu)
       type(system_type), intent(in) :: system
