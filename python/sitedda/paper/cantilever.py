@@ -365,7 +365,7 @@ def _draw_penalty(drawing, found) -> None:
         low.loglog(_PENALTIES, [d.frequency for d in decays], "o", color=BLUE, label="sitedda")
         low.axhline(_shear_frequency(), color="0.6", ls=":", lw=1, label="shear beam, √(G/ρ)/4L")
         low.set(ylabel="frequency (Hz)")
-        low.legend()
+        middle.legend(*low.get_legend_handles_labels(), loc="upper right")
         largest = [1e3 * abs(found[("penalty", f)]["tip"]).max() for f in _PENALTIES]
         middle.loglog(_PENALTIES, largest, "o-", color=BLUE, lw=0.8)
         middle.set(ylabel="largest displacement (mm)")
