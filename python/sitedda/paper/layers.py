@@ -29,7 +29,7 @@ _TABLES = {
     2: {"input": "layers_table2.nml", "figure": "Fig. 16", "dda": (14.23, 28.76),
         "shake": (14.50, 27.79), "damping": 0.023, "where": "table II"},
 }  # frequency (Hz), amplification and damping as printed in section 2.3  # fmt: skip
-_DDA_LIMITS = (0.002, 0.01)  # issue 4: frequency, amplification against the paper's DDA
+_DDA_LIMITS = (0.002, 0.01)  # frequency, amplification against the paper's DDA
 _SHAKE_LIMITS = (0.003, 0.008)  # likewise against the paper's SHAKE
 _NOISE = {"samples": 3000, "time_step": 0.01, "seed": 4}  # of the made-up motion
 
