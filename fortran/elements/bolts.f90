@@ -369,10 +369,11 @@ contains
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       real(wp) :: before, after, start, force, flow, curvature
-      integer :: i, c
+      integer :: i, c, kept
 
       do i = 1, size(self%bolt)
          if (.not. acts(self, i)) cycle
+         kept = merge(energy_yield, energy_support, breaks(self, i))
          do c = axial, components(self, i)
             start = present_stretch(self, i, c, blocks)
             before = stored_at(self, i, c, start)
@@ -382,10 +383,10 @@ contains
             call add_energy(energy, energy_yield, flow)
             call add_energy(energy, energy_algorithmic, before + force*(self%stretch(c, i) &
                - start) - after - flow)
-            call add_energy(energy, merge(energy_yield, energy_support, breaks(self, i)), after)
+            call add_energy(energy, kept, after)
          end do
          curvature = curvature_energy(self, i, blocks, d)
-         call add_energy(energy, energy_support, curvature)
+         call add_energy(energy, kept, curvature)
          call add_energy(energy, energy_algorithmic, curvature)
       end do
    end subroutine account
