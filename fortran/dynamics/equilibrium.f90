@@ -28,7 +28,7 @@ module dda_equilibrium
    use dda_energy, only: energy_type, add_energy, energy_kinetic, energy_kinetic_damping, &
       energy_algorithmic, energy_strain
    use dda_energy_budget, only: strain_energy
-   use dda_errors, only: error_type, error_convergence, fail
+   use dda_errors, only: error_type, error_convergence, error_interrupted, fail
    use dda_kinematics, only: damp_velocity, farthest_move
    use dda_model, only: half_size, is_held
    use dda_scheme, only: scheme_type
@@ -91,7 +91,11 @@ contains
       call step_to_rest(simulation, equilibrium, failure)
       call put_in_words(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
+      if (allocated(failure)) then
+         if (failure%kind == error_interrupted) call move_alloc(failure, error)
+      end if
       simulation%resting = .false.
+      simulation%iteration%may_stop = .false.
       simulation%model%control = control
       simulation%scheme = scheme
       simulation%laws%theta = scheme%theta
@@ -135,6 +139,7 @@ contains
             /(first_ratio*simulation%laws%normal_stiffness))
       end associate
       simulation%resting = .true.
+      simulation%iteration%may_stop = .true.
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
       call freeze_elements(simulation%elements, simulation%blocks, simulation%time)
@@ -187,7 +192,8 @@ contains
          step = simulation%step
          call advance(simulation, error)
          if (.not. allocated(error)) exit
-         if (simulation%step > step .or. simulation%time_step <= shortest*first) return
+         if (simulation%step > step .or. simulation%time_step <= shortest*first &
+            .or. error%kind == error_interrupted) return
          simulation%time_step = shrink*simulation%time_step
          call exchange_lists(simulation)  ! from the contacts of the last good step
       end do

@@ -6,12 +6,13 @@
 !> force that was assumed in a contact and the one that its law gives.
 module dda_open_close
    use dda_kinds, only: wp
-   use dda_errors, only: error_type, error_convergence, fail
+   use dda_errors, only: error_type, error_convergence, error_interrupted, fail
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_cycles, only: cycle_type, note_states, may_change
    use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
+   use dda_interrupts, only: stop_requested
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type, renew, solve
@@ -50,6 +51,7 @@ module dda_open_close
       real(wp) :: penetration_tolerance = 0.0_wp      !< m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
       real(wp) :: noise = 0.0_wp                      !< contact force of rounding in places, N/m
+      logical :: may_stop = .false.                   !< a signal ends it: the step is begun anew
       integer :: iterations = 0                       !< solves of this step
       integer :: changes = 0                          !< states changed in this step
       integer :: broken = 0                           !< bonds broken in this step
@@ -132,6 +134,10 @@ contains
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
       do i = 1, iteration%max_iterations
+         if (iteration%may_stop .and. stop_requested()) then
+            call fail(error, error_interrupted, 'interrupted')
+            return
+         end if
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return

@@ -18,7 +18,7 @@ module dda_stages
       energy_removed, energy_changed, energy_zeroed
    use dda_energy_budget, only: start_energy_budget
    use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present
-   use dda_errors, only: error_type
+   use dda_errors, only: error_type, error_interrupted
    use dda_friction, only: accept_contacts
    use dda_model, only: model_type
    use dda_scheme, only: scheme_named
@@ -82,9 +82,18 @@ contains
          if (stage%static) call settle(simulation, error)
       end associate
       if (allocated(error)) error%message = simulation%model%file//': stage '// &
-         quoted(trim(simulation%model%stages(s)%name))//' does not settle: '//error%message// &
-         '; look at supports, joints and gaps'
+         quoted(trim(simulation%model%stages(s)%name))//unsettled(error)
    end subroutine begin_next_stage
+
+   !> Why a stage is not at rest, and what to do.
+   pure function unsettled(error) result(words)
+      type(error_type), intent(in) :: error  !< of its static steps
+      character(len=:), allocatable :: words
+
+      words = ' does not settle: '//error%message//'; look at supports, joints and gaps'
+      if (error%kind == error_interrupted) words = ' has been interrupted on its way to rest; '// &
+         'resume begins it anew'
+   end function unsettled
 
    !> The stage begins a motion or changes blocks, supports, materials or joints.
    pure logical function changes_model(stage)

@@ -11,7 +11,8 @@ module dda_time_step
    use dda_elements, only: accept_elements, revise_elements
    use dda_energy, only: add_energy, energy_impact, energy_input, energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
-   use dda_errors, only: error_type, error_convergence, error_memory, fail
+   use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
+      fail
    use dda_impact, only: count_impacts, resolve_impacts
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_linear_solver, only: weigh_loads
@@ -221,6 +222,9 @@ contains
       character(len=:), allocatable :: reason
       logical :: shorter
 
+      if (allocated(error)) then
+         if (error%kind == error_interrupted) return
+      end if
       shorter = simulation%model%control%adaptive .and. &
          shrink*simulation%time_step >= simulation%model%control%least_time_step
       if (simulation%resting .and. .not. allocated(error)) shorter = move > allowed_move(simulation)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from model_text import changed, flying_block, rectangle, tower
+from model_text import DRY, ROCK, changed, flying_block, rectangle, tower
 
 import sitedda
 
@@ -598,3 +598,29 @@ def test_killed_in_any_stage_a_run_resumes_to_the_same_bits(
         child.wait()
         sitedda.resume(file, output)
         same_bits(tmp_path / "whole.nc", output)
+
+
+def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
+    """A wall of 10,000 bricks takes minutes to find its rest; a signal ends it at once."""
+    wall = {"brick_length": 1.0, "brick_height": 0.5, "bricks": 100, "courses": 100}
+    file = write_input(
+        [
+            ("control", {"time_step": 1e-3, "steps": 1, "gravity": [0.0, -9.81]}),
+            ("contact", {"normal_stiffness": 1e12}),
+            ("material", dict(ROCK)),
+            ("joint", dict(DRY)),
+            ("wall", wall),
+            *(("fixed_point", {"x": x + 0.5, "y": 0.25}) for x in range(100)),
+            ("stage", {"name": "rest", "kind": "static"}),
+        ]
+    )
+    output = tmp_path / "out.nc"
+    child = subprocess.Popen(
+        [native.path, "run", file, "-o", output, "-q"], stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(0.5)
+    child.send_signal(signal.SIGTERM)
+    said = child.communicate()[1]
+    assert child.returncode == 6
+    assert "stage 'rest' has been interrupted" in said and "resume" in said
+    assert not output.exists()
