@@ -600,6 +600,12 @@ def test_killed_in_any_stage_a_run_resumes_to_the_same_bits(
         same_bits(tmp_path / "whole.nc", output)
 
 
+def catches(process: int, number: signal.Signals) -> bool:
+    """A process has a handler for a signal."""
+    status = Path(f"/proc/{process}/status").read_text()
+    return bool(int(status.split("SigCgt:")[1].split()[0], 16) >> (number - 1) & 1)
+
+
 def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
     """A wall of 10,000 bricks takes minutes to find its rest; a signal ends it at once."""
     wall = {"brick_length": 1.0, "brick_height": 0.5, "bricks": 100, "courses": 100}
@@ -618,7 +624,8 @@ def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
     child = subprocess.Popen(
         [native.path, "run", file, "-o", output, "-q"], stderr=subprocess.PIPE, text=True
     )
-    time.sleep(0.5)
+    while not catches(child.pid, signal.SIGTERM):
+        time.sleep(0.01)
     child.send_signal(signal.SIGTERM)
     said = child.communicate()[1]
     assert child.returncode == 6
