@@ -611,7 +611,7 @@ def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
     wall = {"brick_length": 1.0, "brick_height": 0.5, "bricks": 100, "courses": 100}
     file = write_input(
         [
-            ("control", {"time_step": 1e-3, "steps": 1, "gravity": [0.0, -9.81]}),
+            ("control", {"time_step": 1e-3, "gravity": [0.0, -9.81]}),
             ("contact", {"normal_stiffness": 1e12}),
             ("material", dict(ROCK)),
             ("joint", dict(DRY)),
