@@ -41,7 +41,7 @@ module dda_open_close
    real(wp), parameter :: slide_share = 0.3_wp       !< of the secant shear stiffness, retained
    real(wp), parameter :: opening_share = 0.03_wp    !< of the normal stiffness, retained
    real(wp), parameter :: decay = 0.3_wp             !< of what a contact retains, per iteration
-   integer, parameter :: most_bounds = 400           !< sets of bounds of friction in a step
+   integer, parameter :: most_rounds = 2             !< of max_iterations, with bounds from outside
 
    !> Settings and outcome of the iteration of one step.
    type :: open_close_type
@@ -100,10 +100,10 @@ contains
       logical, intent(out) :: closed  !< they are, and every contact exerts what was assumed of it
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
-      integer :: i, before(3)
+      integer :: before(3)
 
       call hold_bounds(bounds, contacts, laws)
-      do i = 1, most_bounds
+      do while (iteration%iterations < most_rounds*iteration%max_iterations)
          before = [iteration%iterations, iteration%changes, iteration%broken]
          call iterate(iteration, system, solver, contacts, laws, closed, error)
          iteration%iterations = iteration%iterations + before(1)
