@@ -25,7 +25,8 @@ module dda_friction_bounds
 
    !> Differences of the bounds.
    type :: bounds_type
-      real(wp) :: difference = 0.0_wp          !< largest of the present ones, N/m
+      integer :: worst = 0                     !< contact with the largest of the present ones
+      real(wp) :: difference = 0.0_wp          !< that one, N/m
       real(wp) :: share = 1.0_wp               !< of a difference that is taken
       real(wp) :: stretched = 1.0_wp           !< the last stretch
       real(wp) :: length = 0.0_wp              !< of the last differences, N/m
@@ -75,7 +76,8 @@ contains
          + merge(bounds%stretched, bounds%share, keeps_direction)*change)
       bounds%change = change
       bounds%length = length
-      bounds%difference = maxval(abs(change))
+      bounds%worst = maxloc(abs(change), 1)
+      bounds%difference = abs(change(bounds%worst))
    end subroutine renew_bounds
 
    !> What friction the normal forces allow, N/m.

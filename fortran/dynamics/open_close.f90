@@ -113,6 +113,8 @@ contains
          call renew_bounds(bounds, contacts, laws)
          closed = bounds%difference <= iteration%tolerance
          if (closed) exit
+         iteration%worst = bounds%worst
+         iteration%residual = bounds%difference
       end do
       call release_bounds(contacts)
    end subroutine find_bounds

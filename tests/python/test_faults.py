@@ -27,7 +27,7 @@ def hopeless(solver: str) -> list:
 
 def jammed(**control) -> list:
     """Slippery blocks that fall on each other, with too few iterations for a step."""
-    groups = flying_block(steps=500, gravity=[0.0, -9.81], **control)
+    groups = flying_block(steps=500, gravity=[-3.0, -9.81], **control)
     groups = changed(groups, "contact", max_iterations=2, force_tolerance=1e-15)
     more = [
         ("block", {"name": "left", "vertices": rectangle(-0.6, -1.01, 1.0, 1.0)}),
