@@ -30,7 +30,10 @@ REMADE = {
         "convex": "the input",
         "convex_block": "the input",
     },
-    ("contact", "contacts_type"): {"with_laws": "the input"},
+    ("contact", "contacts_type"): {
+        "with_laws": "the input",
+        "held_bound": "allocated within a step alone",
+    },
     ("dynamics", "system_type"): {
         "matrix": "its pattern follows from the neighbours, its numbers are made in each step",
         "pair_of_entry": "the pattern",
@@ -68,6 +71,8 @@ REMADE = {
         "weight": "the input",
         "noise": "the input; under joint laws set in each step",
         "penetration_tolerance": "the input",
+        "may_stop": "set in static stages",
+        "last_resort": "set in each step",
         "slides": "listed in each iteration",
         "history": "forgotten in each step",
     },
