@@ -262,13 +262,13 @@ contains
          .not. impacts%stiff(term%block_a)
    end function yields_else
 
-   !> The term holds a block to ground that stays, at the end of the step.  What follows a motion
-   !> acts as ever: a block that kept its velocity would fall behind.
+   !> The term holds a block to ground that stays along its row, at the end of the step.  What
+   !> follows a motion acts as ever: a block that kept its velocity would fall behind.
    pure logical function is_support(term)
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
       is_support = term%kind == term_support .and. term%instant == at_end .and. &
-         term%block_b == 0 .and. all(term%motion == 0)
+         term%block_b == 0 .and. .not. any(term%motion > 0 .and. abs(term%row_a(:2)) > 0.0_wp)
    end function is_support
 
    !> Stiffness that makes a support rigid beside the inertia of its block, N/m.

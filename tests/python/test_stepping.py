@@ -217,3 +217,26 @@ def test_a_run_resumed_after_changes_has_the_same_bits(write_input, tmp_path, na
     assert whole.attrs["changes"].startswith("t = 0.02 s: gravity = 0.5, -9.81, joint[bedding]")
     assert "&load x = 0.0" in whole.attrs["changes"]
     assert whole.attrs["input_text"] == file.read_text()
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, moved):
+    """The ground that a stone falls on follows a motion across the fall: e = 0.5 all the same."""
+    ground = {"motion_x": "still"} if moved else {}
+    still = {"name": "still", "quantity": "displacement", "time_step": 0.5, "values": [0.0, 0.0]}
+    file = write_input(
+        [
+            ("control", {"time_step": 1e-3, "steps": 460, "gravity": [0.0, -9.81]}),
+            ("contact", {"normal_stiffness": 1e9}),
+            ("material", dict(ROCK, young_modulus=1e9)),
+            ("joint", dict(DRY, restitution=0.5)),
+            ("block", {"name": "base", "vertices": rectangle(0.0, 0.0, 2.0, 0.5)}),
+            ("block", {"name": "stone", "vertices": rectangle(0.5, 1.5, 1.0, 1.0)}),
+            *([("motion", still)] if moved else []),
+            *(("fixed_point", {"x": x, "y": 0.25, "block": "base"} | ground) for x in (0.2, 1.8)),
+            ("measured_point", {"name": "centre", "x": 1.0, "y": 2.0, "block": "stone"}),
+        ]
+    )
+    speed = sitedda.run(file).history.velocity.values[:, 0, 1]
+    hit = speed.argmin()
+    assert speed[hit:].max() == pytest.approx(-0.5 * speed[hit], rel=2e-3)
