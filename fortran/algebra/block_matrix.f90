@@ -8,7 +8,7 @@ module dda_block_matrix
    use dda_counting_sort, only: counting_sort
    implicit none
    private
-   public :: block_matrix_type, set_pattern, entry_of, multiply, multiply_block
+   public :: block_matrix_type, set_pattern, entry_of, copy_block, multiply, multiply_block
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type
@@ -96,6 +96,14 @@ contains
          end if
       end do
    end function entry_of
+
+   !> Copy a block; of its size the compiler makes a few moves of registers.
+   pure subroutine copy_block(from, to)
+      real(wp), intent(in) :: from(6, 6)  !< any block
+      real(wp), intent(out) :: to(6, 6)   !< its copy
+
+      to = from
+   end subroutine copy_block
 
    !> y = K x
    subroutine multiply(matrix, x, y)

@@ -11,7 +11,8 @@ module dda_detection
    use dda_contact, only: contacts_type, reserve
    use dda_crossings, only: most_across
    use dda_contact_geometry, only: candidate_type, set_contacts
-   use dda_entrance, only: choice_type, project, list_choices, is_glancing, entrance_edge
+   use dda_entrance, only: choice_type, corners_type, project, list_choices, is_glancing, &
+      entrance_edge
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
@@ -76,7 +77,7 @@ contains
       deepest = 0.0_wp
       hardest = 0.0_wp
       detection%depth = 0.0_wp
-      detection%pressing = 0
+      call release_all(size(detection%pressing), detection%pressing)
       do c = 1, contacts%n
          pressed = -contacts%new_gap(c)
          if (pressed <= 0.0_wp) cycle
@@ -92,6 +93,14 @@ contains
       detection%deepest = deepest
       detection%pressed = hardest
    end subroutine measure_depths
+
+   !> No vertex is pressed on an edge; in one run through memory.
+   pure subroutine release_all(n, pressing)
+      integer, intent(in) :: n             !< numbers
+      integer, intent(out) :: pressing(n)  !< become zero
+
+      pressing = 0
+   end subroutine release_all
 
    !> List all contacts nearer than the distance of this step, with geometry, without history.
    !>
@@ -236,9 +245,9 @@ contains
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
       if (faces) then
-         if (was_pressed(detection, choice)) return
-         if (.not. is_glancing(choice, tolerance_of(detection, choice%vertex, end_vertex), &
-            detection%travel)) return
+         if (was_pressed(detection, choice%vertex, choice%edge)) return
+         if (.not. is_glancing(choice%gap, choice%overshoot, tolerance_of(detection, &
+            choice%vertex, end_vertex), detection%travel)) return
       end if
       if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) &
          return
@@ -248,11 +257,11 @@ contains
    !> The vertex was pressed on the edge in the last step.  Such a contact is never glancing: two
    !> corners in vibrating contact would alternate between their edges, with a little more
    !> penetration at each change.
-   elemental logical function was_pressed(detection, choice)
+   elemental logical function was_pressed(detection, vertex, edge)
       type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
-      type(choice_type), intent(in) :: choice        !< vertex projected on an edge
+      integer, intent(in) :: vertex, edge            !< an edge is named by its first vertex
 
-      was_pressed = any(detection%pressing(:, choice%vertex) == choice%edge)
+      was_pressed = any(detection%pressing(:, vertex) == edge)
    end function was_pressed
 
    !> The corners v and w were pressed on each other in the last step.
@@ -313,9 +322,8 @@ contains
       integer, intent(in) :: w                          !< vertex of the other block
       type(detection_type), intent(inout) :: detection  !< receives the candidate
       logical, intent(in) :: close                      !< nearer than the size of the corners
-      type(choice_type) :: choice(4)
+      type(corners_type) :: corners
       real(wp) :: tolerance
-      logical :: glancing(4)
       integer :: v, best
 
       v = neighbours%probe(1, p)
@@ -323,15 +331,16 @@ contains
          if (.not. were_pressed(detection, blocks, v, w)) return
       end if
       tolerance = tolerance_of(detection, v, w)
-      call list_choices(blocks, v, w, tolerance, detection%travel, choice, glancing)
-      glancing = glancing .and. .not. was_pressed(detection, choice)
-      if (.not. close .and. any(choice%overshoot <= 0.0_wp .and. .not. glancing)) return
-      best = entrance_edge(blocks, choice, detection%corner(v), tolerance, glancing)
-      if (choice(best)%gap > detection%distance) return
+      call list_choices(blocks, v, w, tolerance, detection%travel, corners)
+      if (any(corners%glancing)) corners%glancing = corners%glancing .and. &
+         .not. was_pressed(detection, corners%vertex, corners%edge)
+      if (.not. close .and. any(corners%overshoot <= 0.0_wp .and. .not. corners%glancing)) return
+      best = entrance_edge(blocks, corners, detection%corner(v), tolerance)
+      if (corners%gap(best) > detection%distance) return
       ! A corner that penetrates deeper has its foot on an edge.
-      if (.not. close .and. choice(best)%gap < -tolerance) return
-      call append(detection, last, choice(best)%vertex, choice(best)%edge, neighbours%probe(2, p), &
-         merge(w, v, choice(best)%vertex == v))
+      if (.not. close .and. corners%gap(best) < -tolerance) return
+      call append(detection, last, corners%vertex(best), corners%edge(best), &
+         neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine test_vertex
 
    pure subroutine append(detection, last, vertex, edge, pair, corner)

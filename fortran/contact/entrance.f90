@@ -12,7 +12,7 @@ module dda_entrance
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: choice_type, project, list_choices, is_glancing, entrance_edge
+   public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge
 
    !> edges nearer than this are parallel
    real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp
@@ -20,15 +20,27 @@ module dda_entrance
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
    real(wp), parameter :: tie = 1.0e-9_wp         !< of the corner size: no difference
 
-   !> One (vertex, edge) choice.
+   !> A vertex beside an edge.
    type :: choice_type
       integer :: vertex, edge
       real(wp) :: normal(2)    !< outward normal of the edge
       real(wp) :: gap          !< m
-      logical :: past_end      !< it is nearer to the edge's end than to its start
       real(wp) :: overshoot    !< how far the foot lies beyond the edge, m, ≤ 0 on it
-      real(wp) :: separation   !< least sine of the angle between the edge and the vertex' own edges
+      logical :: past_end      !< it is nearer to the edge's end than to its start
    end type choice_type
+
+   !> The choices at corners v and w: v on the edges before and after w, w on those before and after
+   !> v.
+   type :: corners_type
+      integer :: vertex(4), edge(4)
+      real(wp) :: normal(4, 2)
+      real(wp) :: gap(4), overshoot(4)
+      !> least sine of the angle between the edge and the vertex' own edges: how well the edge
+      !> separates the vertex' own block from it
+      real(wp) :: separation(4)
+      !> the contact is glancing, at the corner that is met and not at the other end of the edge
+      logical :: glancing(4)
+   end type corners_type
 
 contains
 
@@ -36,149 +48,159 @@ contains
    pure subroutine project(blocks, vertex, edge, choice)
       type(blocks_type), intent(in) :: blocks   !< present geometry
       integer, intent(in) :: vertex, edge       !< an edge is named by its first vertex
-      type(choice_type), intent(out) :: choice  !< its `separation` is not computed
-      real(wp) :: along(2), from(2), length, foot
+      type(choice_type), intent(out) :: choice  !< complete
+      real(wp) :: along(2), from(2)
 
       along = blocks%along(:, edge)
-      length = blocks%length(edge)
       from = blocks%vertex(:, vertex) - blocks%vertex(:, edge)
-      foot = dot_product(along, from)
       choice%vertex = vertex
       choice%edge = edge
       choice%normal = [along(2), -along(1)]
-      choice%gap = dot_product(choice%normal, from)
-      choice%overshoot = max(-foot, foot - length)
-      choice%past_end = foot > 0.5_wp*length
-      choice%separation = 0.0_wp
+      call measure(along(1), along(2), from(1), from(2), blocks%length(edge), choice%gap, &
+         choice%overshoot, choice%past_end)
    end subroutine project
 
-   !> The up to four choices at corners v and w: v on the edges before and after w, w on those
-   !> before and after v.
-   pure subroutine list_choices(blocks, v, w, tolerance, travel, choice, glancing)
+   !> Gap of a vertex, and where its foot lies, from its place beside the start of an edge.
+   elemental subroutine measure(along_x, along_y, x, y, length, gap, overshoot, past_end)
+      real(wp), intent(in) :: along_x, along_y  !< unit vector of the edge
+      real(wp), intent(in) :: x, y              !< place of the vertex, m
+      real(wp), intent(in) :: length            !< of the edge, m
+      real(wp), intent(out) :: gap, overshoot   !< m, see `choice_type`
+      logical, intent(out) :: past_end          !< the same
+      real(wp) :: foot
+
+      foot = along_x*x + along_y*y
+      gap = along_y*x - along_x*y
+      overshoot = max(-foot, foot - length)
+      past_end = foot > 0.5_wp*length
+   end subroutine measure
+
+   !> The choices at corners v and w.
+   pure subroutine list_choices(blocks, v, w, tolerance, travel, corners)
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: v, w                  !< vertices of two blocks
       real(wp), intent(in) :: tolerance, travel    !< m, see `is_glancing`
-      type(choice_type), intent(out) :: choice(4)  !< in that order
-      !> at the corner that is met, not at the other end of the edge
-      logical, intent(out) :: glancing(4)
+      type(corners_type), intent(out) :: corners   !< complete
+      integer, parameter :: before(4) = [3, 3, 1, 1], after(4) = [4, 4, 2, 2]  !< own edges
+      logical, parameter :: at_end(4) = [.true., .false., .true., .false.]     !< of the edge
+      real(wp) :: along(4, 2), from(4, 2), length(4)
+      logical :: past_end(4)
+      integer :: i
 
-      call project_corner(blocks, v, blocks%previous(w), choice(1))
-      call project_corner(blocks, v, w, choice(2))
-      call project_corner(blocks, w, blocks%previous(v), choice(3))
-      call project_corner(blocks, w, v, choice(4))
-      glancing = is_glancing(choice, tolerance, travel) .and. (choice%past_end .eqv. &
-         [.true., .false., .true., .false.])
+      corners%vertex = [v, v, w, w]
+      corners%edge = [blocks%previous(w), w, blocks%previous(v), v]
+      do i = 1, 4
+         along(i, :) = blocks%along(:, corners%edge(i))
+         from(i, :) = blocks%vertex(:, corners%vertex(i)) - blocks%vertex(:, corners%edge(i))
+         length(i) = blocks%length(corners%edge(i))
+      end do
+      call measure(along(:, 1), along(:, 2), from(:, 1), from(:, 2), length, corners%gap, &
+         corners%overshoot, past_end)
+      corners%normal(:, 1) = along(:, 2)
+      corners%normal(:, 2) = -along(:, 1)
+      corners%separation = min( &
+         along(:, 1)*along(before, 2) - along(:, 2)*along(before, 1), &
+         along(:, 2)*along(after, 1) - along(:, 1)*along(after, 2))
+      corners%glancing = is_glancing(corners%gap, corners%overshoot, tolerance, travel) &
+         .and. (past_end .eqv. at_end)
    end subroutine list_choices
-
-   !> As `project`, with how well the edge separates the vertex' own block from it.
-   pure subroutine project_corner(blocks, vertex, edge, choice)
-      type(blocks_type), intent(in) :: blocks   !< present geometry
-      integer, intent(in) :: vertex, edge       !< an edge is named by its first vertex
-      type(choice_type), intent(out) :: choice  !< complete
-
-      call project(blocks, vertex, edge, choice)
-      choice%separation = &
-         min(-dot_product(choice%normal, blocks%along(:, blocks%previous(vertex))), &
-         dot_product(choice%normal, blocks%along(:, vertex)))
-   end subroutine project_corner
 
    !> The vertex is outside or within the tolerance, can reach the edge in this step, and its foot
    !> lies on the edge within the tolerance of an end.
-   elemental logical function is_glancing(choice, tolerance, travel)
-      type(choice_type), intent(in) :: choice  !< vertex projected on an edge
+   elemental logical function is_glancing(gap, overshoot, tolerance, travel)
+      real(wp), intent(in) :: gap, overshoot   !< of a vertex beside an edge, m
       real(wp), intent(in) :: tolerance        !< m, depth of a glancing contact
       real(wp), intent(in) :: travel           !< m, farthest approach in this step
 
-      is_glancing = choice%gap > -tolerance .and. choice%gap <= travel + tolerance &
-         .and. choice%overshoot <= 0.0_wp .and. choice%overshoot > -tolerance
+      is_glancing = gap > -tolerance .and. gap <= travel + tolerance &
+         .and. overshoot <= 0.0_wp .and. overshoot > -tolerance
    end function is_glancing
 
    !> Which choice is the entrance: of those that can separate the blocks, that of least
    !> penetration; of parallel edges, the one that holds the foot.  A glancing one only if there is
    !> no other; if all are, the one along which the corners move.
-   pure integer function entrance_edge(blocks, choice, corner, tolerance, glancing) result(best)
+   pure integer function entrance_edge(blocks, corners, size, tolerance) result(best)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
-      type(choice_type), intent(in) :: choice(4) !< at two corners, see `list_choices`
-      real(wp), intent(in) :: corner             !< m, size of the corner
+      type(corners_type), intent(in) :: corners  !< choices
+      real(wp), intent(in) :: size               !< m, of the corner
       real(wp), intent(in) :: tolerance          !< m, depth of a glancing contact
-      logical, intent(in) :: glancing(4)         !< choices that are glancing contacts
       real(wp) :: small
       integer :: i
       logical :: admissible(4)
 
-      admissible = .not. choice%separation < -parallel_sine
-      if (any(glancing)) admissible = admissible &
-         .and. .not. excluded(blocks, choice, tolerance, glancing)
-      small = tie*corner
+      admissible = .not. corners%separation < -parallel_sine
+      if (any(corners%glancing)) admissible = admissible &
+         .and. .not. excluded(blocks, corners, tolerance)
+      small = tie*size
       best = 0
       do i = 1, 4
          if (.not. admissible(i)) cycle
-         if (choice(i)%overshoot > small) then
-            if (superseded(choice, admissible, i, small)) cycle
+         if (corners%overshoot(i) > small) then
+            if (superseded(corners, admissible, i, small)) cycle
          end if
          if (best == 0) best = i
-         if (choice(i)%gap > choice(best)%gap + small) best = i
+         if (corners%gap(i) > corners%gap(best) + small) best = i
       end do
-      if (best == 0) best = maxloc(choice%separation, 1)
+      if (best == 0) best = maxloc(corners%separation, 1)
    end function entrance_edge
 
    !> The foot on the edge of choice i is farther off than that on a parallel edge.
-   pure logical function superseded(choice, admissible, i, small)
-      type(choice_type), intent(in) :: choice(4)  !< at two corners
-      logical, intent(in) :: admissible(4)        !< choices that may be the entrance
-      integer, intent(in) :: i                    !< one of them
-      real(wp), intent(in) :: small               !< m, no difference
+   pure logical function superseded(corners, admissible, i, small)
+      type(corners_type), intent(in) :: corners  !< choices
+      logical, intent(in) :: admissible(4)       !< choices that may be the entrance
+      integer, intent(in) :: i                   !< one of them
+      real(wp), intent(in) :: small              !< m, no difference
       integer :: j
 
       superseded = .false.
       do j = 1, 4
-         if (.not. admissible(j) .or. .not. choice(j)%overshoot < choice(i)%overshoot - small) cycle
-         superseded = superseded .or. parallel(choice, i, j)
+         if (.not. admissible(j) .or. .not. corners%overshoot(j) < corners%overshoot(i) - small) &
+            cycle
+         superseded = superseded .or. parallel(corners, i, j)
       end do
    end function superseded
 
    !> Glancing choices for which another one of a different direction is neither glancing nor deep;
    !> where there is none, the glancing ones along which the corners do not move.
-   pure function excluded(blocks, choice, tolerance, glancing)
-      type(blocks_type), intent(in) :: blocks     !< present geometry and velocities
-      type(choice_type), intent(in) :: choice(4)  !< at two corners
-      real(wp), intent(in) :: tolerance           !< m, depth of a glancing contact
-      logical, intent(in) :: glancing(4)          !< choices that are glancing contacts
+   pure function excluded(blocks, corners, tolerance)
+      type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
+      type(corners_type), intent(in) :: corners  !< choices
+      real(wp), intent(in) :: tolerance          !< m, depth of a glancing contact
       logical :: excluded(4), regular(4)
       integer :: i, j
 
-      regular = choice%separation >= -parallel_sine .and. choice%gap >= -tolerance &
-         .and. .not. glancing
+      regular = corners%separation >= -parallel_sine .and. corners%gap >= -tolerance &
+         .and. .not. corners%glancing
       if (.not. any(regular)) then
-         excluded = approached_faster(blocks, choice, &
-            glancing .and. choice%separation >= -parallel_sine)
+         excluded = approached_faster(blocks, corners, &
+            corners%glancing .and. corners%separation >= -parallel_sine)
          return
       end if
       excluded = .false.
       do i = 1, 4
          do j = 1, 4
-            if (regular(j) .and. .not. parallel(choice, i, j)) excluded(i) = glancing(i)
+            if (regular(j) .and. .not. parallel(corners, i, j)) excluded(i) = corners%glancing(i)
          end do
       end do
    end function excluded
 
    !> Of the admissible choices, those of another direction than the one approached least fast.
-   pure function approached_faster(blocks, choice, admissible) result(faster)
-      type(blocks_type), intent(in) :: blocks     !< present geometry and velocities
-      type(choice_type), intent(in) :: choice(4)  !< at two corners
-      logical, intent(in) :: admissible(4)        !< choices to compare
+   pure function approached_faster(blocks, corners, admissible) result(faster)
+      type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
+      type(corners_type), intent(in) :: corners  !< choices
+      logical, intent(in) :: admissible(4)       !< those to compare
       logical :: faster(4)
       real(wp) :: speed(4)
       integer :: i
 
       speed = huge(1.0_wp)
       do i = 1, 4
-         if (admissible(i)) speed(i) = -dot_product(choice(i)%normal, &
-            velocity_at(blocks, choice(i)%vertex, choice(i)%vertex) - velocity_at(blocks, &
-            choice(i)%edge, choice(i)%vertex))
+         if (admissible(i)) speed(i) = -dot_product(corners%normal(i, :), &
+            velocity_at(blocks, corners%vertex(i), corners%vertex(i)) - velocity_at(blocks, &
+            corners%edge(i), corners%vertex(i)))
       end do
       do i = 1, 4
-         faster(i) = admissible(i) .and. .not. parallel(choice, i, minloc(speed, 1))
+         faster(i) = admissible(i) .and. .not. parallel(corners, i, minloc(speed, 1))
       end do
    end function approached_faster
 
@@ -195,11 +217,11 @@ contains
    end function velocity_at
 
    !> The normals of choices i and j push the two blocks apart in the same direction.
-   pure logical function parallel(choice, i, j)
-      type(choice_type), intent(in) :: choice(4)  !< 1, 2: vertex of the first block; 3, 4: second
-      integer, intent(in) :: i, j                 !< two of them
+   pure logical function parallel(corners, i, j)
+      type(corners_type), intent(in) :: corners  !< choices
+      integer, intent(in) :: i, j                !< two of them
 
-      parallel = dot_product(choice(i)%normal, choice(j)%normal)*merge(1, -1, &
+      parallel = dot_product(corners%normal(i, :), corners%normal(j, :))*merge(1, -1, &
          (i <= 2) .eqv. (j <= 2)) > same_direction
    end function parallel
 

@@ -8,6 +8,7 @@
 module dda_contact_assembly
    !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
    use dda_kinds, only: wp, long
+   use dda_block_matrix, only: block_matrix_type, copy_block
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
    use dda_contact_terms, only: hold_contacts, is_clean, is_dirty_force, is_dirty_stiffness, &
@@ -79,9 +80,9 @@ contains
 
       associate (matrix => system%matrix, dirty => system%held%dirty)
          do i = first, last
-            if (dirty(i) >= is_dirty_force) system%rhs(:, i) = system%load(:, i)
-            if (dirty(i) == is_dirty_stiffness) matrix%diagonal(:, :, i) = &
-               system%linear%diagonal(:, :, i)
+            if (dirty(i) >= is_dirty_force) call copy_row(system%load(:, i), system%rhs(:, i))
+            if (dirty(i) == is_dirty_stiffness) call copy_block(system%linear%diagonal(:, :, i), &
+               matrix%diagonal(:, :, i))
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
                call assemble_pair(system, contacts, i, matrix%column(k), k, .true., &
                   matrix%column(k) >= first)
@@ -109,7 +110,8 @@ contains
       dirty_j = merge(system%held%dirty(j), is_clean, column_too)
       coupled = dirty_i == is_dirty_stiffness .and. system%held%dirty(j) == is_dirty_stiffness
       if (dirty_i == is_clean .and. dirty_j == is_clean) return
-      if (coupled) call begin_coupling(system, entry)
+      if (coupled) call begin_coupling(system%linear, system%linear_entry, entry, &
+         system%matrix%lower(:, :, entry))
       associate (matrix => system%matrix)
          do c = system%first_contact(system%pair_of_entry(entry)), &
             system%first_contact(system%pair_of_entry(entry) + 1) - 1
@@ -139,15 +141,24 @@ contains
    end subroutine assemble_pair
 
    !> A lower block of K̂ begins with that of the linear part.
-   pure subroutine begin_coupling(system, entry)
-      type(system_type), intent(inout) :: system  !< equations of the step
-      integer, intent(in) :: entry  !< of the lower blocks
+   pure subroutine begin_coupling(linear, linear_entry, entry, block)
+      type(block_matrix_type), intent(in) :: linear  !< linear part of K̂
+      integer, intent(in) :: linear_entry(:)         !< as in `system_type`
+      integer, intent(in) :: entry                   !< of the lower blocks
+      real(wp), intent(out) :: block(6, 6)           !< of K̂
 
-      system%matrix%lower(:, :, entry) = 0.0_wp
-      if (size(system%linear_entry) == 0) return
-      if (system%linear_entry(entry) > 0) &
-         system%matrix%lower(:, :, entry) = system%linear%lower(:, :, system%linear_entry(entry))
+      block = 0.0_wp
+      if (size(linear_entry) == 0) return
+      if (linear_entry(entry) > 0) block = linear%lower(:, :, linear_entry(entry))
    end subroutine begin_coupling
+
+   !> Copy a block of a vector.
+   pure subroutine copy_row(from, to)
+      real(wp), intent(in) :: from(6)  !< six numbers of a block
+      real(wp), intent(out) :: to(6)   !< their copy
+
+      to = from
+   end subroutine copy_row
 
    !> What a contact of blocks i and j gives to each of them; the forces are those on block i.
    pure subroutine add_sides(dirty_i, dirty_j, normal, shear, normal_force, shear_force, normal_i, &

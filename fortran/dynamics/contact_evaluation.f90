@@ -39,14 +39,23 @@ contains
       integer :: c
 
       do c = first, last
-         associate (d_v => d(:, contacts%block_v(c)), d_e => d(:, contacts%block_e(c)))
-            contacts%new_gap(c) = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d_v) &
-               - dot_product(contacts%normal_e(:, c), d_e)
-            contacts%slip(c) = dot_product(contacts%shear_v(:, c), d_v) &
-               - dot_product(contacts%shear_e(:, c), d_e)
-         end associate
+         call measure_contact(d(:, contacts%block_v(c)), d(:, contacts%block_e(c)), &
+            contacts%gap(c), contacts%normal_v(:, c), contacts%normal_e(:, c), &
+            contacts%shear_v(:, c), contacts%shear_e(:, c), contacts%new_gap(c), contacts%slip(c))
       end do
    end subroutine measure_range
+
+   !> Gap and slip of one contact.
+   pure subroutine measure_contact(d_v, d_e, gap, normal_v, normal_e, shear_v, shear_e, new_gap, &
+      slip)
+      real(wp), intent(in) :: d_v(6), d_e(6)  !< increments of the coordinates of its blocks
+      real(wp), intent(in) :: gap             !< at the start of the step, m
+      real(wp), intent(in) :: normal_v(6), normal_e(6), shear_v(6), shear_e(6)  !< its gradients
+      real(wp), intent(out) :: new_gap, slip  !< m
+
+      new_gap = gap + dot_product(normal_v, d_v) - dot_product(normal_e, d_e)
+      slip = dot_product(shear_v, d_v) - dot_product(shear_e, d_e)
+   end subroutine measure_contact
 
    !> Forces and states that the laws give at d.
    subroutine evaluate_contacts(contacts, laws, d, largest, residual)

@@ -65,25 +65,34 @@ contains
    !> Blocks first … last.
    pure subroutine integrate_range(blocks, d, step, first, last)
       type(blocks_type), intent(inout) :: blocks  !< in their present state
-      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp), intent(in) :: d(6, blocks%n)  !< increments of the coordinates
       type(step_type), intent(in) :: step  !< the one being taken
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: new(6), of_d, of_v
-      integer :: b, k
+      integer :: b
 
-      of_d = momentum_weight(step)
-      of_v = velocity_weight(step)
       do b = first, last
-         new = of_d*d(:, b) - of_v*blocks%velocity(:, b)
-         blocks%acceleration(:, b) = (new - blocks%velocity(:, b))/step%time_step
-         blocks%velocity(:, b) = new
-         do k = size(blocks%mean_velocity, 2), 2, -1
-            blocks%mean_velocity(:, k, b) = blocks%mean_velocity(:, k - 1, b)
-         end do
-         blocks%mean_velocity(:, 1, b) = d(:, b)/step%time_step
-         blocks%position(:, b) = blocks%position(:, b) + d(:, b)
+         call integrate_block(step, d(:, b), blocks%position(:, b), blocks%velocity(:, b), &
+            blocks%acceleration(:, b), blocks%mean_velocity(:, :, b))
       end do
    end subroutine integrate_range
+
+   !> One block; the compiler sees how long its vectors are.
+   pure subroutine integrate_block(step, d, position, velocity, acceleration, mean_velocity)
+      type(step_type), intent(in) :: step  !< the one being taken
+      real(wp), intent(in) :: d(6)         !< increments of its coordinates
+      real(wp), intent(inout) :: position(6), velocity(6), mean_velocity(6, 4)
+      real(wp), intent(out) :: acceleration(6)
+      real(wp) :: new(6)
+
+      new = momentum_weight(step)*d - velocity_weight(step)*velocity
+      acceleration = (new - velocity)/step%time_step
+      velocity = new
+      mean_velocity(:, 4) = mean_velocity(:, 3)
+      mean_velocity(:, 3) = mean_velocity(:, 2)
+      mean_velocity(:, 2) = mean_velocity(:, 1)
+      mean_velocity(:, 1) = d/step%time_step
+      position = position + d
+   end subroutine integrate_block
 
    !> ½ vᵀMv, J/m.
    real(wp) function kinetic_energy(blocks)

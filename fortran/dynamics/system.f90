@@ -5,7 +5,7 @@
 !> of the springs of the contacts in their assumed states, which `dda_contact_assembly` puts on top.
 module dda_system
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, multiply_block
+   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, copy_block, multiply_block
    use dda_blocks, only: blocks_type
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
    use dda_elements, only: elements_type, linear_terms_of, add_forces
@@ -154,18 +154,29 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step  !< the one being taken
       integer, intent(in) :: first, last  !< of the range
-      real(wp) :: momentum(6), strain_load(3), weight
       integer :: b
 
-      weight = momentum_weight(step)
       do b = first, last
-         system%linear%diagonal(:, :, b) = system%constant(:, :, b)
-         call multiply_block(blocks%inertia(:, :, b), blocks%velocity(:, b), momentum)
-         system%load(:, b) = weight*momentum
-         strain_load = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
-            + blocks%area(b)*blocks%initial_stress(:, b)
-         system%load(4:6, b) = system%load(4:6, b) - strain_load
+         call copy_block(system%constant(:, :, b), system%linear%diagonal(:, :, b))
+         call set_load(momentum_weight(step), blocks%inertia(:, :, b), blocks%velocity(:, b), &
+            blocks%stiffness(:, :, b), blocks%position(4:6, b), &
+            blocks%area(b), blocks%initial_stress(:, b), system%load(:, b))
       end do
    end subroutine assemble_blocks
+
+   !> weight × Mv, less the forces of stress on the strains, of one block.
+   pure subroutine set_load(weight, inertia, velocity, stiffness, strain, area, initial_stress, &
+      load)
+      real(wp), intent(in) :: weight  !< 1/s
+      real(wp), intent(in) :: inertia(6, 6), velocity(6)
+      real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; strains
+      real(wp), intent(in) :: area, initial_stress(3)     !< m²; Pa
+      real(wp), intent(out) :: load(6)
+      real(wp) :: momentum(6)
+
+      call multiply_block(inertia, velocity, momentum)
+      load = weight*momentum
+      load(4:6) = load(4:6) - (matmul(stiffness, strain) + area*initial_stress)
+   end subroutine set_load
 
 end module dda_system

@@ -126,11 +126,29 @@ contains
 
       associate (point => self%point(i))
          ! In this order nothing is rounded: force and energy then see the same place.
-         away = matmul(place_of(blocks, point%block, point%reference) - point%place, point%axes) &
+         away = along(point%axes, place_of(blocks, point%block, point%reference) - point%place) &
             - target_displacement(self, i, motions, time)
          away = merge(away, 0.0_wp, point%held)
       end associate
    end function away_from_target
+
+   !> Components of a vector along the axes of a point; of known size, so that nothing is allocated.
+   pure function along(axes, vector)
+      real(wp), intent(in) :: axes(2, 2)  !< unit vectors
+      real(wp), intent(in) :: vector(2)
+      real(wp) :: along(2)
+
+      along = [dot_product(vector, axes(:, 1)), dot_product(vector, axes(:, 2))]
+   end function along
+
+   !> Displacement or velocity of a point along its axes, from those of its block; likewise.
+   pure function motion_of(rows, rates) result(motion)
+      real(wp), intent(in) :: rows(2, 6)  !< as of `rows_of`
+      real(wp), intent(in) :: rates(6)    !< of the coordinates of the block
+      real(wp) :: motion(2)
+
+      motion = matmul(rows, rates)
+   end function motion_of
 
    !> Rows of the displacement of point i along its axes.
    pure function rows_of(self, i, blocks) result(t)
@@ -205,11 +223,11 @@ contains
       do i = 1, size(self%point)
          associate (b => self%point(i)%block)
             t = rows_of(self, i, blocks)
-            force = dashpot_of(self, step)*(velocity_weight(step)*matmul(t, blocks%velocity(:, b)) &
-               + target_rate(self, i, motions, step))
+            force = dashpot_of(self, step)*(velocity_weight(step) &
+               *motion_of(t, blocks%velocity(:, b)) + target_rate(self, i, motions, step))
             force = merge(force, 0.0_wp, self%point(i)%held) &
                - self%stiffness*away_from_target(self, i, blocks, motions, end_time(step))
-            load(:, b) = load(:, b) + matmul(force, t)
+            load(:, b) = load(:, b) + (force(1)*t(1, :) + force(2)*t(2, :))
          end associate
       end do
    end subroutine add_force
@@ -227,7 +245,7 @@ contains
          associate (point => self%point(i))
             call add_energy(energy, energy_support, stored(self, step, &
                away_from_target(self, i, blocks, motions, step%time), &
-               matmul(rows_of(self, i, blocks), blocks%velocity(:, point%block)) &
+               motion_of(rows_of(self, i, blocks), blocks%velocity(:, point%block)) &
                - self%rate(:, i), point%held))
          end associate
       end do
@@ -240,8 +258,8 @@ contains
       real(wp), intent(in) :: y(2), w(2)  !< m and m/s, relative to the motion
       logical, intent(in) :: held(2)      !< in x, in y
 
-      stored = 0.5_wp*sum(self%stiffness*y**2 + (1.0_wp - step%scheme%chi)*dashpot_of(self, step) &
-         *step%time_step*w**2, mask=held)
+      stored = 0.5_wp*sum(merge(self%stiffness*y**2 + (1.0_wp - step%scheme%chi) &
+         *dashpot_of(self, step)*step%time_step*w**2, 0.0_wp, held))
    end function stored
 
    !> Work of the motions, F·Δu + c w₁·(Δu − Δt [(1 − χ) u̇₀ + χ u̇₁]), and the losses.
@@ -263,8 +281,8 @@ contains
                moved = target_displacement(self, i, motions, end_time(step)) &
                   - target_displacement(self, i, motions, step%time)
                rate = target_rate(self, i, motions, step)
-               change = matmul(t, d(:, b))
-               w0 = matmul(t, blocks%velocity(:, b))
+               change = motion_of(t, d(:, b))
+               w0 = motion_of(t, blocks%velocity(:, b))
                w = merge(end_rate(step, change, w0) - rate, 0.0_wp, held)
                w0 = merge(w0 - self%rate(:, i), 0.0_wp, held)
                change = merge(change - moved, 0.0_wp, held)

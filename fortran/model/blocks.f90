@@ -268,29 +268,50 @@ contains
    pure subroutine update_geometry_range(blocks, first, last)
       type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
       integer, intent(in) :: first, last          !< blocks
-      integer :: b, v
-      real(wp) :: q(6), f(2, 2), c, s, edge(2)
+      integer :: b
 
       do b = first, last
-         q = blocks%position(:, b)
-         c = cos(q(3))
-         s = sin(q(3))
-         blocks%axes(:, 1, b) = [c, s]
-         blocks%axes(:, 2, b) = [-s, c]
-         f(:, 1) = blocks%axes(:, 1, b)*(1.0_wp + q(4)) + blocks%axes(:, 2, b)*0.5_wp*q(6)
-         f(:, 2) = blocks%axes(:, 1, b)*0.5_wp*q(6) + blocks%axes(:, 2, b)*(1.0_wp + q(5))
-         blocks%gradient(:, :, b) = f
-         do v = blocks%first(b), blocks%first(b + 1) - 1
-            blocks%vertex(:, v) = q(1:2) + f(:, 1)*blocks%reference(1, v) &
-               + f(:, 2)*blocks%reference(2, v)
-         end do
-         do v = blocks%first(b), blocks%first(b + 1) - 1
-            edge = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
-            blocks%length(v) = sqrt(edge(1)**2 + edge(2)**2)
-            blocks%along(:, v) = edge/blocks%length(v)
-         end do
+         call set_axes(blocks%position(:, b), blocks%axes(:, :, b), blocks%gradient(:, :, b))
+         associate (from => blocks%first(b), n => blocks%first(b + 1) - blocks%first(b))
+            call set_outline(n, blocks%position(1:2, b), blocks%gradient(:, :, b), &
+               blocks%reference(:, from), blocks%vertex(:, from), blocks%along(:, from), &
+               blocks%length(from))
+         end associate
       end do
    end subroutine update_geometry_range
+
+   !> R(θ) and R(θ)(I + ε) of a block.
+   pure subroutine set_axes(q, axes, gradient)
+      real(wp), intent(in) :: q(6)  !< its coordinates
+      real(wp), intent(out) :: axes(2, 2), gradient(2, 2)
+      real(wp) :: c, s
+
+      c = cos(q(3))
+      s = sin(q(3))
+      axes(:, 1) = [c, s]
+      axes(:, 2) = [-s, c]
+      gradient(:, 1) = axes(:, 1)*(1.0_wp + q(4)) + axes(:, 2)*0.5_wp*q(6)
+      gradient(:, 2) = axes(:, 1)*0.5_wp*q(6) + axes(:, 2)*(1.0_wp + q(5))
+   end subroutine set_axes
+
+   !> Places of the n vertices of a block, and its edges, which follow each other.
+   pure subroutine set_outline(n, centre, gradient, reference, vertex, along, length)
+      integer, intent(in) :: n
+      real(wp), intent(in) :: centre(2), gradient(2, 2)
+      real(wp), intent(in) :: reference(2, n)  !< offsets ρ, m
+      real(wp), intent(out) :: vertex(2, n), along(2, n), length(n)
+      real(wp) :: edge(2)
+      integer :: v
+
+      do v = 1, n
+         vertex(:, v) = centre + gradient(:, 1)*reference(1, v) + gradient(:, 2)*reference(2, v)
+      end do
+      do v = 1, n
+         edge = vertex(:, merge(v + 1, 1, v < n)) - vertex(:, v)
+         length(v) = sqrt(edge(1)**2 + edge(2)**2)
+         along(:, v) = edge/length(v)
+      end do
+   end subroutine set_outline
 
    !> The block's angle at vertex v is less than 180°.
    pure logical function is_convex(blocks, v)
