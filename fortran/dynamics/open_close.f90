@@ -32,6 +32,7 @@ module dda_open_close
    integer, parameter :: few_lines = 15              !< Newton's iterations without a line search
    real(wp), parameter :: least_share = 0.1_wp       !< of the tolerance, below which a line stays
    integer, parameter :: most_friction_solves = 60   !< while the states are held
+   integer, parameter :: most_runaways = 4           !< of friction forces, before the last resort
    real(wp), parameter :: loose = 1.0e-2_wp          !< of the first residual, before the last solve
    real(wp), parameter :: friction_share = 0.05_wp   !< of the first difference, likewise
    real(wp), parameter :: least_retained = 0.01_wp   !< share of the shear stiffness to begin with
@@ -84,11 +85,19 @@ contains
 
       call iterate(iteration, system, solver, contacts, laws, closed, error)
       if (allocated(error) .or. closed) return
-      if (iteration%last_resort .and. laws%plain) &
+      if (has_last_resort(iteration, laws)) &
          call find_bounds(iteration, system, solver, contacts, laws, closed, error)
       if (.not. (closed .or. allocated(error))) call fail(error, error_convergence, &
          'the open–close iteration does not converge')
    end subroutine close_contacts
+
+   !> The bounds of friction may be found from outside.
+   pure logical function has_last_resort(iteration, laws)
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+
+      has_last_resort = iteration%last_resort .and. laws%plain
+   end function has_last_resort
 
    !> Iterate with held bounds of friction until they are those of the normal forces.
    subroutine find_bounds(iteration, system, solver, contacts, laws, closed, error)
@@ -128,11 +137,12 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(out) :: closed  !< every contact does
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: changed, runaway, i
+      integer :: changed, runaway, runaways, i
       logical :: exactly
 
       call begin_iteration(iteration, contacts)
       closed = .false.
+      runaways = 0
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
       do i = 1, iteration%max_iterations
@@ -143,16 +153,15 @@ contains
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
-         call follow_normal_forces(iteration, system, solver, contacts, laws, exactly, runaway, &
-            error)
+         call find_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
          if (allocated(error)) return
-         call lap(system%watch, phase_solve)
          if (runaway > 0) then
             call force_to_stick(system, contacts, runaway)
             exactly = .false.
+            runaways = runaways + 1
+            if (runaways > most_runaways .and. has_last_resort(iteration, laws)) return
             cycle
          end if
-         call evaluate(iteration, system%d, contacts, laws)
          if (iteration%residual <= iteration%tolerance) &
             call finish_solve(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
@@ -209,6 +218,41 @@ contains
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
+   !> The slide forces of the assumed states, and what the laws give at that solution.
+   !>
+   !> Where no state is to change, the solution that was to be loose is followed to the tolerance.
+   subroutine find_forces(iteration, system, solver, contacts, laws, exactly, runaway, error)
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      logical, intent(in) :: exactly  !< to the tolerance from the first
+      integer, intent(out) :: runaway  !< as in `follow_normal_forces`
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer :: pass
+
+      call list_slides(iteration%slides, contacts, laws%dilating)
+      do pass = 1, 2
+         call follow_normal_forces(iteration, system, solver, contacts, laws, &
+            exactly .or. pass == 2, runaway, error)
+         if (allocated(error)) return
+         call lap(system%watch, phase_solve)
+         if (runaway > 0) return
+         call evaluate(iteration, system%d, contacts, laws)
+         if (exactly .or. .not. laws%plain .or. iteration%slides%n == 0 .or. &
+            will_change(contacts)) return
+      end do
+   end subroutine find_forces
+
+   !> A state is another than the law calls for, or a contact retains more than it has.
+   pure logical function will_change(contacts)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+
+      will_change = any(contacts%trial_state(:contacts%n) /= contacts%state(:contacts%n) &
+         .or. contacts%retained(:contacts%n) > 0.0_wp)
+   end function will_change
+
    !> Evaluate the laws at d, and what the iteration is judged by.
    subroutine evaluate(iteration, d, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -255,7 +299,6 @@ contains
       integer :: i
 
       runaway = 0
-      call list_slides(iteration%slides, contacts, laws%dilating)
       if (iteration%slides%n == 0) return
       wanted = iteration%tolerance
       do i = 1, most_friction_solves
