@@ -5,11 +5,14 @@
 !> elasticity and loads are quadratic, each contact adds ½ k min(gap, 0)² and a slider whose
 !> potential is quadratic up to its bound and linear beyond.  The slope of that function from the
 !> previous d to the new one grows monotonically; its zero is the share of the step to take.
+!>
+!> A contact that is in one branch of its law at both ends is in it all the way: its slope grows
+!> evenly and is added up once.  Only the others are evaluated at each place that is tried.
 module dda_line_search
    use dda_kinds, only: wp
    use dda_system, only: system_type
    use dda_block_matrix, only: multiply_block
-   use dda_contact, only: contacts_type
+   use dda_contact, only: contacts_type, contact_slide
    use dda_friction, only: contact_response, laws_type
    use dda_joint_contact, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
@@ -28,21 +31,24 @@ contains
    !> Shorten system%d towards system%previous_d where the function has its least before; `alpha` is
    !> the share of the step that is left.
    !>
-   !> On entry the contacts hold gap and slip of the new d.  Regula falsi on the slope; halving the
+   !> On entry the contacts are evaluated at the new d.  Regula falsi on the slope; halving the
    !> slope of an end that stays (Illinois) makes it converge faster than linearly.
    subroutine descend(system, contacts, laws, alpha)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: alpha  !< share of the step
-      real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first
+      real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first, even(2)
       integer :: i
 
       alpha = 1.0_wp
       call quadratic_slope(system, start, growth)
-      call measure_changes(system, contacts)
-      slope_hi = start + growth + contact_slope(contacts, laws, 1.0_wp)
+      call measure_changes(system, contacts, slope_hi)
+      slope_hi = start + growth + slope_hi
       if (slope_hi <= abs(growth)*rounding) return
+      call take_out_even(contacts, laws, even)
+      start = start + even(1)
+      growth = growth + even(2)
       slope_lo = start + contact_slope(contacts, laws, 0.0_wp)
       first = slope_lo
       alpha_lo = 0.0_wp
@@ -128,30 +134,37 @@ contains
       end do
    end function coupled_slope
 
-   !> How much each contact opens and slips from the previous d to the new one.
-   subroutine measure_changes(system, contacts)
+   !> How much each contact opens and slips from the previous d to the new one, and the slope of all
+   !> at the new one.
+   subroutine measure_changes(system, contacts, slope)
       type(system_type), intent(in) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      real(wp), intent(out) :: slope  !< J/m
+      real(wp) :: piece(most_pieces)
       integer :: p
 
       if (contacts%n < parallel_from) then
-         call change_range(system, contacts, 1, contacts%n)
+         call change_range(system, contacts, 1, contacts%n, slope)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         call change_range(system, contacts, first_of(p, contacts%n), last_of(p, contacts%n))
+         call change_range(system, contacts, first_of(p, contacts%n), last_of(p, contacts%n), &
+            piece(p))
       end do
+      slope = sum(piece(:pieces(contacts%n)))
    end subroutine measure_changes
 
    !> Contacts first … last.
-   pure subroutine change_range(system, contacts, first, last)
+   pure subroutine change_range(system, contacts, first, last, slope)
       type(system_type), intent(in) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       integer, intent(in) :: first, last  !< of the range
+      real(wp), intent(out) :: slope  !< J/m
       real(wp) :: change_v(6), change_e(6)
       integer :: c
 
+      slope = 0.0_wp
       do c = first, last
          change_v = system%d(:, contacts%block_v(c)) - system%previous_d(:, contacts%block_v(c))
          change_e = system%d(:, contacts%block_e(c)) - system%previous_d(:, contacts%block_e(c))
@@ -159,8 +172,55 @@ contains
             - dot_product(contacts%normal_e(:, c), change_e)
          contacts%slip_change(c) = dot_product(contacts%shear_v(:, c), change_v) &
             - dot_product(contacts%shear_e(:, c), change_e)
+         slope = slope - contacts%normal_force(c)*contacts%gap_change(c) &
+            + contacts%shear_force(c)*contacts%slip_change(c)
       end do
    end subroutine change_range
+
+   !> Add up the contacts whose slope grows evenly along the step; they do not change any more.
+   subroutine take_out_even(contacts, laws, even)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(out) :: even(2)  !< slope at the previous d and its growth, J/m
+      real(wp) :: piece(2, most_pieces)
+      integer :: p
+
+      even = 0.0_wp
+      if (.not. laws%plain .or. allocated(contacts%held_bound)) return
+      if (contacts%n < parallel_from) then
+         call even_range(contacts, laws, 1, contacts%n, even)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         call even_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n), &
+            piece(:, p))
+      end do
+      even = sum(piece(:, :pieces(contacts%n)), 2)
+   end subroutine take_out_even
+
+   !> Contacts first … last.
+   pure subroutine even_range(contacts, laws, first, last, even)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: first, last  !< of the range
+      real(wp), intent(out) :: even(2)  !< slope at the previous d and its growth, J/m
+      type(response_type) :: before, after
+      real(wp) :: slope
+      integer :: c
+
+      even = 0.0_wp
+      do c = first, last
+         before = response_at(contacts, laws, c, 0.0_wp)
+         after = response_at(contacts, laws, c, 1.0_wp)
+         if (before%state /= after%state .or. (before%state == contact_slide .and. &
+            before%shear_force*after%shear_force < 0.0_wp)) cycle
+         slope = slope_of(contacts, c, before)
+         even = even + [slope, slope_of(contacts, c, after) - slope]
+         contacts%gap_change(c) = 0.0_wp
+         contacts%slip_change(c) = 0.0_wp
+      end do
+   end subroutine even_range
 
    !> Slope of all contacts at a share of the step from the previous d to the new one.
    real(wp) function contact_slope(contacts, laws, alpha) result(slope)
@@ -184,21 +244,39 @@ contains
 
    !> Contacts first … last.
    pure real(wp) function slope_range(contacts, laws, alpha, first, last) result(slope)
-      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< share of the step
       integer, intent(in) :: first, last  !< of the range
-      type(response_type) :: response
       integer :: c
 
       slope = 0.0_wp
       do c = first, last
-         response = contact_response(contacts, laws, c, &
-            contacts%new_gap(c) - (1.0_wp - alpha)*contacts%gap_change(c), &
-            contacts%stretch(c) + contacts%slip(c) - (1.0_wp - alpha)*contacts%slip_change(c))
-         slope = slope - response%normal_force*contacts%gap_change(c) &
-            + response%shear_force*contacts%slip_change(c)
+         if (abs(contacts%gap_change(c)) + abs(contacts%slip_change(c)) > 0.0_wp) &
+            slope = slope + slope_of(contacts, c, response_at(contacts, laws, c, alpha))
       end do
    end function slope_range
+
+   !> What contact c exerts at a share of the step.
+   pure type(response_type) function response_at(contacts, laws, c, alpha) result(response)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+      real(wp), intent(in) :: alpha  !< share of the step
+
+      response = contact_response(contacts, laws, c, &
+         contacts%new_gap(c) - (1.0_wp - alpha)*contacts%gap_change(c), &
+         contacts%stretch(c) + contacts%slip(c) - (1.0_wp - alpha)*contacts%slip_change(c))
+   end function response_at
+
+   !> Slope of contact c, J/m.
+   pure real(wp) function slope_of(contacts, c, response) result(slope)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
+      integer, intent(in) :: c  !< number of the contact
+      type(response_type), intent(in) :: response  !< what it exerts
+
+      slope = response%shear_force*contacts%slip_change(c) &
+         - response%normal_force*contacts%gap_change(c)
+   end function slope_of
 
 end module dda_line_search

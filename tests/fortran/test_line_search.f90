@@ -4,7 +4,7 @@ module test_line_search
    use dda_kinds, only: wp
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
-   use dda_contact_evaluation, only: measure_contacts
+   use dda_contact_evaluation, only: evaluate_contacts
    use dda_friction, only: laws_type
    use dda_line_search, only: descend
    use models, only: random, random_vector, sow
@@ -37,7 +37,7 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      real(wp) :: from(6, 2), to(6, 2), part, least, found, scale
+      real(wp) :: from(6, 2), to(6, 2), part, least, found, scale, largest, residual
       integer :: k
 
       call random_system(system, contacts, laws, count, 0.0_wp)
@@ -45,7 +45,8 @@ contains
       to = from - length*reshape(gradient(system, contacts, from), [6, 2])
       system%previous_d = from
       system%d = to
-      call measure_contacts(contacts, to)
+      largest = 0.0_wp
+      call evaluate_contacts(contacts, laws, to, largest, residual)
       call descend(system, contacts, laws, part)
       call check(part > 0.0_wp .and. part <= 1.0_wp, 'a part of the way')
       found = energy(system, contacts, system%d)
@@ -66,14 +67,15 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      real(wp) :: to(6, 2), part
+      real(wp) :: to(6, 2), part, largest, residual
 
       call random_system(system, contacts, laws, count, 0.0_wp)
       system%previous_d = 0.1_wp*reshape(random_vector(12), [6, 2])
       to = system%previous_d - 1.0e-6_wp*reshape(gradient(system, contacts, system%previous_d), &
          [6, 2])
       system%d = to
-      call measure_contacts(contacts, to)
+      largest = 0.0_wp
+      call evaluate_contacts(contacts, laws, to, largest, residual)
       call descend(system, contacts, laws, part)
       call check(part == 1.0_wp .and. all(system%d == to), 'is gone to its end')
    end subroutine keep
