@@ -116,24 +116,22 @@ contains
          do c = system%first_contact(system%pair_of_entry(entry)), &
             system%first_contact(system%pair_of_entry(entry) + 1) - 1
             if (is_free(contacts, c)) cycle
-            associate (normal => contacts%spring(1, c), shear => contacts%spring(2, c), &
-               force => contacts%free_force(:, c))
-               if (contacts%block_v(c) == i) then
-                  call add_sides(dirty_i, dirty_j, normal, shear, force(1), force(2), &
-                     contacts%normal_v(:, c), contacts%shear_v(:, c), &
-                     contacts%normal_e(:, c), contacts%shear_e(:, c), matrix%diagonal(:, :, i), &
-                     matrix%diagonal(:, :, j), system%rhs(:, i), system%rhs(:, j))
-                  if (coupled) call add_products(matrix%lower(:, :, entry), &
-                     contacts%normal_v(:, c), contacts%normal_e(:, c), -normal, &
-                     contacts%shear_v(:, c), contacts%shear_e(:, c), -shear)
+            associate (v => contacts%block_v(c), e => contacts%block_e(c), &
+               normal => contacts%spring(1, c), shear => contacts%spring(2, c))
+               call add_sides(merge(dirty_i, dirty_j, v == i), merge(dirty_j, dirty_i, v == i), &
+                  normal, shear, contacts%free_force(:, c), contacts%normal_v(:, c), &
+                  contacts%shear_v(:, c), contacts%normal_e(:, c), contacts%shear_e(:, c), &
+                  matrix%diagonal(:, :, v), matrix%diagonal(:, :, e), system%rhs(:, v), &
+                  system%rhs(:, e))
+               if (.not. coupled) cycle
+               if (v == i) then
+                  call add_products(matrix%lower(:, :, entry), contacts%normal_v(:, c), &
+                     contacts%normal_e(:, c), -normal, contacts%shear_v(:, c), &
+                     contacts%shear_e(:, c), -shear)
                else
-                  call add_sides(dirty_i, dirty_j, normal, shear, -force(1), -force(2), &
-                     contacts%normal_e(:, c), contacts%shear_e(:, c), &
-                     contacts%normal_v(:, c), contacts%shear_v(:, c), matrix%diagonal(:, :, i), &
-                     matrix%diagonal(:, :, j), system%rhs(:, i), system%rhs(:, j))
-                  if (coupled) call add_products(matrix%lower(:, :, entry), &
-                     contacts%normal_e(:, c), contacts%normal_v(:, c), -normal, &
-                     contacts%shear_e(:, c), contacts%shear_v(:, c), -shear)
+                  call add_products(matrix%lower(:, :, entry), contacts%normal_e(:, c), &
+                     contacts%normal_v(:, c), -normal, contacts%shear_e(:, c), &
+                     contacts%shear_v(:, c), -shear)
                end if
             end associate
          end do
@@ -160,22 +158,21 @@ contains
       to = from
    end subroutine copy_row
 
-   !> What a contact of blocks i and j gives to each of them; the forces are those on block i.
-   pure subroutine add_sides(dirty_i, dirty_j, normal, shear, normal_force, shear_force, normal_i, &
-      shear_i, normal_j, shear_j, diagonal_i, diagonal_j, rhs_i, rhs_j)
-      integer, intent(in) :: dirty_i, dirty_j
-      real(wp), intent(in) :: normal, shear, normal_force, shear_force
-      real(wp), intent(in) :: normal_i(6), shear_i(6), normal_j(6), shear_j(6)
-      real(wp), intent(inout) :: diagonal_i(6, 6), diagonal_j(6, 6), rhs_i(6), rhs_j(6)
+   !> What a contact gives to the blocks of its vertex and of its edge; the forces are those on the
+   !> first.
+   pure subroutine add_sides(dirty_v, dirty_e, normal, shear, force, normal_v, shear_v, normal_e, &
+      shear_e, diagonal_v, diagonal_e, rhs_v, rhs_e)
+      integer, intent(in) :: dirty_v, dirty_e
+      real(wp), intent(in) :: normal, shear, force(2)
+      real(wp), intent(in) :: normal_v(6), shear_v(6), normal_e(6), shear_e(6)
+      real(wp), intent(inout) :: diagonal_v(6, 6), diagonal_e(6, 6), rhs_v(6), rhs_e(6)
 
-      if (dirty_i >= is_dirty_force) call add_forces(rhs_i, normal_force, normal_i, shear_force, &
-         shear_i)
-      if (dirty_j >= is_dirty_force) call add_forces(rhs_j, -normal_force, normal_j, -shear_force, &
-         shear_j)
-      if (dirty_i == is_dirty_stiffness) call add_products(diagonal_i, normal_i, normal_i, normal, &
-         shear_i, shear_i, shear)
-      if (dirty_j == is_dirty_stiffness) call add_products(diagonal_j, normal_j, normal_j, normal, &
-         shear_j, shear_j, shear)
+      if (dirty_v >= is_dirty_force) call add_forces(rhs_v, force(1), normal_v, force(2), shear_v)
+      if (dirty_e >= is_dirty_force) call add_forces(rhs_e, -force(1), normal_e, -force(2), shear_e)
+      if (dirty_v == is_dirty_stiffness) call add_products(diagonal_v, normal_v, normal_v, normal, &
+         shear_v, shear_v, shear)
+      if (dirty_e == is_dirty_stiffness) call add_products(diagonal_e, normal_e, normal_e, normal, &
+         shear_e, shear_e, shear)
    end subroutine add_sides
 
    !> rhs += N normal − T shear

@@ -63,11 +63,9 @@ contains
       integer :: b
 
       allowed = most_away*half_size(simulation%model%blocks)
-      associate (blocks => simulation%blocks, limit => huge(1.0_wp))
-         if (all(abs(blocks%position(1:2, :)) <= allowed) &
-            .and. all(abs(blocks%position(3:6, :)) <= limit) &
-            .and. all(abs(blocks%velocity) <= limit) .and. abs(balance(simulation%energy)) &
-            <= limit) return
+      associate (blocks => simulation%blocks)
+         if (all_are_sound(blocks%n, blocks%position, blocks%velocity, allowed) &
+            .and. abs(balance(simulation%energy)) <= huge(1.0_wp)) return
          what = 'a strain, a velocity or an energy is beyond all numbers'
          do b = 1, blocks%n
             if (all(abs(blocks%position(1:2, b)) <= allowed)) cycle
@@ -81,6 +79,22 @@ contains
          to_text(simulation%time)//' s: '//what// &
          '; look at loads, supports and initial values, or try a smaller time_step')
    end subroutine check_state
+
+   !> All places are within a distance of the middle, and the other coordinates and all rates are
+   !> numbers.
+   pure logical function all_are_sound(n, position, velocity, allowed) result(sound)
+      integer, intent(in) :: n  !< blocks
+      real(wp), intent(in) :: position(6, n), velocity(6, n)  !< coordinates and their rates
+      real(wp), intent(in) :: allowed  !< m
+      real(wp), parameter :: limit = huge(1.0_wp)
+      integer :: b
+
+      sound = .true.
+      do b = 1, n
+         sound = sound .and. all(abs(position(1:2, b)) <= allowed) &
+            .and. all(abs(position(3:6, b)) <= limit) .and. all(abs(velocity(:, b)) <= limit)
+      end do
+   end function all_are_sound
 
    !> What the energy audit has against a run; '' if it balances.
    pure function audit_warning(simulation) result(text)
