@@ -2,13 +2,15 @@
 """How fast the engine steps: python tests/benchmarks/speed.py [--models NAME …] [--docs].
 
 Stacks, running-bond walls and a packing of random polygons, at time steps of 1e-3 and 1e-5 s and
-penalties of E and 100 E (times 1 m), in a quiet phase (settled, nothing changes) and in an active
-one (shaken, contacts change), on one thread and on two.  In the same run: the engine with the
+penalties of E and 100 E (times 1 m), on one thread and on two: quiet steps (settled, nothing
+changes), shaken ones, the first ten after gravity has come suddenly on a wall that touches
+everywhere, and those in which it settles.  In the same run: the engine with the
 original DDA's SOR, and the same step written plainly with numpy and scipy (`plain_step.py`), whose
 result must agree with the engine's.
 
-Every case runs in a process of its own.  Times are medians over single steps, or over stretches of
-steps where a step takes microseconds.  With --docs the table and the picture go to docs/.
+Every case runs in a process of its own.  Times are medians and percentiles of single steps, or of
+stretches of steps where a step takes microseconds.  With --docs the table and the picture go to
+docs/.
 """
 
 from __future__ import annotations
@@ -26,16 +28,18 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from speed_models import MODELS, PERIOD, YOUNG_MODULUS
+from speed_models import MODELS, PERIOD, TOUCHING, YOUNG_MODULUS
 
 DOCS = Path(__file__).parents[2] / "docs"
 PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "update")
 SETTLING, REST = 12, 15  # looks, steps between them: after each look all rates are set to zero
-LEAD = 60  # steps of shaking before the active phase is measured
+LEAD = 60  # steps of shaking before the shaken phase is measured
 LONGEST = 4 * PERIOD  # steps of shaking
+SUDDEN, SETTLED = 10, 60  # steps after gravity has come: the sudden ones, the last of the settling
 LIMIT = 400  # s for a case
-QUIET_FROM = 50000  # blocks from which no active phase is measured; nor is one of the rivals
+QUIET_FROM = 50000  # blocks from which no other phase is measured; nor is one of the rivals
 SHORT = 5e-4  # s: steps shorter than this are timed in stretches
+LATE = 0.99  # share of the steps that take no longer than the time of that name
 
 
 @dataclass(frozen=True)
@@ -152,7 +156,7 @@ def measured_apart(case: Case) -> dict:
 
 
 def measure(case: Case) -> dict:
-    """Settle, then measure the quiet and the active phase."""
+    """Measure the states of a model that the case asks for."""
     import sitedda
 
     budget = BUDGET.get(case.model, DEFAULT_BUDGET)
@@ -173,10 +177,26 @@ def measure(case: Case) -> dict:
             result["solver"] = run.solver
             if case.solver_asked == "auto" and len(model.polygons) < QUIET_FROM:
                 run.advance(rest - run.steps + LEAD)
-                result["active"] = watch(run, min(steps, LONGEST), budget)
-                result["active"] |= beside(run, model, case, rest)
+                result["shaken"] = watch(run, min(steps, LONGEST), budget)
+                result["shaken"] |= beside(run, model, case, rest)
+        if (case.penalty, case.time_step) == SETTINGS[0] and case.solver_asked == "auto":
+            result |= let_settle(case, file, budget)
     result["memory"] = most_memory()
     return result
+
+
+def let_settle(case: Case, file: Path, budget: float) -> dict:
+    """Gravity comes suddenly, and the wall settles; nothing for models that are no such walls."""
+    import sitedda
+
+    if case.model not in TOUCHING:
+        return {}
+    penalty = case.penalty * YOUNG_MODULUS
+    file.write_text(TOUCHING[case.model]().text(penalty, case.time_step, 10, 10, "auto"))
+    with sitedda.Simulation(file) as run:
+        sudden = watch(run, SUDDEN, 10 * budget, single=True)
+        settling = watch(run, SETTLED - SUDDEN, 10 * budget, single=True)
+    return {"sudden": sudden, "settling": settling}
 
 
 def most_memory() -> float:
@@ -215,18 +235,22 @@ def settle(run) -> None:
         run.rates = 0.0 * run.rates
 
 
-def watch(run, most: int, budget: float) -> dict:
-    """Median time of a step, mean times of its phases and mean counts, within a budget of time."""
+def watch(run, most: int, budget: float, single: bool = False) -> dict:
+    """Times of a step, mean times of its phases and mean counts, within a budget of time.
+
+    Two steps are taken before, and short ones in stretches, unless `single`.
+    """
     stretch = 1
-    begun = time.perf_counter()
-    run.advance(2)
-    if (time.perf_counter() - begun) / 2 < SHORT:
-        stretch = max(1, most // 40)
-    run.phase_times()
+    if not single:
+        begun = time.perf_counter()
+        run.advance(2)
+        if (time.perf_counter() - begun) / 2 < SHORT:
+            stretch = max(1, most // 40)
+        most -= 3
     times, counts, phases = [], run.counts, run.phase_times()
     begun = time.perf_counter()
     while not times or (
-        (len(times) + 1) * stretch <= most - 3 and time.perf_counter() - begun < budget
+        (len(times) + 1) * stretch <= most and time.perf_counter() - begun < budget
     ):
         start = time.perf_counter()
         run.advance(stretch)
@@ -235,6 +259,9 @@ def watch(run, most: int, budget: float) -> dict:
     later, more = run.phase_times(), run.counts
     return {
         "step": statistics.median(times),
+        "mean": statistics.fmean(times),
+        "late": sorted(times)[int(LATE * (len(times) - 1))],
+        "worst": max(times),
         "steps": steps,
         "phases": {name: (later[name] - phases[name]) / steps for name in PHASES},
         "counts": {name: (more[name] - counts[name]) / steps for name in counts},
@@ -243,15 +270,17 @@ def watch(run, most: int, budget: float) -> dict:
 
 def line(result: dict) -> str:
     """One case in one line."""
+    import speed_report
+
     name = f"{result['model']:12s} {result['penalty']:4g} E {result['time_step']:g} s"
     name += f" {result['threads']} thr {result['solver_asked']:4s}"
     if "error" in result:
         return f"{name}  {result['error']}"
-    for phase in ("quiet", "active"):
+    for phase in speed_report.STATES:
         if phase not in result:
             continue
         it = result[phase]
-        name += f" | {phase} {1e3 * it['step']:9.4f} ms {1 / it['step']:9.1f}/s"
+        name += f" | {phase} {1e3 * it['step']:9.4f} ms, 99 % {1e3 * it['late']:9.4f}"
         name += f" oc {it['counts']['iterations']:.1f} cg {it['counts']['solver_iterations']:.0f}"
         if "plain" in it:
             name += f" plain {1e3 * it['plain']:.1f} ms ({it['plain_iterations']:.0f} its)"

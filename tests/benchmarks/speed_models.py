@@ -2,7 +2,8 @@
 """Models of the speed benchmark: stacks, running-bond walls and a packing of random polygons.
 
 Blocks carry their own weight from the start as initial stress, so a model settles in a few steps.
-The head joints of walls are open by half a millimetre, as those of dry masonry are.
+The head joints of walls are open by half a millimetre, as those of dry masonry are.  A wall whose
+bricks all touch and carry nothing meets gravity suddenly.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ def stack(layers: int) -> Model:
     return Model(polygons, held(2.5, 12.5, -0.75, -0.25), 0.0, float(layers), 0.75)
 
 
-def wall(blocks: int) -> Model:
+def wall(blocks: int, head_joint: float = HEAD_JOINT) -> Model:
     """About so many bricks of 1 m x 0.5 m in running bond, about twice as wide as high."""
     bricks = max(2, round(blocks**0.5))
     courses = max(2, round(blocks / (bricks + 0.5)))
@@ -98,8 +99,15 @@ def wall(blocks: int) -> Model:
         if course % 2:
             ends = np.concatenate([[0.0], np.arange(bricks) + 0.5, [bricks]])
         for left, right in zip(ends[:-1], ends[1:], strict=True):
-            polygons.append(rectangle(left, 0.5 * course, right - HEAD_JOINT, 0.5 * (course + 1)))
+            polygons.append(rectangle(left, 0.5 * course, right - head_joint, 0.5 * (course + 1)))
     return Model(polygons, held(0.0, float(bricks), -0.4, -0.1), 0.0, 0.5 * courses, 0.1)
+
+
+def touching_wall(blocks: int) -> Model:
+    """The same wall without open joints and without stress."""
+    model = wall(blocks, 0.0)
+    model.stress[:] = 0.0
+    return model
 
 
 def packing(blocks: int) -> Model:
@@ -152,3 +160,4 @@ MODELS = {
     "wall 100000": lambda: wall(100000),
     "packing 5000": lambda: packing(5000),
 }
+TOUCHING = {f"wall {n}": lambda n=n: touching_wall(n) for n in (100, 1000, 10000)}
