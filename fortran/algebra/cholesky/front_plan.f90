@@ -45,6 +45,7 @@ module dda_front_plan
       integer, allocatable :: entry_row(:) !< [entries] its row, counted in the front
       !> [fronts+1] first number of each front's columns of the factor
       integer(long), allocatable :: factor_start(:)
+      integer, allocatable :: pivot_panels(:) !< [fronts] packed panels of the pivot rows
       !> [fronts] first number of the panel it is eliminated in
       integer(long), allocatable :: panel_start(:)
       integer(long) :: panel_size = 0      !< numbers in the workspace for panels
@@ -234,12 +235,14 @@ contains
       integer(long) :: largest
       integer :: front, t, i
 
-      allocate (plan%factor_start(plan%fronts + 1), plan%panel_start(plan%fronts))
+      allocate (plan%factor_start(plan%fronts + 1), plan%panel_start(plan%fronts), &
+         plan%pivot_panels(plan%fronts))
       plan%factor_start(1) = 1
       do front = 1, plan%fronts
          associate (pivots => pivot_columns(plan, front))
+            plan%pivot_panels(front) = pivot_panels(pivots)
             plan%factor_start(front + 1) = plan%factor_start(front) &
-               + packed_size*(pivot_panels(pivots) &
+               + packed_size*(plan%pivot_panels(front) &
                + int(pivots, long)*panels_of(rows_below(plan, front)))
          end associate
       end do
