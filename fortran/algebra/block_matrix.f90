@@ -4,7 +4,8 @@
 !> Only the diagonal blocks and the strictly lower blocks are kept, as contiguous 6×6
 !> column-major arrays; the pattern is compressed by rows.
 module dda_block_matrix
-   use dda_kinds, only: wp
+   !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
+   use dda_kinds, only: wp, long
    use dda_counting_sort, only: counting_sort
    implicit none
    private
@@ -110,50 +111,52 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector
       real(wp), intent(out) :: y(6, matrix%n)  !< K x
+      integer :: me, team
 
       if (matrix%n < parallel_from) then
-         call multiply_rows(matrix, x, y)
-      else
-         !$omp parallel
-         call multiply_rows(matrix, x, y)
-         !$omp end parallel
+         call multiply_rows(matrix, 1, matrix%n, x, y)
+         return
       end if
+      me = 0
+      team = 1
+      !$omp parallel firstprivate(me, team)
+      !$ me = omp_get_thread_num()
+      !$ team = omp_get_num_threads()
+      call multiply_rows(matrix, 1 + int(me*int(matrix%n, long)/team), &
+         int((me + 1)*int(matrix%n, long)/team), x, y)
+      !$omp end parallel
    end subroutine multiply
 
-   !> y = K x, gathered row by row and shared between the threads of a team: no two threads write
-   !> the same row, whatever their number.
-   subroutine multiply_rows(matrix, x, y)
+   !> Block rows first … last of y, which nobody else writes.
+   !>
+   !> A lower block that couples two of them is read once, for both; one that couples a row to those
+   !> below is read for either.  Whatever the rows, the sums are in the same order: the diagonal
+   !> block, those to its left, those below it.
+   pure subroutine multiply_rows(matrix, first, last, x, y)
       type(block_matrix_type), intent(in) :: matrix  !< K
+      integer, intent(in) :: first, last  !< of the range
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector
       real(wp), intent(inout) :: y(6, matrix%n)  !< K x
-      integer :: i
-
-      !$omp do schedule(static)
-      do i = 1, matrix%n
-         call multiply_row(matrix, i, x, y(:, i))
-      end do
-      !$omp end do nowait
-   end subroutine multiply_rows
-
-   !> Block row i of K x.
-   pure subroutine multiply_row(matrix, i, x, y)
-      type(block_matrix_type), intent(in) :: matrix  !< K
-      integer, intent(in) :: i  !< block row
-      real(wp), intent(in) :: x(6, matrix%n)  !< any vector
-      real(wp), intent(out) :: y(6)  !< its six products
       real(wp) :: row(6)
-      integer :: k
+      integer :: i, j, k
 
-      call multiply_block(matrix%diagonal(:, :, i), x(:, i), row)
-      do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-         call add_product(matrix%lower(:, :, k), x(:, matrix%column(k)), row)
+      do i = first, last
+         call multiply_block(matrix%diagonal(:, :, i), x(:, i), row)
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            j = matrix%column(k)
+            call add_product(matrix%lower(:, :, k), x(:, j), row)
+            if (j >= first) call add_transposed_product(matrix%lower(:, :, k), x(:, i), y(:, j))
+         end do
+         y(:, i) = row
       end do
-      do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
-         call add_transposed_product(matrix%lower(:, :, matrix%below_entry(k)), &
-            x(:, matrix%below_row(k)), row)
+      if (last == matrix%n) return
+      do i = first, last
+         do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
+            if (matrix%below_row(k) > last) call add_transposed_product( &
+               matrix%lower(:, :, matrix%below_entry(k)), x(:, matrix%below_row(k)), y(:, i))
+         end do
       end do
-      y = row
-   end subroutine multiply_row
+   end subroutine multiply_rows
 
    !> row = B x
    pure subroutine multiply_block(b, x, row)

@@ -72,9 +72,10 @@ contains
    subroutine run_input(arguments, error)
       type(arguments_type), intent(in) :: arguments  !< of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(model_type) :: model
+      type(model_type), allocatable :: model
       type(run_type), allocatable :: run
 
+      allocate (model)
       call read_model_file(model, arguments%file, error, arguments%changes)
       if (allocated(error)) return
       if (arguments%output /= '') model%output%file = arguments%output
@@ -86,6 +87,7 @@ contains
       else
          call begin_run(run, model, .true., error)
       end if
+      deallocate (model)  ! the run has its own
       if (.not. allocated(error)) call step_to_end(run, arguments, error)
       call close_run(run, error)
       if (allocated(error)) return

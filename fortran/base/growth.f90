@@ -2,7 +2,7 @@
 !> Allocatable arrays that grow: contents are kept, new elements are zero.
 !>
 !> `grow` does nothing if the array is large enough; else the array at least doubles, so that
-!> appending n values one by one copies fewer than 2n.
+!> appending n values one by one copies fewer than 2n.  Or it gets exactly what is asked for.
 module dda_growth
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: wp, long
@@ -20,30 +20,35 @@ module dda_growth
 contains
 
    !> Default integers.
-   pure subroutine grow_integers(list, least)
+   pure subroutine grow_integers(list, least, exactly)
       integer, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
+      logical, intent(in), optional :: exactly  !< no more than these
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) < least) list = reshape(list, [max(least, 2*size(list))], pad=[0])
+      if (size(list) < least) list = reshape(list, [larger(size(list), least, exactly)], pad=[0])
    end subroutine grow_integers
 
    !> Double precision.
-   pure subroutine grow_reals(list, least)
+   pure subroutine grow_reals(list, least, exactly)
       real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
+      logical, intent(in), optional :: exactly  !< no more than these
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) < least) list = reshape(list, [max(least, 2*size(list))], pad=[0.0_wp])
+      if (size(list) < least) &
+         list = reshape(list, [larger(size(list), least, exactly)], pad=[0.0_wp])
    end subroutine grow_reals
 
    !> Logicals.
-   pure subroutine grow_logicals(list, least)
+   pure subroutine grow_logicals(list, least, exactly)
       logical, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then .false.
       integer, intent(in) :: least  !< elements needed
+      logical, intent(in), optional :: exactly  !< no more than these
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) < least) list = reshape(list, [max(least, 2*size(list))], pad=[.false.])
+      if (size(list) < least) &
+         list = reshape(list, [larger(size(list), least, exactly)], pad=[.false.])
    end subroutine grow_logicals
 
    !> Texts of one length.
@@ -67,25 +72,36 @@ contains
    end subroutine grow_bytes
 
    !> Columns of default integers.
-   pure subroutine grow_integer_columns(list, rows, least)
+   pure subroutine grow_integer_columns(list, rows, least, exactly)
       integer, allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
+      logical, intent(in), optional :: exactly  !< no more than these
 
       if (.not. allocated(list)) allocate (list(rows, 0))
       if (size(list, 2) < least) &
-         list = reshape(list, [rows, max(least, 2*size(list, 2))], pad=[0])
+         list = reshape(list, [rows, larger(size(list, 2), least, exactly)], pad=[0])
    end subroutine grow_integer_columns
 
    !> Columns of double precision.
-   pure subroutine grow_real_columns(list, rows, least)
+   pure subroutine grow_real_columns(list, rows, least, exactly)
       real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
+      logical, intent(in), optional :: exactly  !< no more than these
 
       if (.not. allocated(list)) allocate (list(rows, 0))
       if (size(list, 2) < least) &
-         list = reshape(list, [rows, max(least, 2*size(list, 2))], pad=[0.0_wp])
+         list = reshape(list, [rows, larger(size(list, 2), least, exactly)], pad=[0.0_wp])
    end subroutine grow_real_columns
+
+   !> Size of an array that has become too small.
+   pure integer function larger(present_size, least, exactly)
+      integer, intent(in) :: present_size, least  !< elements; needed
+      logical, intent(in), optional :: exactly    !< no more than these
+
+      larger = max(least, 2*present_size)
+      if (present(exactly)) larger = merge(least, larger, exactly)
+   end function larger
 
 end module dda_growth

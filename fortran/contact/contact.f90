@@ -2,16 +2,18 @@
 !> Contacts: a vertex of one block against an edge of another, with springs and a history.
 !>
 !> Lists are rebuilt every step from geometry; the history of a contact (state, shear stretch, bond)
-!> is transferred from the list of the step before.
+!> is transferred from the list of the step before.  What a step alone needs, two thirds of the
+!> memory, only one of the two lists has: `hand_over` gives it to the other one.
 !>
-!> A new variable is declared in `contacts_type` and named in `for_each_variable`, which reserves,
-!> compacts and serialises; one that outlives the step also in `copy_history`.
+!> A new variable is declared in `contacts_type` and named in `for_each_kept`, if the next step asks
+!> for it, or in `for_each_of_step` and `hand_over`: so it is reserved, compacted and serialised.
+!> One that outlives the step is also named in `copy_history`.
 module dda_contact
    use dda_growth, only: grow
    use dda_kinds, only: wp
    implicit none
    private
-   public :: contacts_type, operation_type, for_each_variable, reserve, swap_gradients, &
+   public :: contacts_type, operation_type, for_each_variable, reserve, hand_over, &
       filter_contacts, copy_history, contact_open, contact_slide, contact_stick
    public :: not_damped, is_damped, is_struck, is_carried, is_lifted
 
@@ -25,6 +27,8 @@ module dda_contact
    integer, parameter :: is_struck = 2      !< by the impact law: it is hit in this step
    integer, parameter :: is_carried = 3     !< by the impact law: one of its blocks is hit
    integer, parameter :: is_lifted = 4      !< the impact opens it: a share of its force, no more
+
+   integer, parameter :: spare = 32         !< one more contact per so many is reserved
 
    !> A list of contacts as structure of arrays; entries 1 … n count.
    type :: contacts_type
@@ -92,8 +96,8 @@ module dda_contact
       real(wp), allocatable :: force_residual(:)
       real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m
       real(wp), allocatable :: slip(:)         !< slip during the step, linear in d, m
-      real(wp), allocatable :: gap_change(:)   !< change of the gap by the last solve, m
-      real(wp), allocatable :: slip_change(:)  !< change of the slip by the last solve, m
+      !> change of the gap and of the slip by the last solve, m, as soon as a line is searched
+      real(wp), allocatable :: gap_change(:), slip_change(:)
       !> excess of force over the strength of a bond, of that strength
       real(wp), allocatable :: strength_ratio(:)
       real(wp), allocatable :: normal_force(:) !< compression positive, N/m
@@ -139,52 +143,68 @@ contains
       type(contacts_type), intent(inout) :: contacts            !< list operated on
       class(operation_type), intent(inout) :: operation         !< called for one array at a time
 
+      call for_each_kept(contacts, operation)
+      call for_each_of_step(contacts, operation)
+   end subroutine for_each_variable
+
+   !> Apply an operation to what the next step asks of a list.
+   subroutine for_each_kept(contacts, operation)
+      type(contacts_type), intent(inout) :: contacts            !< list operated on
+      class(operation_type), intent(inout) :: operation         !< called for one array at a time
+
       call operation%apply(integers=contacts%vertex)
       call operation%apply(integers=contacts%edge)
       call operation%apply(integers=contacts%corner)
       call operation%apply(integers=contacts%block_v)
       call operation%apply(integers=contacts%block_e)
-      call operation%apply(integers=contacts%pair)
-      call operation%apply(integers=contacts%joint)
-      call operation%apply(reals=contacts%gap)
       call operation%apply(columns=contacts%normal)
-      call operation%apply(columns=contacts%normal_v)
-      call operation%apply(columns=contacts%normal_e)
-      call operation%apply(columns=contacts%shear_v)
-      call operation%apply(columns=contacts%shear_e)
+      call operation%apply(integers=contacts%joint)
       call operation%apply(integers=contacts%state)
       call operation%apply(logicals=contacts%bonded)
-      call operation%apply(logicals=contacts%was_bonded)
-      call operation%apply(logicals=contacts%was_closed)
       call operation%apply(reals=contacts%offset)
       call operation%apply(reals=contacts%bond_length)
       call operation%apply(reals=contacts%multiplier)
       call operation%apply(reals=contacts%stretch)
-      if (contacts%with_damping) call for_each_of_damping(contacts, operation)
       call operation%apply(reals=contacts%slide_force)
       call operation%apply(reals=contacts%slip_sign)
-      call operation%apply(reals=contacts%retained)
-      call operation%apply(reals=contacts%retained_at)
       call operation%apply(columns=contacts%spring)
-      call operation%apply(columns=contacts%free_force)
-      call operation%apply(integers=contacts%close_count)
-      call operation%apply(integers=contacts%trial_state)
-      call operation%apply(reals=contacts%force_residual)
       call operation%apply(reals=contacts%new_gap)
-      call operation%apply(reals=contacts%slip)
-      call operation%apply(reals=contacts%gap_change)
-      call operation%apply(reals=contacts%slip_change)
-      call operation%apply(reals=contacts%strength_ratio)
-      call operation%apply(reals=contacts%normal_force)
-      call operation%apply(reals=contacts%shear_force)
+      if (contacts%with_damping) call operation%apply(reals=contacts%held_force)
       if (.not. contacts%with_laws) return
       call operation%apply(reals=contacts%length)
       call operation%apply(reals=contacts%slip_path)
       call operation%apply(reals=contacts%weakened)
+   end subroutine for_each_kept
+
+   !> Apply an operation to what a list has for its own step alone.
+   subroutine for_each_of_step(contacts, operation)
+      type(contacts_type), intent(inout) :: contacts            !< list operated on
+      class(operation_type), intent(inout) :: operation         !< called for one array at a time
+
+      call operation%apply(integers=contacts%pair)
+      call operation%apply(reals=contacts%gap)
+      call operation%apply(columns=contacts%normal_v)
+      call operation%apply(columns=contacts%normal_e)
+      call operation%apply(columns=contacts%shear_v)
+      call operation%apply(columns=contacts%shear_e)
+      call operation%apply(logicals=contacts%was_bonded)
+      call operation%apply(logicals=contacts%was_closed)
+      call operation%apply(reals=contacts%retained)
+      call operation%apply(reals=contacts%retained_at)
+      call operation%apply(columns=contacts%free_force)
+      call operation%apply(integers=contacts%close_count)
+      call operation%apply(integers=contacts%trial_state)
+      call operation%apply(reals=contacts%force_residual)
+      call operation%apply(reals=contacts%slip)
+      call operation%apply(reals=contacts%strength_ratio)
+      call operation%apply(reals=contacts%normal_force)
+      call operation%apply(reals=contacts%shear_force)
+      if (contacts%with_damping) call for_each_of_damping(contacts, operation)
+      if (.not. contacts%with_laws) return
       call operation%apply(reals=contacts%was_weakened)
       call operation%apply(reals=contacts%tangent)
       call operation%apply(reals=contacts%normal_free)
-   end subroutine for_each_variable
+   end subroutine for_each_of_step
 
    !> Apply an operation to the variables of damping and impacts.
    subroutine for_each_of_damping(contacts, operation)
@@ -196,12 +216,56 @@ contains
       call operation%apply(reals=contacts%slip_rate)
       call operation%apply(reals=contacts%lead)
       call operation%apply(reals=contacts%spring_gap)
-      call operation%apply(reals=contacts%held_force)
       call operation%apply(reals=contacts%normal_gain)
       call operation%apply(reals=contacts%shear_gain)
       call operation%apply(reals=contacts%normal_shift)
       call operation%apply(reals=contacts%shear_shift)
    end subroutine for_each_of_damping
+
+   !> Give the memory of what a step alone needs to another list; its values are then undefined.
+   pure subroutine hand_over(from, to)
+      type(contacts_type), intent(inout) :: from, to  !< lists of one run
+
+      if (.not. allocated(from%pair)) return
+      call move_alloc(from%pair, to%pair)
+      call move_alloc(from%gap, to%gap)
+      call move_alloc(from%normal_v, to%normal_v)
+      call move_alloc(from%normal_e, to%normal_e)
+      call move_alloc(from%shear_v, to%shear_v)
+      call move_alloc(from%shear_e, to%shear_e)
+      call move_alloc(from%was_bonded, to%was_bonded)
+      call move_alloc(from%was_closed, to%was_closed)
+      call move_alloc(from%retained, to%retained)
+      call move_alloc(from%retained_at, to%retained_at)
+      call move_alloc(from%free_force, to%free_force)
+      call move_alloc(from%close_count, to%close_count)
+      call move_alloc(from%trial_state, to%trial_state)
+      call move_alloc(from%force_residual, to%force_residual)
+      call move_alloc(from%slip, to%slip)
+      call move_alloc(from%strength_ratio, to%strength_ratio)
+      call move_alloc(from%normal_force, to%normal_force)
+      call move_alloc(from%shear_force, to%shear_force)
+      if (from%with_damping) call hand_over_damping(from, to)
+      if (.not. from%with_laws) return
+      call move_alloc(from%was_weakened, to%was_weakened)
+      call move_alloc(from%tangent, to%tangent)
+      call move_alloc(from%normal_free, to%normal_free)
+   end subroutine hand_over
+
+   !> The same of the variables of damping and impacts.
+   pure subroutine hand_over_damping(from, to)
+      type(contacts_type), intent(inout) :: from, to  !< lists of one run
+
+      call move_alloc(from%damping, to%damping)
+      call move_alloc(from%gap_rate, to%gap_rate)
+      call move_alloc(from%slip_rate, to%slip_rate)
+      call move_alloc(from%lead, to%lead)
+      call move_alloc(from%spring_gap, to%spring_gap)
+      call move_alloc(from%normal_gain, to%normal_gain)
+      call move_alloc(from%shear_gain, to%shear_gain)
+      call move_alloc(from%normal_shift, to%normal_shift)
+      call move_alloc(from%shear_shift, to%shear_shift)
+   end subroutine hand_over_damping
 
    !> Copy the history of contacts from place `from` of the old list to `first` … `last` of the new.
    !>
@@ -238,12 +302,13 @@ contains
       integer, intent(in) :: wanted                   !< contacts
       type(growth_type) :: growth
 
-      if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), &
-         contacts%normal_v(6, 0), contacts%normal_e(6, 0), contacts%shear_v(6, 0), &
-         contacts%shear_e(6, 0), contacts%spring(2, 0), contacts%free_force(2, 0))
-      if (size(contacts%normal, 2) >= max(wanted, 1)) return
-      growth%capacity = wanted + wanted/4 + 8
-      call for_each_variable(contacts, growth)
+      if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), contacts%spring(2, 0))
+      if (.not. allocated(contacts%normal_v)) allocate (contacts%normal_v(6, 0), &
+         contacts%normal_e(6, 0), contacts%shear_v(6, 0), contacts%shear_e(6, 0), &
+         contacts%free_force(2, 0))
+      growth%capacity = wanted + wanted/spare + 8
+      if (size(contacts%normal, 2) < max(wanted, 1)) call for_each_kept(contacts, growth)
+      if (size(contacts%normal_v, 2) < max(wanted, 1)) call for_each_of_step(contacts, growth)
    end subroutine reserve
 
    subroutine grow_variable(operation, integers, logicals, reals, columns)
@@ -253,10 +318,10 @@ contains
       real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
       real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
 
-      if (present(integers)) call grow(integers, operation%capacity)
-      if (present(logicals)) call grow(logicals, operation%capacity)
-      if (present(reals)) call grow(reals, operation%capacity)
-      if (present(columns)) call grow(columns, size(columns, 1), operation%capacity)
+      if (present(integers)) call grow(integers, operation%capacity, exactly=.true.)
+      if (present(logicals)) call grow(logicals, operation%capacity, exactly=.true.)
+      if (present(reals)) call grow(reals, operation%capacity, exactly=.true.)
+      if (present(columns)) call grow(columns, size(columns, 1), operation%capacity, exactly=.true.)
    end subroutine grow_variable
 
    !> Keep some contacts of a list, in their order.
@@ -288,25 +353,5 @@ contains
          if (present(columns)) columns(:, to) = columns(:, c)
       end do
    end subroutine filter_variable
-
-   !> Two lists of the same capacity exchange the memory of their gradients.
-   pure subroutine swap_gradients(a, b)
-      type(contacts_type), intent(inout) :: a, b  !< lists; the gradients of both are then undefined
-
-      if (size(a%vertex) /= size(b%vertex)) return
-      call swap(a%normal_v, b%normal_v)
-      call swap(a%normal_e, b%normal_e)
-      call swap(a%shear_v, b%shear_v)
-      call swap(a%shear_e, b%shear_e)
-   end subroutine swap_gradients
-
-   pure subroutine swap(a, b)
-      real(wp), allocatable, intent(inout) :: a(:,:), b(:,:)  !< [6, capacity]
-      real(wp), allocatable :: other(:,:)
-
-      call move_alloc(a, other)
-      call move_alloc(b, a)
-      call move_alloc(other, b)
-   end subroutine swap
 
 end module dda_contact

@@ -62,11 +62,11 @@ contains
 
       call grow(history%matched, new%n)
       call grow(history%transferred, old%n)
-      call grow(history%next, 2*old%n + 1)
       call grow(history%unmatched, max(new%n, old%n))
       call transfer_in_place(new, old, history, begun)
       call list_unmatched(history, new%n, old%n)
       if (history%n_unmatched == 0) return
+      call grow(history%next, 2*old%n + 1)
       call index_by_vertex(history, old)
       call transfer_unmatched(new, old, history, same_edge=.true.)
       call transfer_unmatched(new, old, history, same_edge=.false.)

@@ -6,6 +6,7 @@
 module dda_neighbours
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
+   use dda_counting_sort, only: counting_sort
    use dda_growth, only: grow
    implicit none
    private
@@ -70,7 +71,23 @@ contains
       call bound_blocks(blocks, 0.5_wp*reach, box)
       call find_pairs(neighbours, blocks%n, box)
       if (any(blocks%removed)) call drop_removed(neighbours, blocks%removed)
+      call sort_pairs(neighbours, blocks%n)
    end subroutine find_near_pairs
+
+   !> Pairs in the order of the rows of the matrix: what is listed pair by pair, as contacts are, is
+   !> then read as it lies.
+   subroutine sort_pairs(neighbours, n)
+      type(neighbours_type), intent(inout) :: neighbours  !< pairs
+      integer, intent(in) :: n                            !< blocks
+      integer, allocatable :: start(:), by_first(:), by_second(:), sorted(:,:)
+
+      associate (pair => neighbours%pair(:, :neighbours%n_pairs))
+         call counting_sort(n, pair(1, :), start, by_first)
+         call counting_sort(n, pair(2, by_first), start, by_second)
+         sorted = pair(:, by_first(by_second))
+      end associate
+      call move_alloc(sorted, neighbours%pair)
+   end subroutine sort_pairs
 
    !> Only pairs of blocks that are there.
    pure subroutine drop_removed(neighbours, removed)
@@ -236,6 +253,12 @@ contains
             call probe_block(neighbours, blocks, p, b, a, reach)
          end associate
       end do
+      ! They last for many steps: no more memory than they need.
+      associate (n => neighbours%n_probes)
+         neighbours%probe = neighbours%probe(:, :n)
+         neighbours%first_edge = neighbours%first_edge(:n + 1)
+         neighbours%edge = neighbours%edge(:neighbours%first_edge(n + 1) - 1)
+      end associate
    end subroutine find_probes
 
    !> Vertices of block a against edges of block b.
@@ -300,6 +323,7 @@ contains
          end do
       end do
       neighbours%first_corner(neighbours%n_probes + 1) = corners + 1
+      neighbours%corner = neighbours%corner(:corners)
    end subroutine find_corners
 
    !> Distance from vertex v to the nearest point of edge e, m.

@@ -81,8 +81,7 @@ contains
       associate (matrix => system%matrix, dirty => system%held%dirty)
          do i = first, last
             if (dirty(i) >= is_dirty_force) call copy_row(system%load(:, i), system%rhs(:, i))
-            if (dirty(i) == is_dirty_stiffness) call copy_block(system%linear%diagonal(:, :, i), &
-               matrix%diagonal(:, :, i))
+            if (dirty(i) == is_dirty_stiffness) call begin_row(system, i)
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
                call assemble_pair(system, contacts, i, matrix%column(k), k, .true., &
                   matrix%column(k) >= first)
@@ -137,6 +136,18 @@ contains
          end do
       end associate
    end subroutine assemble_pair
+
+   !> A diagonal block of K̂ begins with that of the linear part.
+   pure subroutine begin_row(system, i)
+      type(system_type), intent(inout) :: system  !< equations of the step
+      integer, intent(in) :: i  !< block row
+
+      if (system%has_terms(i)) then
+         call copy_block(system%linear%diagonal(:, :, i), system%matrix%diagonal(:, :, i))
+      else
+         call copy_block(system%constant(:, :, i), system%matrix%diagonal(:, :, i))
+      end if
+   end subroutine begin_row
 
    !> A lower block of K̂ begins with that of the linear part.
    pure subroutine begin_coupling(linear, linear_entry, entry, block)

@@ -66,14 +66,15 @@ contains
       real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
       integer :: p
 
-      call measure_contacts(contacts, d)
       residual = 0.0_wp
       if (contacts%n < parallel_from) then
+         call measure_range(contacts, d, 1, contacts%n)
          call evaluate_range(contacts, laws, 1, contacts%n, largest, residual)
          return
       end if
       !$omp parallel do reduction(max:largest, residual) schedule(static)
       do p = 1, pieces(contacts%n)
+         call measure_range(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
          call evaluate_range(contacts, laws, first_of(p, contacts%n), &
             last_of(p, contacts%n), largest, residual)
       end do

@@ -5,7 +5,7 @@ module dda_contact_search
    use dda_errors, only: error_type, error_input, fail
    use dda_system, only: set_matrix_pattern
    use dda_energy_budget, only: update_geometric
-   use dda_contact, only: contacts_type, reserve, swap_gradients, contact_open
+   use dda_contact, only: contacts_type, contact_open
    use dda_contact_damping, only: damp_contacts
    use dda_contact_joints, only: set_joints
    use dda_crossings, only: forget_parted
@@ -78,11 +78,8 @@ contains
       old = simulation%now
       call exchange_lists(simulation)
       associate (contacts => simulation%contacts(simulation%now))
-         ! The gradients of the old list are used no more; their memory is still in the cache.
-         call swap_gradients(contacts, simulation%contacts(old))
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
             simulation%detection)
-         call reserve(simulation%contacts(old), contacts%n)
          call bound_history(simulation%history, simulation%detection)
          call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
          call set_joints(contacts, simulation%blocks, simulation%laws, simulation%detection)

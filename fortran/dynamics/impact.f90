@@ -25,7 +25,7 @@ module dda_impact
    use dda_linear_terms, only: linear_term_type, add_product, at_end, term_support
    use dda_open_close, only: open_close_type, close_contacts
    use dda_scheme, only: step_type
-   use dda_system, only: system_type
+   use dda_system, only: system_type, begin_diagonal
    implicit none
    private
    public :: impacts_type, prepare_impacts, resolve_impacts, count_impacts
@@ -237,6 +237,7 @@ contains
          associate (term => system%terms%term(i), b => system%terms%term(i)%block_a)
             if (.not. yields_else(impacts, term)) cycle
             k = unyielding_spring(system, b, term%row_a)
+            call begin_diagonal(system, b)
             call add_product(system%linear%diagonal(:, :, b), k, term%row_a, term%row_a)
             system%load(:, b) = system%load(:, b) + k*step%time_step &
                *dot_product(term%row_a, blocks%velocity(:, b))*term%row_a
@@ -245,6 +246,7 @@ contains
       do b = 1, system%linear%n
          if (.not. impacts%hit(b) .or. impacts%stiff(b)) cycle
          impacts%stiff(b) = .true.
+         call begin_diagonal(system, b)
          do i = 4, 6
             system%linear%diagonal(i, i, b) = system%linear%diagonal(i, i, b) &
                + rigid*system%constant(i, i, b)

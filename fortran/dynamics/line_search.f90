@@ -9,9 +9,9 @@
 !> A contact that is in one branch of its law at both ends is in it all the way: its slope grows
 !> evenly and is added up once.  Only the others are evaluated at each place that is tried.
 module dda_line_search
+   use dda_growth, only: grow
    use dda_kinds, only: wp
-   use dda_system, only: system_type
-   use dda_block_matrix, only: multiply_block
+   use dda_system, only: system_type, multiply_diagonal
    use dda_contact, only: contacts_type, contact_slide
    use dda_friction, only: contact_response, laws_type
    use dda_joint_contact, only: response_type
@@ -107,9 +107,9 @@ contains
       slope = 0.0_wp
       do b = first, last
          change = system%d(:, b) - system%previous_d(:, b)
-         call multiply_block(system%linear%diagonal(:, :, b), system%previous_d(:, b), force)
+         call multiply_diagonal(system, b, system%previous_d(:, b), force)
          slope(1) = slope(1) + dot_product(change, force - system%load(:, b))
-         call multiply_block(system%linear%diagonal(:, :, b), change, force)
+         call multiply_diagonal(system, b, change, force)
          slope(2) = slope(2) + dot_product(change, force)
       end do
    end function quadratic_range
@@ -143,6 +143,8 @@ contains
       real(wp) :: piece(most_pieces)
       integer :: p
 
+      call grow(contacts%gap_change, contacts%n)
+      call grow(contacts%slip_change, contacts%n)
       if (contacts%n < parallel_from) then
          call change_range(system, contacts, 1, contacts%n, slope)
          return

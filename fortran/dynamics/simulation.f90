@@ -4,7 +4,7 @@ module dda_simulation
    use dda_kinds, only: wp, long
    use dda_system, only: system_type
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type
+   use dda_contact, only: contacts_type, hand_over
    use dda_detection, only: detection_type
    use dda_elements, only: elements_type
    use dda_energy, only: energy_type
@@ -96,6 +96,7 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       simulation%now = 3 - simulation%now
+      call hand_over(simulation%contacts(3 - simulation%now), simulation%contacts(simulation%now))
    end subroutine exchange_lists
 
    !> Time at the end of all stages, s.

@@ -7,6 +7,7 @@ module dda_start
    use dda_elements, only: set_elements, match_velocities, update_stored
    use dda_energy, only: add_energy, total_energy, energy_kinetic, energy_initial, energy_input
    use dda_energy_budget, only: start_energy_budget
+   use dda_blocks, only: keep_shapes
    use dda_bonds, only: bond_contacts
    use dda_crossings, only: find_crossings
    use dda_column_model, only: column_model
@@ -40,6 +41,7 @@ contains
 
       simulation%model = model
       simulation%blocks = model%blocks
+      call keep_shapes(simulation%model%blocks)
       simulation%statics = ''
       simulation%changed_text = ''
       simulation%changes = ''
@@ -61,8 +63,7 @@ contains
       simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
       simulation%contacts%with_laws = .not. simulation%laws%plain
       simulation%contacts%with_damping = simulation%laws%damped
-      call reserve(simulation%contacts(1), simulation%blocks%n)
-      call reserve(simulation%contacts(2), simulation%blocks%n)
+      call reserve(simulation%contacts(simulation%now), 1)
       call find_contacts(simulation, error)
       if (allocated(error)) return
       associate (contacts => simulation%contacts(simulation%now))

@@ -9,7 +9,8 @@ module dda_system
    use dda_blocks, only: blocks_type
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
    use dda_elements, only: elements_type, linear_terms_of, add_forces
-   use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, coupled_blocks
+   use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, blocks_in, &
+      coupled_blocks, get_row
    use dda_material_damping, only: add_damping_matrices, add_damping_loads
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -17,7 +18,8 @@ module dda_system
    use dda_stopwatch, only: stopwatch_type
    implicit none
    private
-   public :: system_type, prepare_system, set_matrix_pattern, assemble_linear
+   public :: system_type, prepare_system, set_matrix_pattern, assemble_linear, begin_diagonal, &
+      multiply_diagonal
 
    !> Matrix, right-hand side and unknowns of a step.
    type :: system_type
@@ -28,7 +30,9 @@ module dda_system
       type(contact_terms_type) :: held             !< what K̂ and f̂ hold of the contacts
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
       real(wp), allocatable :: constant(:,:,:)     !< [6,6,n] M/(χΔt²) + θ elasticity, damping
-      type(block_matrix_type) :: linear            !< linear part of K̂
+      !> linear part of K̂; diagonal blocks, of those that elements act on: of others, `constant`
+      type(block_matrix_type) :: linear
+      logical, allocatable :: has_terms(:)         !< [n] elements act on the block
       !> [entries] the entry of the linear part at each lower entry of K̂, or 0; empty if there is
       !> none
       integer, allocatable :: linear_entry(:)
@@ -49,6 +53,7 @@ contains
       integer, intent(in) :: n  !< blocks
 
       allocate (system%constant(6, 6, n))
+      allocate (system%has_terms(n), source=.false.)
       allocate (system%load(6, n), system%rhs(6, n), system%d(6, n), system%previous_d(6, n), &
          source=0.0_wp)
       call prepare_contact_terms(system%held, n)
@@ -69,6 +74,9 @@ contains
       call linear_terms_of(elements, blocks, step, system%terms)
       pairs = coupled_blocks(system%terms)
       call set_pattern(system%linear, blocks%n, pairs)
+      ! Memory that is not written to takes none.
+      deallocate (system%linear%diagonal)
+      allocate (system%linear%diagonal(6, 6, blocks%n))
       associate (near => neighbours%pair(:, :neighbours%n_pairs), matrix => system%matrix)
          if (size(pairs, 2) > 0) pairs = reshape([near, pairs], [2, size(near, 2) + size(pairs, 2)])
          if (size(pairs, 2) == 0) pairs = near
@@ -143,10 +151,50 @@ contains
       end if
       if (blocks%damps) call add_damping_loads(blocks, step, system%load)
       call linear_terms_of(elements, blocks, step, system%terms)
+      call begin_terms(system)
       call add_to_matrix(system%terms, step_weights(step), system%linear)
       call add_forces(elements, blocks, step, system%load)
       system%held%rebuild = .true.
    end subroutine assemble_linear
+
+   !> Diagonal blocks of the linear part for all terms of the elements.
+   pure subroutine begin_terms(system)
+      type(system_type), intent(inout) :: system  !< equations of the step, with its terms
+      real(wp) :: row(6)
+      integer :: i, k, b
+
+      system%has_terms = .false.
+      do i = 1, system%terms%n
+         do k = 1, blocks_in(system%terms%term(i))
+            call get_row(system%terms%term(i), k, b, row)
+            call begin_diagonal(system, b)
+         end do
+      end do
+   end subroutine begin_terms
+
+   !> Diagonal block b of the linear part, before its first term is added.
+   pure subroutine begin_diagonal(system, b)
+      type(system_type), intent(inout) :: system  !< equations of the step
+      integer, intent(in) :: b  !< block
+
+      if (system%has_terms(b)) return
+      system%has_terms(b) = .true.
+      call copy_block(system%constant(:, :, b), system%linear%diagonal(:, :, b))
+   end subroutine begin_diagonal
+
+   !> y = diagonal block b of the linear part × x
+   pure subroutine multiply_diagonal(system, b, x, y)
+      type(system_type), intent(in) :: system  !< equations of the step
+      integer, intent(in) :: b  !< block
+      real(wp), intent(in) :: x(6)  !< any
+      real(wp), intent(out) :: y(6)  !< product
+
+      if (system%has_terms(b)) then
+         call multiply_block(system%linear%diagonal(:, :, b), x, y)
+      else
+         call multiply_block(system%constant(:, :, b), x, y)
+      end if
+   end subroutine multiply_diagonal
 
    !> Inertia, elasticity and stress of blocks first … last.
    pure subroutine assemble_blocks(system, blocks, step, first, last)
@@ -157,7 +205,6 @@ contains
       integer :: b
 
       do b = first, last
-         call copy_block(system%constant(:, :, b), system%linear%diagonal(:, :, b))
          call set_load(momentum_weight(step), blocks%inertia(:, :, b), blocks%velocity(:, b), &
             blocks%stiffness(:, :, b), blocks%position(4:6, b), &
             blocks%area(b), blocks%initial_stress(:, b), system%load(:, b))

@@ -21,7 +21,7 @@ module dda_blocks
    use dda_polygon, only: area_of, centroid_of, second_moments
    implicit none
    private
-   public :: blocks_type, set_blocks, update_geometry, is_convex
+   public :: blocks_type, set_blocks, keep_shapes, update_geometry, is_convex
    public :: change_material, remove_block, place_of, offset_of, shape_matrix, &
       reference_of, stress_of, set_damping, begin_memory, has_memory, memory_strain
 
@@ -109,6 +109,16 @@ contains
          blocks%mean_velocity(6, 4, n), source=0.0_wp)
       allocate (blocks%damping(0), blocks%rest_strain(3, 0), blocks%memory(3, 0, 0))
    end subroutine allocate_blocks
+
+   !> Of blocks that are only to be looked up, keep shapes, materials and stresses: half of the
+   !> memory is for steps.
+   pure subroutine keep_shapes(blocks)
+      type(blocks_type), intent(inout) :: blocks  !< in their first state
+
+      deallocate (blocks%next, blocks%previous, blocks%inertia, blocks%velocity, &
+         blocks%acceleration, blocks%mean_velocity, blocks%axes, blocks%gradient, blocks%along, &
+         blocks%length)
+   end subroutine keep_shapes
 
    !> Damping of the materials, from the present strains on.
    subroutine set_damping(blocks, damping)

@@ -644,9 +644,9 @@ contains
       call put_part('vertices', 2, size(simulation%blocks%owner))
       if (contacts > 0) call put_contacts(output, frame(at + 1:), contacts, &
          contact_columns(simulation))
-      call add_frame(output%verdict, simulation, frame(1), reshape(frame(3:6*simulation%blocks%n &
-         + 2), [6, simulation%blocks%n]), frame_corners(frame, simulation), &
-         reshape(frame(at + 1:), [contacts, contact_columns(simulation)]))
+      call add_frame(output%verdict, simulation, frame(1), simulation%blocks%n, frame(3:), &
+         size(simulation%blocks%owner), frame(3 + 15*simulation%blocks%n:), contacts, &
+         contact_columns(simulation), frame(at + 1:))
 
    contains
 

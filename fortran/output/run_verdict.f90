@@ -71,13 +71,16 @@ contains
    end subroutine add_sample
 
    !> Take in a frame, in the order of the run.
-   subroutine add_frame(verdict, simulation, time, coordinates, corners, contacts)
+   subroutine add_frame(verdict, simulation, time, n, coordinates, vertices, corners, touching, &
+      columns, contacts)
       type(run_verdict_type), intent(inout) :: verdict   !< of the frames so far
       type(simulation_type), intent(in) :: simulation    !< whose frame it is
       real(wp), intent(in) :: time                       !< of the frame, s
-      real(wp), intent(in) :: coordinates(:,:)           !< [6, blocks] m, rad
-      real(wp), intent(in) :: corners(:,:)               !< [2, vertices] m
-      real(wp), intent(in) :: contacts(:,:)              !< [contacts, columns] of `take_frame`
+      integer, intent(in) :: n, vertices                 !< numbers of blocks and of vertices
+      real(wp), intent(in) :: coordinates(6, n)          !< m, rad
+      real(wp), intent(in) :: corners(2, vertices)       !< m
+      integer, intent(in) :: touching, columns           !< numbers of contacts and of their values
+      real(wp), intent(in) :: contacts(touching, columns) !< as of `take_frame`
       real(wp) :: moved(3)
       integer :: b
 

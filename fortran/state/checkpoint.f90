@@ -33,7 +33,7 @@ module dda_checkpoint
    !> of all that is written
    character(len=*), parameter :: layout = &
       ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
-      'free fields, motions of boundaries, mean velocities'
+      'free fields, motions of boundaries, mean velocities, kept variables of contacts first'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

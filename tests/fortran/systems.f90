@@ -120,6 +120,7 @@ contains
       call pattern_of(system, 2, near, couplings)
       do b = 1, 2
          a = reshape(random_vector(36), [6, 6])
+         system%has_terms(b) = .true.
          system%linear%diagonal(:, :, b) = 100.0_wp*matmul(a, transpose(a))
          do k = 1, 6
             system%linear%diagonal(k, k, b) = system%linear%diagonal(k, k, b) + 30.0_wp

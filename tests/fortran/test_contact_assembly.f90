@@ -47,7 +47,7 @@ contains
          random_vector(size(near%pair, 2)) > -0.4_wp))
       near%n_pairs = size(near%pair, 2)
       call pattern_of(system, n, near)
-      system%linear%diagonal = reshape(random_vector(36*n), [6, 6, n])
+      system%constant = reshape(random_vector(36*n), [6, 6, n])
       system%load = reshape(random_vector(6*n), [6, n])
       call reserve(contacts, 3*near%n_pairs)
       do p = 1, near%n_pairs
@@ -117,7 +117,7 @@ contains
       allocate (k(6*n, 6*n), gap_row(6*n), slip_row(6*n), source=0.0_wp)
       f = reshape(system%load, [6*n])
       do i = 1, n
-         k(6*i - 5:6*i, 6*i - 5:6*i) = system%linear%diagonal(:, :, i)
+         k(6*i - 5:6*i, 6*i - 5:6*i) = system%constant(:, :, i)
       end do
       do c = 1, contacts%n
          i = 6*contacts%block_v(c)

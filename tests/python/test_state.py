@@ -33,6 +33,8 @@ REMADE = {
     ("contact", "contacts_type"): {
         "with_laws": "the input",
         "held_bound": "allocated within a step alone",
+        "gap_change": "set before it is used",
+        "slip_change": "set before it is used",
     },
     ("dynamics", "system_type"): {
         "matrix": "its pattern follows from the neighbours, its numbers are made in each step",
@@ -43,6 +45,7 @@ REMADE = {
         "constant_step": "made for a new time step",
         "constant_damps": "made with `constant`",
         "linear": "made in each step",
+        "has_terms": "made in each step",
         "linear_entry": "the pattern",
         "terms": "made in each step",
         "load": "made in each step",
