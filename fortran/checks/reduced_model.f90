@@ -195,7 +195,7 @@ contains
             a(i, i) = a(i, i) + weights%inertia
          end do
          y = matmul(reduced%force(:m, :), load)
-         call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
+         call zsysv('L', m, 1, a, max(1, m), pivot, y, max(1, m), work, size(work), info)
          ! On an undamped resonance: as large as rounding lets it be.
          if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))
       end associate
