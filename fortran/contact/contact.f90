@@ -82,6 +82,9 @@ module dda_contact
       ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
+      !> [2,n] springs and forces at d = 0 in place of those of the states, N/m, see
+      !> dda_interior_point; else not allocated
+      real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
       !> bounds at which friction is held, N/m, see dda_friction_bounds; else not allocated
       real(wp), allocatable :: held_bound(:)
       !> share of a spring that the assumed state does without: of the shear spring of a sliding

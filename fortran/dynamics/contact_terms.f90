@@ -162,6 +162,10 @@ contains
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: springs(2)
 
+      if (allocated(contacts%imposed_spring)) then
+         springs = contacts%imposed_spring(:, c)
+         return
+      end if
       springs = 0.0_wp
       if (is_free(contacts, c)) return
       springs = [laws%normal_stiffness, shear_stiffness_of(contacts, laws, c)]
@@ -184,6 +188,10 @@ contains
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: forces(2), springs(2), gap, stretch
 
+      if (allocated(contacts%imposed_force)) then
+         forces = contacts%imposed_force(:, c)
+         return
+      end if
       forces = 0.0_wp
       if (is_free(contacts, c)) return
       gap = acting_gap(contacts, laws, c, contacts%gap(c))

@@ -24,7 +24,8 @@ module dda_open_close
    use dda_system, only: system_type
    implicit none
    private
-   public :: open_close_type, close_contacts, solve_assumed
+   public :: open_close_type, close_contacts, solve_assumed, begin_iteration, iterate, evaluate, &
+      check_strength, take_states
 
    real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
    real(wp), parameter :: very_short_step = 0.1_wp
@@ -47,6 +48,7 @@ module dda_open_close
    !> Settings and outcome of the iteration of one step.
    type :: open_close_type
       integer :: max_iterations = 400
+      integer :: most_changes = huge(1)               !< of the first iteration, to go on
       logical :: last_resort = .false.                !< no shorter step can be taken
       real(wp) :: relative_tolerance = 1.0e-9_wp      !< of the largest force
       real(wp) :: penetration_tolerance = 0.0_wp      !< m; > 0: augmented Lagrangian
@@ -174,6 +176,7 @@ contains
          call adopt_states(iteration, contacts, laws, changed)
          exactly = changed == 0
          iteration%changes = iteration%changes + changed
+         if (iteration%changes > iteration%most_changes .and. i == 1) return
       end do
    end subroutine iterate
 
@@ -445,10 +448,19 @@ contains
          .not. allocated(contacts%held_bound))
       where (contacts%state(:n) == contact_open .and. contacts%trial_state(:n) /= contact_open) &
          contacts%close_count(:n) = contacts%close_count(:n) + 1
-      contacts%state(:n) = contacts%trial_state(:n)
-      contacts%slide_force(:n) = contacts%shear_force(:n)
-      contacts%slip_sign(:n) = sign(1.0_wp, contacts%shear_force(:n))
+      call take_states(contacts)
    end subroutine adopt_states
+
+   !> Assume the states and slide forces of the last evaluation.
+   pure subroutine take_states(contacts)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+
+      associate (n => contacts%n)
+         contacts%state(:n) = contacts%trial_state(:n)
+         contacts%slide_force(:n) = contacts%shear_force(:n)
+         contacts%slip_sign(:n) = sign(1.0_wp, contacts%shear_force(:n))
+      end associate
+   end subroutine take_states
 
    !> What contacts retain of springs that the states to come do without.
    !>

@@ -21,6 +21,7 @@ module dda_time_step
    use dda_original_rules, only: close_by_original_rules
    use dda_scheme, only: end_time
    use dda_simulation, only: simulation_type, next_step, exchange_lists
+   use dda_static_path, only: close_static
    use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
    use dda_system, only: assemble_linear
    implicit none
@@ -170,8 +171,14 @@ contains
          else
             simulation%iteration%last_resort = .not. (simulation%model%control%adaptive .or. &
                simulation%resting)
-            call close_contacts(simulation%iteration, simulation%system, simulation%solver, &
-               contacts, simulation%laws, error)
+            if (simulation%resting .and. simulation%laws%plain .and. &
+               .not. simulation%laws%damped) then
+               call close_static(simulation%iteration, simulation%system, simulation%solver, &
+                  contacts, simulation%laws, error)
+            else
+               call close_contacts(simulation%iteration, simulation%system, simulation%solver, &
+                  contacts, simulation%laws, error)
+            end if
             if (simulation%laws%damped .and. .not. allocated(error)) &
                call resolve_impacts(simulation%impacts, simulation%iteration, simulation%system, &
                simulation%solver, contacts, simulation%laws, simulation%blocks, &

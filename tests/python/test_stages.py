@@ -136,6 +136,22 @@ def test_a_model_at_rest_stays_there(groups, write_input):
         assert abs(run.energies["friction"]) <= 1e-6 * run.energies["initial"]
 
 
+def test_two_thousand_touching_bricks_come_to_rest(write_input):
+    """In a few static steps; each course carries half its weight and all that lies on it."""
+    bricks = 45
+    with sitedda.Simulation(write_input(wall(bricks, bricks, steps=1))) as run:
+        found = int(run.summary.split("at rest after ")[1].split(" ")[0])
+        assert 1 <= found <= 4
+        assert unbalanced(run) <= 1e-6
+        bricks_only = [name.startswith("brick") for name in run.block_names]
+        stress, height = run.stresses[bricks_only, 1], run.coordinates[bricks_only, 1]
+        width = np.array([np.ptp(corners[:, 0]) for corners in run.polygons])[bricks_only]
+    course = (height / 0.5).astype(int)
+    carried = np.bincount(course, -stress * width)
+    weight = np.bincount(course, width) * 0.5 * STONE["density"] * GRAVITY
+    assert carried == pytest.approx(np.cumsum(weight[::-1])[::-1] - 0.5 * weight, rel=1e-3)
+
+
 @pytest.mark.parametrize("step", [0.25e-3, 0.5e-3, 1e-3, 2e-3])
 def test_no_step_moves_the_slope_at_rest(step, write_input):
     run = sitedda.run(write_input(slope()), time_step=step, steps=round(0.2 / step))

@@ -1,0 +1,205 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The contacts of a static step, where most of them change their states.
+!>
+!> In statics inertia hardly holds a block whose contacts all slide, so that the open–close
+!> iteration overshoots where it finds such a block, and tries states one after the other.  The path
+!> of `dda_interior_point` leads past them; at its end the forces are those of the law.
+module dda_static_path
+   use dda_kinds, only: wp
+   use dda_contact, only: contacts_type, contact_stick
+   use dda_contact_evaluation, only: measure_contacts
+   use dda_errors, only: error_type, error_convergence, error_interrupted, fail
+   use dda_friction, only: laws_type
+   use dda_interior_point, only: interior_type, begin_interior, stand_here, aim_at, aim_closer, &
+      follow_bounds, assume_interior, measure_directions, take_share, mean_product
+   use dda_interrupts, only: stop_requested
+   use dda_linear_solver, only: solver_type, solve
+   use dda_open_close, only: open_close_type, begin_iteration, check_strength, close_contacts, &
+      evaluate, iterate, solve_assumed, take_states
+   use dda_system, only: system_type
+   implicit none
+   private
+   public :: close_static, follow_path
+
+   integer, parameter :: few_iterations = 40     !< after which the path is tried
+   integer, parameter :: many_changes = 2000     !< of the first iteration: the path at once
+   integer, parameter :: most_iterations = 200   !< along the path
+   integer, parameter :: most_corrections = 2    !< of a direction
+   real(wp), parameter :: accuracy = 1.0e-6_wp   !< of the first residual, of solves on the way
+   real(wp), parameter :: long_enough = 0.95_wp  !< share of a direction that needs no correction
+   real(wp), parameter :: farther = 0.2_wp       !< share that a correction seeks to add
+   real(wp), parameter :: least_inside = 0.9_wp  !< of the longest share
+   real(wp), parameter :: last_radius = 0.1_wp   !< of the tolerance
+   real(wp), parameter :: lost = 1.0e3_wp        !< first radii, beyond which the path is lost
+   integer, parameter :: sharpness = 3           !< power of what the predictor leaves
+
+contains
+
+   !> Iterate until every contact exerts what was assumed of it: by states, and along the path where
+   !> many change or they do not settle soon.
+   subroutine close_static(iteration, system, solver, contacts, laws, error)
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      logical :: closed, many
+      integer :: most
+
+      most = iteration%max_iterations
+      iteration%max_iterations = min(most, few_iterations)
+      iteration%most_changes = many_changes
+      call iterate(iteration, system, solver, contacts, laws, closed, error)
+      many = iteration%iterations == 1
+      iteration%max_iterations = most
+      iteration%most_changes = huge(1)
+      do while (.not. (closed .or. allocated(error)))
+         call follow_path(iteration, system, solver, contacts, laws, closed, error)
+         if (.not. closed) exit
+         call check_strength(iteration, contacts, laws, closed)
+      end do
+      if (closed .or. allocated(error)) return
+      if (many) then
+         call fail(error, error_convergence, 'the path of the static step does not converge')
+      else
+         call close_contacts(iteration, system, solver, contacts, laws, error)
+      end if
+   end subroutine close_static
+
+   !> Follow the path from the radius of a block's weight to the law.
+   subroutine follow_path(iteration, system, solver, contacts, laws, closed, error)
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      logical, intent(out) :: closed  !< every contact exerts what was assumed of it
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(interior_type) :: points
+      real(wp) :: radius, mean, share, start(6, size(system%d, 2))
+      integer :: i
+
+      closed = .false.
+      radius = iteration%weight
+      if (.not. radius > 0.0_wp) radius = max(maxval(abs(system%load)), iteration%tolerance)
+      call begin_path(iteration, system, contacts, laws, radius, points)
+      do i = 1, most_iterations
+         if (stop_requested()) call fail(error, error_interrupted, 'interrupted')
+         if (allocated(error)) exit
+         iteration%iterations = i
+         iteration%reduction = accuracy
+         start = system%d
+         mean = mean_product(points, 0.0_wp)
+         if (.not. mean < (lost*radius)**2) exit
+         call find_direction(iteration, system, solver, contacts, laws, points, share, error)
+         if (allocated(error)) exit
+         share = max(least_inside, 1.0_wp - sqrt(mean)/radius)*share
+         call take_share(points, share)
+         system%d = start + share*(system%d - start)
+         call evaluate(iteration, system%d, contacts, laws)
+         if (iteration%residual <= iteration%tolerance) &
+            call arrive(iteration, system, solver, contacts, laws, closed, error)
+         if (closed .or. allocated(error)) exit
+      end do
+      deallocate (contacts%imposed_spring, contacts%imposed_force)
+      if (.not. closed) then
+         system%d = 0.0_wp
+         call evaluate(iteration, system%d, contacts, laws)
+      end if
+      call take_states(contacts)
+   end subroutine follow_path
+
+   !> Stand on the path at d = 0.
+   subroutine begin_path(iteration, system, contacts, laws, radius, points)
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      real(wp), intent(in) :: radius  !< to begin with, N/m
+      type(interior_type), intent(out) :: points  !< of the contacts
+
+      call begin_iteration(iteration, contacts)
+      system%d = 0.0_wp
+      call measure_contacts(contacts, system%d)
+      call begin_interior(points, contacts, laws, radius)
+      allocate (contacts%imposed_spring(2, contacts%n), contacts%imposed_force(2, contacts%n))
+      contacts%state(:contacts%n) = contact_stick
+      system%held%rebuild = .true.
+   end subroutine begin_path
+
+   !> The next direction: a predictor that aims at the corners of the law tells how far to aim, and
+   !> correctors make it longer.
+   subroutine find_direction(iteration, system, solver, contacts, laws, points, longest, error)
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< gets the d of the whole direction
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(interior_type), intent(inout) :: points  !< of the contacts
+      real(wp), intent(out) :: longest  !< share of the direction that stays inside
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp) :: goal, present_product, last, kept(3, contacts%n)
+      integer :: i
+
+      present_product = mean_product(points, 0.0_wp)
+      call stand_here(points, contacts, laws)
+      call follow_bounds(points, contacts, laws, 0.0_wp)
+      call aim_at(points, 0.0_wp, 0.0_wp)
+      call solve_points(longest)
+      goal = min(1.0_wp, mean_product(points, longest)/present_product)**sharpness
+      goal = max(goal*present_product, (last_radius*iteration%tolerance)**2)
+      call aim_at(points, goal, present_product)
+      call follow_bounds(points, contacts, laws, longest)
+      call solve_points(longest)
+      do i = 1, most_corrections
+         if (longest > long_enough .or. allocated(error)) exit
+         last = longest
+         kept = points%aim
+         call aim_closer(points, goal, min(1.0_wp, longest + farther))
+         call follow_bounds(points, contacts, laws, longest)
+         call solve_points(longest)
+         if (longest >= last) cycle
+         points%aim = kept
+         call solve_points(longest)
+         exit
+      end do
+
+   contains
+
+      !> Solve with the points as they aim.
+      subroutine solve_points(share)
+         real(wp), intent(out) :: share  !< of the direction that stays inside
+
+         share = 0.0_wp
+         if (allocated(error)) return
+         call assume_interior(points, contacts, laws)
+         call solve_assumed(iteration, system, solver, contacts, laws, error)
+         if (allocated(error)) return
+         call measure_contacts(contacts, system%d)
+         call measure_directions(points, contacts, laws, share)
+      end subroutine solve_points
+   end subroutine find_direction
+
+   !> Forces are within the tolerance: solve the whole direction exactly, and evaluate again.
+   subroutine arrive(iteration, system, solver, contacts, laws, closed, error)
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      logical, intent(out) :: closed  !< every contact exerts what was assumed of it
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp) :: d(6, size(system%d, 2))
+
+      d = system%d
+      call solve(solver, system%matrix, system%rhs, system%d, error)
+      if (allocated(error)) return
+      call evaluate(iteration, system%d, contacts, laws)
+      closed = iteration%residual <= iteration%tolerance
+      if (closed) return
+      system%d = d
+      call measure_contacts(contacts, d)
+   end subroutine arrive
+
+end module dda_static_path
