@@ -15,7 +15,7 @@ module dda_interior_point
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
    use dda_friction, only: laws_type
-   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
    public :: interior_type, begin_interior, stand_here, aim_at, aim_closer, follow_bounds, &
@@ -102,7 +102,8 @@ contains
       type(laws_type), intent(in) :: laws          !< plain, not damped
       integer :: c
 
-      !$omp parallel do schedule(static)
+      !$omp parallel do schedule(static) &
+      !$omp if (points%n >= parallel_from)
       do c = 1, points%n
          points%trial(:, c) = trial_forces(contacts, laws, c)
          points%place(:, c) = [contacts%new_gap(c), contacts%slip(c)]
@@ -117,7 +118,8 @@ contains
       real(wp), intent(in) :: share                !< 0: at the present ones
       integer :: c
 
-      !$omp parallel do schedule(static)
+      !$omp parallel do schedule(static) &
+      !$omp if (points%n >= parallel_from)
       do c = 1, points%n
          points%bound_way(c) = laws%friction(contacts%joint(c))*max(0.0_wp, &
             points%factor(1, pressed, c) + share*points%factor_way(1, pressed, c)) - points%bound(c)
@@ -132,7 +134,8 @@ contains
       real(wp), intent(in) :: most                 !< of what they add, (N/m)²
       integer :: c
 
-      !$omp parallel do schedule(static)
+      !$omp parallel do schedule(static) &
+      !$omp if (points%n >= parallel_from)
       do c = 1, points%n
          points%aim(:, c) = product_of &
             - max(-most, min(most, product(points%factor_way(:, :, c), 1)))
@@ -147,7 +150,8 @@ contains
       real(wp) :: product_at(3)
       integer :: c
 
-      !$omp parallel do private(product_at) schedule(static)
+      !$omp parallel do private(product_at) schedule(static) &
+      !$omp if (points%n >= parallel_from)
       do c = 1, points%n
          product_at = product(points%factor(:, :, c) + share*points%factor_way(:, :, c), 1)
          points%aim(:, c) = points%aim(:, c) + max(-range*product_of, &
@@ -163,7 +167,8 @@ contains
       real(wp) :: share(2), forces(2)
       integer :: c
 
-      !$omp parallel do private(share, forces) schedule(static)
+      !$omp parallel do private(share, forces) schedule(static) &
+      !$omp if (points%n >= parallel_from)
       do c = 1, points%n
          share = shares_of(points, contacts, c)
          forces = [points%factor(1, pressed, c), points%shear(c)] + ways_at(points, contacts, c, &
@@ -234,7 +239,8 @@ contains
       integer :: c
 
       longest = 1.0_wp
-      !$omp parallel do private(ways, lacks) reduction(min:longest) schedule(static)
+      !$omp parallel do private(ways, lacks) reduction(min:longest) schedule(static) &
+      !$omp if (points%n >= parallel_from)
       do c = 1, points%n
          if (contacts%bonded(c)) cycle
          associate (factor => points%factor(:, :, c), way => points%factor_way(:, :, c))
@@ -257,7 +263,8 @@ contains
       real(wp), intent(in) :: share                !< less than the longest
       integer :: c
 
-      !$omp parallel do schedule(static)
+      !$omp parallel do schedule(static) &
+      !$omp if (points%n >= parallel_from)
       do c = 1, points%n
          points%factor(:, :, c) = points%factor(:, :, c) + share*points%factor_way(:, :, c)
          points%shear(c) = points%shear(c) + share*points%shear_way(c)
@@ -272,7 +279,8 @@ contains
       real(wp) :: piece(most_pieces)
       integer :: p
 
-      !$omp parallel do schedule(static)
+      !$omp parallel do schedule(static) &
+      !$omp if (points%n >= parallel_from)
       do p = 1, pieces(points%n)
          associate (first => first_of(p, points%n), last => last_of(p, points%n))
             piece(p) = sum(product(points%factor(:, :, first:last) &

@@ -33,6 +33,8 @@ REMADE = {
     ("contact", "contacts_type"): {
         "with_laws": "the input",
         "held_bound": "allocated within a step alone",
+        "imposed_spring": "allocated within a static step alone",
+        "imposed_force": "allocated within a static step alone",
         "gap_change": "set before it is used",
         "slip_change": "set before it is used",
     },
@@ -76,6 +78,7 @@ REMADE = {
         "penetration_tolerance": "the input",
         "may_stop": "set in static stages",
         "last_resort": "set in each step",
+        "most_changes": "set in static steps",
         "slides": "listed in each iteration",
         "history": "forgotten in each step",
     },
