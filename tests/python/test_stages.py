@@ -623,7 +623,7 @@ def catches(process: int, number: signal.Signals) -> bool:
 
 
 def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
-    """A wall of 10,000 bricks takes minutes to find its rest; a signal ends it at once."""
+    """A wall of 10,000 bricks takes a minute to find its rest; a signal ends it at once."""
     wall = {"brick_length": 1.0, "brick_height": 0.5, "bricks": 100, "courses": 100}
     file = write_input(
         [
