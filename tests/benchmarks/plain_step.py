@@ -103,8 +103,9 @@ class PlainStep:
             away = q[b, :2] + offset - at
             for direction, distance in zip(np.eye(2), away, strict=True):
                 row = self.rows(turn[b : b + 1], offset[None], reference[None], direction[None])[0]
-                blocks[b] += stiff * np.outer(row, row)
-                load[b] -= stiff * distance * row
+                dashpot = 0.5 * stiff * self.step  # on the velocity at the end, 2 d / step - v
+                blocks[b] += (stiff + 2 / self.step * dashpot) * np.outer(row, row)
+                load[b] -= (stiff * distance - dashpot * row @ v[b]) * row
         return blocks, load
 
     def take(self, q, v, contacts, acceleration):
