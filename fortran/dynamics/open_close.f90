@@ -24,8 +24,8 @@ module dda_open_close
    use dda_system, only: system_type
    implicit none
    private
-   public :: open_close_type, close_contacts, solve_assumed, begin_iteration, iterate, evaluate, &
-      check_strength, take_states
+   public :: open_close_type, close_contacts, solve_assumed, begin_iteration, counts_of, &
+      add_counts, iterate, evaluate, check_strength, take_states
 
    real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
    real(wp), parameter :: very_short_step = 0.1_wp
@@ -115,11 +115,9 @@ contains
 
       call hold_bounds(bounds, contacts, laws)
       do while (iteration%iterations < most_rounds*iteration%max_iterations)
-         before = [iteration%iterations, iteration%changes, iteration%broken]
+         before = counts_of(iteration)
          call iterate(iteration, system, solver, contacts, laws, closed, error)
-         iteration%iterations = iteration%iterations + before(1)
-         iteration%changes = iteration%changes + before(2)
-         iteration%broken = iteration%broken + before(3)
+         call add_counts(iteration, before)
          if (allocated(error) .or. .not. closed) exit
          call renew_bounds(bounds, contacts, laws)
          closed = bounds%difference <= iteration%tolerance
@@ -198,6 +196,24 @@ contains
       contacts%close_count(:contacts%n) = 0
       contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
+
+   !> Iterations, changed states and broken bonds of the step so far.
+   pure function counts_of(iteration) result(counts)
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      integer :: counts(3)
+
+      counts = [iteration%iterations, iteration%changes, iteration%broken]
+   end function counts_of
+
+   !> Add what had been counted when the iteration was begun anew within the step.
+   pure subroutine add_counts(iteration, before)
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      integer, intent(in) :: before(3)  !< from `counts_of`
+
+      iteration%iterations = iteration%iterations + before(1)
+      iteration%changes = iteration%changes + before(2)
+      iteration%broken = iteration%broken + before(3)
+   end subroutine add_counts
 
    !> Solve for d with the contacts in their assumed states.
    subroutine solve_assumed(iteration, system, solver, contacts, laws, error)

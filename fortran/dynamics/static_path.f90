@@ -14,8 +14,8 @@ module dda_static_path
       follow_bounds, assume_interior, measure_directions, take_share, mean_product
    use dda_interrupts, only: stop_requested
    use dda_linear_solver, only: solver_type, solve
-   use dda_open_close, only: open_close_type, begin_iteration, check_strength, close_contacts, &
-      evaluate, iterate, solve_assumed, take_states
+   use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
+      close_contacts, counts_of, evaluate, iterate, solve_assumed, take_states
    use dda_system, only: system_type
    implicit none
    private
@@ -45,7 +45,7 @@ contains
       type(laws_type), intent(in) :: laws  !< plain, not damped
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: closed, many
-      integer :: most
+      integer :: most, before(3)
 
       most = iteration%max_iterations
       iteration%max_iterations = min(most, few_iterations)
@@ -55,7 +55,9 @@ contains
       iteration%max_iterations = most
       iteration%most_changes = huge(1)
       do while (.not. (closed .or. allocated(error)))
+         before = counts_of(iteration)
          call follow_path(iteration, system, solver, contacts, laws, closed, error)
+         call add_counts(iteration, before)
          if (.not. closed) exit
          call check_strength(iteration, contacts, laws, closed)
       end do
@@ -63,7 +65,9 @@ contains
       if (many) then
          call fail(error, error_convergence, 'the path of the static step does not converge')
       else
+         before = counts_of(iteration)
          call close_contacts(iteration, system, solver, contacts, laws, error)
+         call add_counts(iteration, before)
       end if
    end subroutine close_static
 

@@ -8,7 +8,7 @@ module test_open_close
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
    use dda_open_close, only: close_contacts, open_close_type
-   use dda_static_path, only: follow_path
+   use dda_static_path, only: close_static, follow_path
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
    use models, only: begin, contact_text, control_text, random, relative_balance, run, sow
@@ -37,6 +37,7 @@ contains
       call any_first_states()
       call along_the_path(0.0_wp)
       call along_the_path(10.0_wp)
+      call all_iterations_count()
       call with_friction(10.0_wp, 25)
       call with_friction(30.0_wp, 60)
       call where_friction_locks()
@@ -147,6 +148,38 @@ contains
       end do
       call check(most <= 40, 'in few steps')
    end subroutine along_the_path
+
+   !> A static step counts the iterations and changes before its path, too.
+   subroutine all_iterations_count()
+      type(system_type) :: system, again
+      type(contacts_type) :: contacts, others
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration, path
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      logical :: closed
+      integer :: i, followed
+      integer, parameter :: few = 2
+
+      call case('all iterations of a static step count')
+      followed = 0
+      do i = 1, 40
+         call random_system(system, contacts, laws, 20, 10.0_wp)
+         again = system
+         others = contacts
+         iteration%max_iterations = few
+         call choose_solver(solver, 'auto', error)
+         call analyse(solver, system%matrix)
+         call close_static(iteration, system, solver, contacts, laws, error)
+         call check_no_error(error, 'converges')
+         if (iteration%iterations <= few) cycle
+         followed = followed + 1
+         call follow_path(path, again, solver, others, laws, closed, error)
+         call check(iteration%iterations == few + path%iterations, 'states tried and path')
+         call check(iteration%changes > 0, 'changes before the path')
+      end do
+      call check(followed > 20, 'most follow the path')
+   end subroutine all_iterations_count
 
    !> Without friction the solution does not depend on where the iteration begins.
    subroutine any_first_states()
