@@ -6,8 +6,8 @@
 !> potential is quadratic up to its bound and linear beyond.  The slope of that function from the
 !> previous d to the new one grows monotonically; its zero is the share of the step to take.
 !>
-!> A contact that is in one branch of its law at both ends is in it all the way: its slope grows
-!> evenly and is added up once.  Only the others are evaluated at each place that is tried.
+!> A contact that is in one branch of its law at both ends is in it all the way: its slope is linear
+!> between the ends and added up once.  Only the others are evaluated at each length that is tried.
 module dda_line_search
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -38,7 +38,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: alpha  !< share of the step
-      real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first, even(2)
+      real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first, linear(2)
       integer :: i
 
       alpha = 1.0_wp
@@ -46,9 +46,9 @@ contains
       call measure_changes(system, contacts, slope_hi)
       slope_hi = start + growth + slope_hi
       if (slope_hi <= abs(growth)*rounding) return
-      call take_out_even(contacts, laws, even)
-      start = start + even(1)
-      growth = growth + even(2)
+      call take_out_linear(contacts, laws, linear)
+      start = start + linear(1)
+      growth = growth + linear(2)
       slope_lo = start + contact_slope(contacts, laws, 0.0_wp)
       first = slope_lo
       alpha_lo = 0.0_wp
@@ -179,50 +179,50 @@ contains
       end do
    end subroutine change_range
 
-   !> Add up the contacts whose slope grows evenly along the step; they do not change any more.
-   subroutine take_out_even(contacts, laws, even)
+   !> Add up the contacts whose slope is linear between the ends; they do not change any more.
+   subroutine take_out_linear(contacts, laws, linear)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(out) :: even(2)  !< slope at the previous d and its growth, J/m
+      real(wp), intent(out) :: linear(2)  !< slope at the previous d and its growth, J/m
       real(wp) :: piece(2, most_pieces)
       integer :: p
 
-      even = 0.0_wp
+      linear = 0.0_wp
       if (.not. laws%plain .or. allocated(contacts%held_bound)) return
       if (contacts%n < parallel_from) then
-         call even_range(contacts, laws, 1, contacts%n, even)
+         call linear_range(contacts, laws, 1, contacts%n, linear)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         call even_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n), &
+         call linear_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n), &
             piece(:, p))
       end do
-      even = sum(piece(:, :pieces(contacts%n)), 2)
-   end subroutine take_out_even
+      linear = sum(piece(:, :pieces(contacts%n)), 2)
+   end subroutine take_out_linear
 
    !> Contacts first … last.
-   pure subroutine even_range(contacts, laws, first, last, even)
+   pure subroutine linear_range(contacts, laws, first, last, linear)
       type(contacts_type), intent(inout) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
-      real(wp), intent(out) :: even(2)  !< slope at the previous d and its growth, J/m
+      real(wp), intent(out) :: linear(2)  !< slope at the previous d and its growth, J/m
       type(response_type) :: before, after
       real(wp) :: slope
       integer :: c
 
-      even = 0.0_wp
+      linear = 0.0_wp
       do c = first, last
          before = response_at(contacts, laws, c, 0.0_wp)
          after = response_at(contacts, laws, c, 1.0_wp)
          if (before%state /= after%state .or. (before%state == contact_slide .and. &
             before%shear_force*after%shear_force < 0.0_wp)) cycle
          slope = slope_of(contacts, c, before)
-         even = even + [slope, slope_of(contacts, c, after) - slope]
+         linear = linear + [slope, slope_of(contacts, c, after) - slope]
          contacts%gap_change(c) = 0.0_wp
          contacts%slip_change(c) = 0.0_wp
       end do
-   end subroutine even_range
+   end subroutine linear_range
 
    !> Slope of all contacts at a share of the step from the previous d to the new one.
    real(wp) function contact_slope(contacts, laws, alpha) result(slope)

@@ -2,16 +2,16 @@
 !> The contacts of a static step, where most of them change their states.
 !>
 !> In statics inertia hardly holds a block whose contacts all slide, so that the open–close
-!> iteration overshoots where it finds such a block, and tries states one after the other.  The path
-!> of `dda_interior_point` leads past them; at its end the forces are those of the law.
+!> iteration overshoots where it finds such a block, and tries states one after the other.  The
+!> central path of `dda_interior_point` avoids that; at its end the forces are those of the law.
 module dda_static_path
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_stick
    use dda_contact_evaluation, only: measure_contacts
    use dda_errors, only: error_type, error_convergence, error_interrupted, fail
    use dda_friction, only: laws_type
-   use dda_interior_point, only: interior_type, begin_interior, stand_here, aim_at, aim_closer, &
-      follow_bounds, assume_interior, measure_directions, take_share, mean_product
+   use dda_interior_point, only: interior_type, begin_interior, set_base_point, set_targets, &
+      correct_targets, set_bound_steps, assume_interior, find_step, take_step, mean_product
    use dda_interrupts, only: stop_requested
    use dda_linear_solver, only: solver_type, solve
    use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
@@ -24,14 +24,14 @@ module dda_static_path
    integer, parameter :: few_iterations = 40     !< after which the path is tried
    integer, parameter :: many_changes = 2000     !< of the first iteration: the path at once
    integer, parameter :: most_iterations = 200   !< along the path
-   integer, parameter :: most_corrections = 2    !< of a direction
-   real(wp), parameter :: accuracy = 1.0e-6_wp   !< of the first residual, of solves on the way
-   real(wp), parameter :: long_enough = 0.95_wp  !< share of a direction that needs no correction
-   real(wp), parameter :: farther = 0.2_wp       !< share that a correction seeks to add
-   real(wp), parameter :: least_inside = 0.9_wp  !< of the longest share
+   integer, parameter :: most_corrections = 2    !< of a Newton step (Gondzio)
+   real(wp), parameter :: accuracy = 1.0e-6_wp   !< of the first residual, of solves along the path
+   real(wp), parameter :: long_enough = 0.95_wp  !< step length that needs no correction
+   real(wp), parameter :: lengthening = 0.2_wp   !< of the step that a correction seeks
+   real(wp), parameter :: least_fraction = 0.9_wp !< of the step length to the boundary
    real(wp), parameter :: last_radius = 0.1_wp   !< of the tolerance
-   real(wp), parameter :: lost = 1.0e3_wp        !< first radii, beyond which the path is lost
-   integer, parameter :: sharpness = 3           !< power of what the predictor leaves
+   real(wp), parameter :: divergence_limit = 1.0e3_wp  !< of the radius, in first ones
+   integer, parameter :: centring_power = 3      !< of the products that the predictor leaves
 
 contains
 
@@ -81,7 +81,7 @@ contains
       logical, intent(out) :: closed  !< every contact exerts what was assumed of it
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(interior_type) :: points
-      real(wp) :: radius, mean, share, start(6, size(system%d, 2))
+      real(wp) :: radius, mean, length, start(6, size(system%d, 2))
       integer :: i
 
       closed = .false.
@@ -95,15 +95,15 @@ contains
          iteration%reduction = accuracy
          start = system%d
          mean = mean_product(points, 0.0_wp)
-         if (.not. mean < (lost*radius)**2) exit
-         call find_direction(iteration, system, solver, contacts, laws, points, share, error)
+         if (.not. mean < (divergence_limit*radius)**2) exit
+         call find_next_step(iteration, system, solver, contacts, laws, points, length, error)
          if (allocated(error)) exit
-         share = max(least_inside, 1.0_wp - sqrt(mean)/radius)*share
-         call take_share(points, share)
-         system%d = start + share*(system%d - start)
+         length = max(least_fraction, 1.0_wp - sqrt(mean)/radius)*length
+         call take_step(points, length)
+         system%d = start + length*(system%d - start)
          call evaluate(iteration, system%d, contacts, laws)
          if (iteration%residual <= iteration%tolerance) &
-            call arrive(iteration, system, solver, contacts, laws, closed, error)
+            call finish_path(iteration, system, solver, contacts, laws, closed, error)
          if (closed .or. allocated(error)) exit
       end do
       deallocate (contacts%imposed_spring, contacts%imposed_force)
@@ -114,7 +114,7 @@ contains
       call take_states(contacts)
    end subroutine follow_path
 
-   !> Stand on the path at d = 0.
+   !> Begin the path at d = 0.
    subroutine begin_path(iteration, system, contacts, laws, radius, points)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -132,61 +132,61 @@ contains
       system%held%rebuild = .true.
    end subroutine begin_path
 
-   !> The next direction: a predictor that aims at the corners of the law tells how far to aim, and
-   !> correctors make it longer.
-   subroutine find_direction(iteration, system, solver, contacts, laws, points, longest, error)
+   !> The next Newton step: a predictor, whose targets are zero, gives the barrier parameter;
+   !> correctors lengthen the step.
+   subroutine find_next_step(iteration, system, solver, contacts, laws, points, longest, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
-      type(system_type), intent(inout) :: system  !< gets the d of the whole direction
+      type(system_type), intent(inout) :: system  !< gets the d of the whole step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< plain, not damped
       type(interior_type), intent(inout) :: points  !< of the contacts
-      real(wp), intent(out) :: longest  !< share of the direction that stays inside
+      real(wp), intent(out) :: longest  !< step length to the boundary
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp) :: goal, present_product, last, kept(3, contacts%n)
+      real(wp) :: barrier, present, last, targets(3, contacts%n)
       integer :: i
 
-      present_product = mean_product(points, 0.0_wp)
-      call stand_here(points, contacts, laws)
-      call follow_bounds(points, contacts, laws, 0.0_wp)
-      call aim_at(points, 0.0_wp, 0.0_wp)
-      call solve_points(longest)
-      goal = min(1.0_wp, mean_product(points, longest)/present_product)**sharpness
-      goal = max(goal*present_product, (last_radius*iteration%tolerance)**2)
-      call aim_at(points, goal, present_product)
-      call follow_bounds(points, contacts, laws, longest)
-      call solve_points(longest)
+      present = mean_product(points, 0.0_wp)
+      call set_base_point(points, contacts, laws)
+      call set_bound_steps(points, contacts, laws, 0.0_wp)
+      call set_targets(points, 0.0_wp, 0.0_wp)
+      call solve_step(longest)
+      barrier = min(1.0_wp, mean_product(points, longest)/present)**centring_power
+      barrier = max(barrier*present, (last_radius*iteration%tolerance)**2)
+      call set_targets(points, barrier, present)
+      call set_bound_steps(points, contacts, laws, longest)
+      call solve_step(longest)
       do i = 1, most_corrections
          if (longest > long_enough .or. allocated(error)) exit
          last = longest
-         kept = points%aim
-         call aim_closer(points, goal, min(1.0_wp, longest + farther))
-         call follow_bounds(points, contacts, laws, longest)
-         call solve_points(longest)
+         targets = points%target
+         call correct_targets(points, barrier, min(1.0_wp, longest + lengthening))
+         call set_bound_steps(points, contacts, laws, longest)
+         call solve_step(longest)
          if (longest >= last) cycle
-         points%aim = kept
-         call solve_points(longest)
+         points%target = targets
+         call solve_step(longest)
          exit
       end do
 
    contains
 
-      !> Solve with the points as they aim.
-      subroutine solve_points(share)
-         real(wp), intent(out) :: share  !< of the direction that stays inside
+      !> The Newton step to the present targets.
+      subroutine solve_step(length)
+         real(wp), intent(out) :: length  !< step length to the boundary
 
-         share = 0.0_wp
+         length = 0.0_wp
          if (allocated(error)) return
          call assume_interior(points, contacts, laws)
          call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
          call measure_contacts(contacts, system%d)
-         call measure_directions(points, contacts, laws, share)
-      end subroutine solve_points
-   end subroutine find_direction
+         call find_step(points, contacts, laws, length)
+      end subroutine solve_step
+   end subroutine find_next_step
 
-   !> Forces are within the tolerance: solve the whole direction exactly, and evaluate again.
-   subroutine arrive(iteration, system, solver, contacts, laws, closed, error)
+   !> Forces are within the tolerance: solve the whole Newton step exactly, and evaluate again.
+   subroutine finish_path(iteration, system, solver, contacts, laws, closed, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
@@ -204,6 +204,6 @@ contains
       if (closed) return
       system%d = d
       call measure_contacts(contacts, d)
-   end subroutine arrive
+   end subroutine finish_path
 
 end module dda_static_path

@@ -149,7 +149,8 @@ def test_two_thousand_touching_bricks_come_to_rest(write_input):
     course = (height / 0.5).astype(int)
     carried = np.bincount(course, -stress * width)
     weight = np.bincount(course, width) * 0.5 * STONE["density"] * GRAVITY
-    assert carried == pytest.approx(np.cumsum(weight[::-1])[::-1] - 0.5 * weight, rel=1e-3)
+    # measured 4e-6: stresses act on bricks of strains up to 5e-5
+    assert carried == pytest.approx(np.cumsum(weight[::-1])[::-1] - 0.5 * weight, rel=1e-5)
 
 
 @pytest.mark.parametrize("step", [0.25e-3, 0.5e-3, 1e-3, 2e-3])
