@@ -15,7 +15,8 @@ module dda_journal
    use dda_errors, only: error_type, error_file, fail
    implicit none
    private
-   public :: journal_type, open_journal, serialise_mark, return_to_mark, append_row, journal_name
+   public :: journal_type, open_journal, serialise_mark, return_to_mark, begin_row, &
+      append_numbers, journal_name
    public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
    integer, parameter :: row_sample = 1, row_frame = 2
@@ -105,15 +106,13 @@ contains
       call cut_file(journal%file, journal%bytes, error)
    end subroutine return_to_mark
 
-   !> Append a sample or a frame.
-   subroutine append_row(journal, kind, contacts, numbers, error)
+   !> Append the head of a sample or a frame; its numbers are to follow.
+   subroutine begin_row(journal, kind, contacts, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
-      real(wp), contiguous, intent(in) :: numbers(:)  !< [`sample_size`] or [`frame_size`]
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call append(journal, [real(wp) :: kind, contacts], error)
-      call append(journal, numbers, error)
+      call append_numbers(journal, [real(wp) :: kind, contacts], 2, error)
       if (kind == row_frame) then
          journal%frames = journal%frames + 1
          journal%contacts = journal%contacts + contacts
@@ -121,20 +120,21 @@ contains
          journal%samples = journal%samples + 1
          journal%iterations = 0
       end if
-   end subroutine append_row
+   end subroutine begin_row
 
-   !> Append numbers and include them in the checksum.
-   subroutine append(journal, numbers, error)
+   !> Append numbers of a row and include them in the checksum.
+   subroutine append_numbers(journal, numbers, count, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      real(wp), contiguous, target, intent(in) :: numbers(:)  !< [numbers] of a row
+      integer, intent(in) :: count  !< of the numbers
+      real(wp), target, intent(in) :: numbers(count)  !< in their order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer(int8), pointer, contiguous :: bytes(:)
 
-      call c_f_pointer(c_loc(numbers), bytes, [word*size(numbers)])
+      call c_f_pointer(c_loc(numbers), bytes, [word*count])
       call write_bytes(journal%file, bytes, error)
       call add_bytes(journal%checksum, bytes)
       journal%bytes = journal%bytes + size(bytes)
-   end subroutine append
+   end subroutine append_numbers
 
    !> Open a journal to be read from its beginning.
    subroutine open_reader(reader, journal, error)

@@ -14,18 +14,19 @@ module dda_output_file
    use dda_energy, only: energy_terms
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
+   use dda_frame, only: most_columns, contact_columns
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       row_sample
    use dda_model, only: model_type, block_sources
    use dda_netcdf_calls, only: dataset_type, variable_type, checked, define_variables, &
-      define_dimension, describe, describe_number, put, put_names, text_of
-   use dda_run_verdict, only: run_verdict_type, new_verdict, add_frame, add_sample, conclude
-   use dda_sample, only: sample_head, most_columns, contact_columns, &
-      sample_size, frame_size
+      define_dimension, describe, describe_number, name_length, put, put_names, text_of
+   use dda_run_verdict, only: run_verdict_type, new_verdict, add_frame, add_corners, add_column, &
+      add_sample, conclude
+   use dda_sample, only: sample_head, sample_size
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
    use dda_stage, only: stage_type
-   use dda_text, only: joined, quoted, to_text
+   use dda_text, only: joined, quoted
    use dda_diagnostics, only: audit_warning
    use dda_version, only: version, commit
    use netcdf, only: nf90_create, nf90_open, nf90_close, nf90_enddef, nf90_netcdf4, nf90_clobber, &
@@ -34,7 +35,6 @@ module dda_output_file
    private
    public :: check_target, write_output, is_complete, partial_name
 
-   integer, parameter :: name_length = 64         !< of points, joints and blocks
    integer, parameter :: buffered = 1024          !< samples between writes
    integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
 
@@ -71,7 +71,7 @@ module dda_output_file
       variable_type('vertices', nf90_double, 'axis vertex frame', 'm', 'places of the vertices')]
 
    !> Contact states of all frames, one after the other: the frame, then the columns of
-   !> `take_contacts`.
+   !> `append_frame`.
    type(variable_type), parameter :: contact_variables(0:most_columns) = [ &
       variable_type('contact_frame', nf90_int, 'contact', '1', 'frame, from 0'), &
       variable_type('contact_vertex', nf90_int, 'contact', '1', 'vertex that touches, from 0'), &
@@ -185,6 +185,7 @@ module dda_output_file
       integer :: contacts = 0                     !< contact states written
       type(run_verdict_type) :: verdict
       real(wp), allocatable :: sample(:,:)        !< [buffered, numbers of a sample]
+      real(wp), allocatable :: corners(:,:)       !< [2, vertices] in the last frame, m
    end type output_type
 
 contains
@@ -420,15 +421,15 @@ contains
             call put(dataset, 'point_place', points(i)%place + simulation%model%origin, [1, i], &
                [2, 1])
          end do
-         call put_names(dataset, 'axis', fixed_names(['x', 'y']))
-         call put_names(dataset, 'coordinate', fixed_names([character(len=12) :: 'x', 'y', &
-            'rotation', 'strain_x', 'strain_y', 'shear_strain']))
-         call put_names(dataset, 'coordinate_unit', fixed_names([character(len=5) :: 'm', 'm', &
-            'rad', '1', '1', '1']))
-         call put_names(dataset, 'rate_unit', fixed_names([character(len=5) :: 'm/s', 'm/s', &
-            'rad/s', '1/s', '1/s', '1/s']))
-         call put_names(dataset, 'component', fixed_names(['xx', 'yy', 'xy']))
-         call put_names(dataset, 'block', block_labels(simulation%model%block_names))
+         call put_names(dataset, 'axis', ['x', 'y'])
+         call put_names(dataset, 'coordinate', [character(len=12) :: 'x', 'y', &
+            'rotation', 'strain_x', 'strain_y', 'shear_strain'])
+         call put_names(dataset, 'coordinate_unit', [character(len=5) :: 'm', 'm', &
+            'rad', '1', '1', '1'])
+         call put_names(dataset, 'rate_unit', [character(len=5) :: 'm/s', 'm/s', &
+            'rad/s', '1/s', '1/s', '1/s'])
+         call put_names(dataset, 'component', ['xx', 'yy', 'xy'])
+         call put_names(dataset, 'block', simulation%model%block_names, 'block ')
          call put(dataset, 'block_removal', removal_of(simulation%model%stages, blocks%n), [1], &
             [blocks%n])
          call put_names(dataset, 'point', points%name)
@@ -489,34 +490,14 @@ contains
          motions => simulation%model%boundary_motions)
          if (size(edges) == 0) return
          call put_names(dataset, 'boundary', motions%name)
-         call put_names(dataset, 'boundary_kind', fixed_names(merge('free_field', 'compliant ', &
-            motions%field > 0)))
+         call put_names(dataset, 'boundary_kind', merge('free_field', 'compliant ', &
+            motions%field > 0))
          call put(dataset, 'boundary_edge', real(edges%piece%edge - 1, wp), [1], [size(edges)])
          call put(dataset, 'boundary_edge_group', real(edges%group - 1, wp), [1], [size(edges)])
          call put(dataset, 'boundary_edge_from', edges%piece%from, [1], [size(edges)])
          call put(dataset, 'boundary_edge_to', edges%piece%to, [1], [size(edges)])
       end associate
    end subroutine put_boundaries
-
-   !> Names with the length that they have in the file.
-   pure function fixed_names(names) result(fixed)
-      character(len=*), intent(in) :: names(:)  !< [names]
-      character(len=name_length) :: fixed(size(names))
-
-      fixed = names
-   end function fixed_names
-
-   !> Names of the blocks; their numbers where they have none.
-   pure function block_labels(names) result(labels)
-      character(len=*), intent(in) :: names(:)  !< [blocks] as the input has them
-      character(len=name_length) :: labels(size(names))
-      integer :: b
-
-      do b = 1, size(names)
-         labels(b) = names(b)
-         if (names(b) == '') labels(b) = 'block '//to_text(b)
-      end do
-   end function block_labels
 
    !> The stage that removes each block; 0: none does.
    pure function removal_of(stages, n) result(removal)
@@ -538,7 +519,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< at its present time
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(reader_type) :: reader
-      real(wp), allocatable :: sample(:), frame(:)
+      real(wp), allocatable :: sample(:)
       integer :: kind, contacts
 
       allocate (sample(sample_size(simulation)))
@@ -558,14 +539,11 @@ contains
                   sample(velocity + width + 1:velocity + 2*width))
             end associate
          else
-            if (allocated(frame)) deallocate (frame)
-            allocate (frame(frame_size(simulation, contacts)))
-            call read_numbers(reader, frame, error)
-            call put_frame(output, frame, simulation, contacts)
+            call put_frame(output, reader, simulation, contacts, error)
          end if
       end do
-      if (allocated(frame) .and. .not. allocated(error)) call conclude(output%verdict, &
-         simulation, frame_corners(frame, simulation))
+      if (allocated(output%corners) .and. .not. allocated(error)) call conclude(output%verdict, &
+         simulation, output%corners)
       if (.not. allocated(error)) call put_samples(output)
       call close_file(reader%file, error)
    end subroutine copy_rows
@@ -613,70 +591,54 @@ contains
       end subroutine put_motions
    end subroutine put_samples
 
-   !> The vertices in a frame, [2, vertices], m.
-   pure function frame_corners(frame, simulation) result(corners)
-      real(wp), intent(in) :: frame(:)  !< [`frame_size`]
-      type(simulation_type), intent(in) :: simulation  !< whose frame it is
-      real(wp) :: corners(2, size(simulation%blocks%owner))
-      integer :: at
-
-      at = 2 + 15*simulation%blocks%n
-      corners = reshape(frame(at + 1:at + size(corners)), shape(corners))
-   end function frame_corners
-
-   !> Write a frame: all blocks and contacts.
-   subroutine put_frame(output, frame, simulation, contacts)
+   !> Write the next frame of the journal, part by part.
+   subroutine put_frame(output, reader, simulation, contacts, error)
       type(output_type), intent(inout) :: output  !< file being written
-      real(wp), contiguous, intent(in) :: frame(:)  !< [`frame_size`]
+      type(reader_type), intent(inout) :: reader  !< of the journal, behind the head of the row
       type(simulation_type), intent(in) :: simulation  !< whose frame it is
       integer, intent(in) :: contacts  !< number of contacts
-      integer :: f, at
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp), allocatable :: part(:)
+      real(wp) :: head(2)
+      integer :: f, i
 
       output%frames = output%frames + 1
       f = output%frames
-      call put(output%dataset, 'frame', frame(1:1), [f], [1])
-      call put(output%dataset, 'frame_time', frame(1:1), [f], [1])
-      call put(output%dataset, 'frame_stage', frame(2:2), [f], [1])
-      at = 2
-      call put_part('block_coordinates', 6, simulation%blocks%n)
-      call put_part('block_rates', 6, simulation%blocks%n)
-      call put_part('block_stress', 3, simulation%blocks%n)
-      call put_part('vertices', 2, size(simulation%blocks%owner))
-      if (contacts > 0) call put_contacts(output, frame(at + 1:), contacts, &
-         contact_columns(simulation))
-      call add_frame(output%verdict, simulation, frame(1), simulation%blocks%n, frame(3:), &
-         size(simulation%blocks%owner), frame(3 + 15*simulation%blocks%n:), contacts, &
-         contact_columns(simulation), frame(at + 1:))
+      call read_numbers(reader, head, error)
+      call put(output%dataset, 'frame', head(1:1), [f], [1])
+      call put(output%dataset, 'frame_time', head(1:1), [f], [1])
+      call put(output%dataset, 'frame_stage', head(2:2), [f], [1])
+      associate (n => simulation%blocks%n, vertices => size(simulation%blocks%owner))
+         call copy('block_coordinates', [1, 1, f], [6, n, 1])
+         call add_frame(output%verdict, head(1), n, part)
+         call copy('block_rates', [1, 1, f], [6, n, 1])
+         call copy('block_stress', [1, 1, f], [3, n, 1])
+         call copy('vertices', [1, 1, f], [2, vertices, 1])
+         call add_corners(output%verdict, vertices, part)
+         output%corners = reshape(part, [2, vertices])
+      end associate
+      if (contacts == 0) return
+      deallocate (part)
+      part = spread(real(f - 1, wp), 1, contacts)
+      call put(output%dataset, 'contact_frame', part, [output%contacts + 1], [contacts])
+      do i = 1, contact_columns(simulation)
+         call copy(contact_variables(i)%name, [output%contacts + 1], [contacts])
+         call add_column(output%verdict, simulation, trim(contact_variables(i)%name), part)
+      end do
+      output%contacts = output%contacts + contacts
 
    contains
 
       !> The next numbers of the frame, as a variable.
-      subroutine put_part(name, width, count)
+      subroutine copy(name, first, counts)
          character(len=*), intent(in) :: name  !< of the variable
-         integer, intent(in) :: width, count  !< its shape in a frame
+         integer, intent(in) :: first(:), counts(:)  !< [dimensions] of the file
 
-         call put(output%dataset, name, frame(at + 1:at + width*count), [1, 1, f], &
-            [width, count, 1])
-         at = at + width*count
-      end subroutine put_part
-
+         if (allocated(part)) deallocate (part)
+         allocate (part(product(counts)))
+         call read_numbers(reader, part, error)
+         call put(output%dataset, trim(name), part, first, counts)
+      end subroutine copy
    end subroutine put_frame
-
-   !> The contacts of a frame.
-   subroutine put_contacts(output, columns, n, width)
-      type(output_type), intent(inout) :: output  !< file being written
-      integer, intent(in) :: n  !< number of contacts
-      integer, intent(in) :: width  !< numbers of a contact
-      real(wp), intent(in) :: columns(n, width)  !< as of `take_contacts`
-      integer :: i
-
-      associate (dataset => output%dataset, at => [output%contacts + 1])
-         call put(dataset, 'contact_frame', spread(real(output%frames - 1, wp), 1, n), at, [n])
-         do i = 1, width
-            call put(dataset, trim(contact_variables(i)%name), columns(:, i), at, [n])
-         end do
-      end associate
-      output%contacts = output%contacts + n
-   end subroutine put_contacts
 
 end module dda_output_file

@@ -17,7 +17,8 @@ module dda_run_verdict
    use dda_text, only: to_text, short_text, valid_text
    implicit none
    private
-   public :: run_verdict_type, verdict_value_type, new_verdict, add_frame, add_sample, conclude
+   public :: run_verdict_type, verdict_value_type, new_verdict, add_frame, add_corners, &
+      add_column, add_sample, conclude
 
    real(wp), parameter :: least_movement = 1.0e-5_wp  !< of the model's size: below, none is counted
 
@@ -53,7 +54,7 @@ contains
    pure type(run_verdict_type) function new_verdict(points) result(verdict)
       integer, intent(in) :: points  !< that are measured
 
-      allocate (verdict%values(0))
+      allocate (verdict%values(0), verdict%vertex(0), verdict%edge(0))
       allocate (verdict%shaken(points), source=new_intensity())
    end function new_verdict
 
@@ -70,25 +71,20 @@ contains
       end do
    end subroutine add_sample
 
-   !> Take in a frame, in the order of the run.
-   subroutine add_frame(verdict, simulation, time, n, coordinates, vertices, corners, touching, &
-      columns, contacts)
+   !> Take in the places of a frame, in the order of the run.
+   subroutine add_frame(verdict, time, n, coordinates)
       type(run_verdict_type), intent(inout) :: verdict   !< of the frames so far
-      type(simulation_type), intent(in) :: simulation    !< whose frame it is
       real(wp), intent(in) :: time                       !< of the frame, s
-      integer, intent(in) :: n, vertices                 !< numbers of blocks and of vertices
+      integer, intent(in) :: n                           !< number of blocks
       real(wp), intent(in) :: coordinates(6, n)          !< m, rad
-      real(wp), intent(in) :: corners(2, vertices)       !< m
-      integer, intent(in) :: touching, columns           !< numbers of contacts and of their values
-      real(wp), intent(in) :: contacts(touching, columns) !< as of `take_frame`
       real(wp) :: moved(3)
       integer :: b
 
       verdict%frames = verdict%frames + 1
-      if (verdict%frames == 1) call begin(verdict, simulation, coordinates, corners, contacts)
+      if (verdict%frames == 1) verdict%first = coordinates(:3, :)
       verdict%moved_last = largest_type()
       verdict%turned_last = largest_type()
-      do b = 1, size(coordinates, 2)
+      do b = 1, n
          moved = coordinates(:3, b) - verdict%first(:, b)
          call take(verdict%moved_last, norm2(moved(:2)), b, time)
          call take(verdict%turned_last, abs(moved(3)), b, time)
@@ -96,6 +92,37 @@ contains
       call take(verdict%moved, verdict%moved_last%value, verdict%moved_last%block, time)
       call take(verdict%turned, verdict%turned_last%value, verdict%turned_last%block, time)
    end subroutine add_frame
+
+   !> Take in the vertices of the frame, m.
+   subroutine add_corners(verdict, vertices, corners)
+      type(run_verdict_type), intent(inout) :: verdict   !< of the frames so far
+      integer, intent(in) :: vertices                    !< how many
+      real(wp), intent(in) :: corners(2, vertices)       !< m
+
+      if (verdict%frames == 1) verdict%corners = corners
+   end subroutine add_corners
+
+   !> Take in a column of the contacts of the frame, in the order of the output: of the first one
+   !> those are kept that touch.
+   subroutine add_column(verdict, simulation, name, column)
+      type(run_verdict_type), intent(inout) :: verdict   !< of the frames so far
+      type(simulation_type), intent(in) :: simulation    !< whose frame it is
+      character(len=*), intent(in) :: name               !< of the variable
+      real(wp), intent(in) :: column(:)                  !< [contacts]
+      logical :: touches(size(column))
+
+      if (verdict%frames > 1) return
+      select case (name)
+      case ('contact_vertex')
+         verdict%vertex = nint(column) + 1
+      case ('contact_edge')
+         verdict%edge = nint(column) + 1
+      case ('contact_gap')
+         touches = column <= threshold(simulation)
+         verdict%vertex = pack(verdict%vertex, touches)
+         verdict%edge = pack(verdict%edge, touches)
+      end select
+   end subroutine add_column
 
    !> Keep a value if it is larger.
    pure subroutine take(largest, value, block, time)
@@ -105,22 +132,6 @@ contains
 
       if (value > largest%value) largest = largest_type(value, block, time)
    end subroutine take
-
-   !> The first frame: where blocks stand and what touches.
-   subroutine begin(verdict, simulation, coordinates, corners, contacts)
-      type(run_verdict_type), intent(inout) :: verdict   !< new
-      type(simulation_type), intent(in) :: simulation    !< whose frame it is
-      real(wp), intent(in) :: coordinates(:,:)           !< [6, blocks] m, rad
-      real(wp), intent(in) :: corners(:,:)               !< [2, vertices] m
-      real(wp), intent(in) :: contacts(:,:)              !< [contacts, columns]
-      logical :: touches(size(contacts, 1))
-
-      verdict%first = coordinates(:3, :)
-      verdict%corners = corners
-      touches = contacts(:, 6) <= threshold(simulation)
-      verdict%vertex = pack(nint(contacts(:, 1)) + 1, touches)
-      verdict%edge = pack(nint(contacts(:, 2)) + 1, touches)
-   end subroutine begin
 
    !> Movement that counts, m.
    pure real(wp) function threshold(simulation)

@@ -4,14 +4,17 @@ module dda_netcdf_calls
    use, intrinsic :: iso_c_binding, only: c_null_char
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_file, fail
-   use dda_text, only: valid_text
+   use dda_text, only: to_text, valid_text
    use netcdf, only: nf90_noerr, nf90_strerror, nf90_def_var, nf90_put_att, nf90_def_dim, &
       nf90_inq_dimid, nf90_inq_varid, nf90_inquire_attribute, nf90_get_att, nf90_put_var, &
       nf90_global, nf90_char
    implicit none
    private
    public :: dataset_type, variable_type, checked, define_variables, define_dimension, describe, &
-      describe_number, text_of, put, put_names
+      describe_number, text_of, put, name_length, put_names
+
+   integer, parameter :: name_length = 64     !< of names in a file
+   integer, parameter :: names_at_once = 256  !< written together
 
    !> An open file; once a call has failed the later ones do nothing.
    type :: dataset_type
@@ -144,22 +147,28 @@ contains
    end subroutine put
 
    !> Write names, whose ends readers can see; bytes that are no text (UTF-8) become question marks.
-   subroutine put_names(dataset, variable, names)
+   subroutine put_names(dataset, variable, names, otherwise)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      character(len=*), intent(in) :: variable  !< of the file
+      character(len=*), intent(in) :: variable  !< of the file, of the dimension `name_length` first
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
-      character(len=len(names)), allocatable :: ended(:)
-      integer :: i, id
+      character(len=*), intent(in), optional :: otherwise  !< a number behind it: for blank ones
+      character(len=name_length) :: ended(names_at_once), name
+      integer :: first, i, n, id
 
       if (allocated(dataset%error) .or. size(names) == 0) return
-      allocate (ended(size(names)))
-      do i = 1, size(names)
-         ended(i) = valid_text(names(i))
-         ended(i)(len_trim(names(i)) + 1:) = repeat(c_null_char, len(names))
-      end do
       call checked(dataset, nf90_inq_varid(dataset%id, variable, id), 'find '//variable)
-      if (.not. allocated(dataset%error)) call checked(dataset, nf90_put_var(dataset%id, id, &
-         ended, count=[len(names), size(names)]), 'write '//variable)
+      do first = 1, size(names), names_at_once
+         if (allocated(dataset%error)) exit
+         n = min(names_at_once, size(names) - first + 1)
+         do i = 1, n
+            name = names(first + i - 1)
+            if (name == '' .and. present(otherwise)) name = otherwise//to_text(first + i - 1)
+            ended(i) = valid_text(name)
+            ended(i)(len_trim(name) + 1:) = repeat(c_null_char, name_length)
+         end do
+         call checked(dataset, nf90_put_var(dataset%id, id, ended(:n), start=[1, first], &
+            count=[name_length, n]), 'write '//variable)
+      end do
    end subroutine put_names
 
 end module dda_netcdf_calls

@@ -17,7 +17,7 @@ module dda_team
 
    real(wp), parameter :: between = 0.1_wp        !< s between looks: dozens of turns
    real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost
-   real(wp), parameter :: first_pause = 5.0_wp    !< s before the whole team is tried again
+   real(wp), parameter :: first_pause = 1.0_wp    !< s before the whole team is tried again
    real(wp), parameter :: longest_pause = 64.0_wp !< s; it doubles with each try that fails
    character(len=*), parameter :: waits = '/proc/thread-self/schedstat'
 

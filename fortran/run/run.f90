@@ -12,12 +12,13 @@ module dda_run
    use dda_errors, only: error_type
    use dda_file_system, only: remove_file
    use dda_input, only: read_model
-   use dda_journal, only: journal_type, open_journal, append_row, row_sample, row_frame, &
+   use dda_frame, only: append_frame
+   use dda_journal, only: journal_type, open_journal, begin_row, append_numbers, row_sample, &
       journal_name
    use dda_model, only: model_type, run_steps, run_duration
    use dda_output_file, only: check_target, write_output, is_complete, partial_name
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
-   use dda_sample, only: sample_size, take_sample, take_frame
+   use dda_sample, only: sample_size, take_sample
    use dda_simulation, only: simulation_type, finished, stage_finished
    use dda_start, only: start
    use dda_output_times, only: aim_type, aim_at_output, reach_output, is_output_time
@@ -142,7 +143,7 @@ contains
       call remove_checkpoints(run%checkpoints)
       call cut_file(run%journal%file, 0_long, error)
       call record_sample(run, error)
-      call record_frame(run, error)
+      call append_frame(run%journal, run%simulation, error)
       if (.not. allocated(error)) call publish(run, error)
    end subroutine begin_files
 
@@ -185,7 +186,7 @@ contains
 
       if (.not. run%simulation%model%stages(run%simulation%stage)%static) return
       call record_sample(run, error)
-      call record_frame(run, error)
+      call append_frame(run%journal, run%simulation, error)
    end subroutine record_stage
 
    !> Samples and frames are due at multiples of their intervals, and at the end.
@@ -200,7 +201,7 @@ contains
          if (last .or. due(step, settings%history_interval) .or. is_output_time(run%simulation, &
             settings%history_seconds)) call record_sample(run, error)
          if (last .or. due(step, settings%block_interval) .or. is_output_time(run%simulation, &
-            settings%block_seconds)) call record_frame(run, error)
+            settings%block_seconds)) call append_frame(run%journal, run%simulation, error)
          if (allocated(error) .or. last) return
          save = is_time(run, settings%checkpoint_minutes)
          if (save .or. due(step, settings%checkpoint_interval)) call save_run(run, error)
@@ -236,19 +237,9 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call take_sample(run%simulation, run%journal%iterations, run%sample)
-      call append_row(run%journal, row_sample, 0, run%sample, error)
+      call begin_row(run%journal, row_sample, 0, error)
+      call append_numbers(run%journal, run%sample, size(run%sample), error)
    end subroutine record_sample
-
-   !> Append a frame to the journal.
-   subroutine record_frame(run, error)
-      type(run_type), intent(inout) :: run  !< with the files it writes
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp), allocatable :: frame(:)
-
-      call take_frame(run%simulation, frame)
-      call append_row(run%journal, row_frame, run%simulation%contacts(run%simulation%now)%n, &
-         frame, error)
-   end subroutine record_frame
 
    !> Write the partial output, which can be read during the run.
    subroutine publish(run, error)
