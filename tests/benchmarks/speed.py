@@ -57,6 +57,7 @@ class Case:
 SETTINGS = ((100.0, 1e-3), (100.0, 1e-5), (1.0, 1e-3), (1.0, 1e-5))
 BUDGET = {"stack 15": 1.0, "wall 100000": 30.0}  # s for a phase, else DEFAULT_BUDGET
 DEFAULT_BUDGET = 4.0
+SUDDEN_BUDGET = 10  # times that: sudden and settling steps are few and long
 
 
 def cases(models: list[str], threads: list[int], full: bool) -> list[Case]:
@@ -179,13 +180,15 @@ def measure(case: Case) -> dict:
                 run.advance(rest - run.steps + LEAD)
                 result["shaken"] = watch(run, min(steps, LONGEST), budget)
                 result["shaken"] |= beside(run, model, case, rest)
+            notes = [run.thread_notes]
         if (case.penalty, case.time_step) == SETTINGS[0] and case.solver_asked == "auto":
-            result |= let_settle(case, file, budget)
+            result |= let_settle(case, file, budget, notes)
+    result["disturbed"] = [note for note in notes if note]
     result["memory"] = most_memory()
     return result
 
 
-def let_settle(case: Case, file: Path, budget: float) -> dict:
+def let_settle(case: Case, file: Path, budget: float, notes: list[str]) -> dict:
     """Gravity comes suddenly, and the wall settles; nothing for models that are no such walls."""
     import sitedda
 
@@ -194,8 +197,9 @@ def let_settle(case: Case, file: Path, budget: float) -> dict:
     penalty = case.penalty * YOUNG_MODULUS
     file.write_text(TOUCHING[case.model]().text(penalty, case.time_step, 10, 10, "auto"))
     with sitedda.Simulation(file) as run:
-        sudden = watch(run, SUDDEN, 10 * budget, single=True)
-        settling = watch(run, SETTLED - SUDDEN, 10 * budget, single=True)
+        sudden = watch(run, SUDDEN, SUDDEN_BUDGET * budget, single=True)
+        settling = watch(run, SETTLED - SUDDEN, SUDDEN_BUDGET * budget, single=True)
+        notes.append(run.thread_notes)
     return {"sudden": sudden, "settling": settling}
 
 

@@ -52,10 +52,21 @@ def text(machine: str, results: list[dict]) -> str:
     engine = [result for result in good if result["solver_asked"] == "auto"]
     parts = [steps_table(engine), phases_table(engine), rivals_table(engine), sor_table(good)]
     parts.append(growth_line(engine))
+    parts.append(disturbances(good))
     failed = [f"- {name(result)}: {result['error']}" for result in results if "error" in result]
     if failed:
         parts.append("Not measured:\n\n" + "\n".join(failed))
     return "\n\n".join(part for part in [f"Machine: {machine}.", *parts] if part)
+
+
+def disturbances(results: list[dict]) -> str:
+    """Cases whose threads had to share the processors with other programs."""
+    lines = [
+        f"- {name(result)}, {result['threads']} threads: {note}"
+        for result in results
+        for note in result["disturbed"]
+    ]
+    return "Disturbed:\n\n" + "\n".join(lines) if lines else ""
 
 
 def name(result: dict) -> str:
