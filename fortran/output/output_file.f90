@@ -185,7 +185,7 @@ module dda_output_file
       integer :: contacts = 0                     !< contact states written
       type(run_verdict_type) :: verdict
       real(wp), allocatable :: sample(:,:)        !< [buffered, numbers of a sample]
-      real(wp), allocatable :: corners(:,:)       !< [2, vertices] in the last frame, m
+      real(wp), allocatable :: corners(:)         !< [2 × vertices] in the last frame, m
    end type output_type
 
 contains
@@ -543,7 +543,7 @@ contains
          end if
       end do
       if (allocated(output%corners) .and. .not. allocated(error)) call conclude(output%verdict, &
-         simulation, output%corners)
+         simulation, size(output%corners)/2, output%corners)
       if (.not. allocated(error)) call put_samples(output)
       call close_file(reader%file, error)
    end subroutine copy_rows
@@ -613,12 +613,12 @@ contains
          call add_frame(output%verdict, head(1), n, part)
          call copy('block_rates', [1, 1, f], [6, n, 1])
          call copy('block_stress', [1, 1, f], [3, n, 1])
+         if (allocated(output%corners)) deallocate (output%corners)
          call copy('vertices', [1, 1, f], [2, vertices, 1])
          call add_corners(output%verdict, vertices, part)
-         output%corners = reshape(part, [2, vertices])
+         call move_alloc(part, output%corners)
       end associate
       if (contacts == 0) return
-      deallocate (part)
       part = spread(real(f - 1, wp), 1, contacts)
       call put(output%dataset, 'contact_frame', part, [output%contacts + 1], [contacts])
       do i = 1, contact_columns(simulation)

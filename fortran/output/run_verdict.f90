@@ -141,10 +141,11 @@ contains
    end function threshold
 
    !> Words and values, after the last frame.
-   subroutine conclude(verdict, simulation, corners)
+   subroutine conclude(verdict, simulation, vertices, corners)
       type(run_verdict_type), intent(inout) :: verdict   !< of all frames
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      real(wp), intent(in) :: corners(:,:)               !< [2, vertices] in the last frame, m
+      integer, intent(in) :: vertices                    !< how many
+      real(wp), intent(in) :: corners(2, vertices)       !< in the last frame, m
       character(len=8) :: left
 
       verdict%words = ''
