@@ -14,7 +14,7 @@ module dda_friction
    implicit none
    private
    public :: laws_type, law_type, response_type, set_laws, weaker_joint, law_of, respond
-   public :: contact_response, acting_gap, acting_stretch, end_stretch, accept_contacts
+   public :: find_response, acting_gap, acting_stretch, end_stretch, accept_contacts
    public :: acts_at_theta, shear_stiffness_of, inelastic_slip
 
    !> Stiffness of all contacts and strength of each joint material.
@@ -113,13 +113,19 @@ contains
    end function law_of
 
    !> Forces at a gap and a trial elastic stretch of the shear spring.
-   pure function respond(law, gap, trial_stretch) result(response)
+   !>
+   !> Number by number: a response that is copied as a whole is read before it has been written out.
+   pure subroutine respond(law, gap, trial_stretch, response)
       type(law_type), intent(in) :: law           !< of the contact
       real(wp), intent(in) :: gap, trial_stretch  !< m
-      type(response_type) :: response
+      type(response_type), intent(out) :: response  !< state and forces
       real(wp) :: trial
 
-      response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
+      response%state = contact_open
+      response%normal_force = 0.0_wp
+      response%shear_force = 0.0_wp
+      response%bound = 0.0_wp
+      response%strength_ratio = -1.0_wp
       if (law%normal_stiffness*gap >= law%multiplier .and. .not. law%bonded) return
       response%normal_force = law%multiplier - law%normal_stiffness*gap
       response%bound = law%friction*max(response%normal_force, 0.0_wp) + law%cohesion_force
@@ -132,7 +138,7 @@ contains
          response%shear_force = sign(response%bound, trial)
       end if
       if (law%bonded) response%strength_ratio = strength_ratio_of(law, response)
-   end function respond
+   end subroutine respond
 
    !> Positive where tension exceeds the strength or shear the bound.
    pure real(wp) function strength_ratio_of(law, response)
@@ -145,26 +151,26 @@ contains
    end function strength_ratio_of
 
    !> What contact c exerts if the step ends at a gap and a trial stretch.
-   pure type(response_type) function contact_response(contacts, laws, c, gap, stretch) &
-      result(response)
+   pure subroutine find_response(contacts, laws, c, gap, stretch, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
       real(wp), intent(in) :: gap     !< at the end of the step, m
       real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
+      type(response_type), intent(out) :: response  !< state and forces
 
       if (.not. laws%plain) then
          response = joint_response(contacts, laws%slot(contacts%joint(c))%law, c, &
             acting_gap(contacts, laws, c, gap), acting_stretch(contacts, laws, c, stretch))
          return
       end if
-      response = respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
-         contacts%bond_length(c), contacts%multiplier(c)), acting_gap(contacts, laws, c, gap), &
-         acting_stretch(contacts, laws, c, stretch))
+      call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
+         contacts%multiplier(c)), acting_gap(contacts, laws, c, gap), &
+         acting_stretch(contacts, laws, c, stretch), response)
       if (allocated(contacts%held_bound) .and. .not. contacts%bonded(c)) call hold_friction( &
          response, contacts%held_bound(c), laws%shear_stiffness*acting_stretch(contacts, laws, c, &
          stretch))
-   end function contact_response
+   end subroutine find_response
 
    !> Friction at a held bound, whatever the normal force is, also where the contact opens.
    pure subroutine hold_friction(response, bound, trial)

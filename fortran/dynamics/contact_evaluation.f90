@@ -4,7 +4,7 @@
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_friction, only: contact_response, laws_type
+   use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
@@ -90,8 +90,8 @@ contains
       integer :: c
 
       do c = first, last
-         response = contact_response(contacts, laws, c, contacts%new_gap(c), &
-            contacts%stretch(c) + contacts%slip(c))
+         call find_response(contacts, laws, c, contacts%new_gap(c), &
+            contacts%stretch(c) + contacts%slip(c), response)
          contacts%force_residual(c) = max( &
             abs(response%normal_force - assumed_normal(contacts, c)), &
             abs(response%shear_force - assumed_shear(contacts, c)))

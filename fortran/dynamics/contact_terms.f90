@@ -26,6 +26,8 @@ module dda_contact_terms
    integer, parameter :: is_dirty_force = 1      !< the right-hand side
    integer, parameter :: is_dirty_stiffness = 2  !< the matrix too
 
+   integer, parameter :: none = -1   !< no state
+
    !> Share of a spring by which it may change without a word to the solver, as by the drift of the
    !> geometry
    real(wp), parameter :: drift = 1.0e-3_wp
@@ -36,6 +38,9 @@ module dda_contact_terms
       logical :: other_matrix = .true.        !< K̂ is not that of the last call
       integer, allocatable :: dirty(:)        !< [blocks] what has to be assembled again
       integer, allocatable :: changed(:)      !< [contacts] what that is for
+      !> contacts that neither slide nor are bonded hold what their states say, throughout a step
+      logical :: by_state = .false.
+      integer, allocatable :: steady(:)       !< [contacts] such a state that is held, or `none`
       type(rank_one_type) :: spring_changes   !< since the solver was renewed
    end type contact_terms_type
 
@@ -57,6 +62,10 @@ contains
       integer :: p, c
 
       call grow(held%changed, contacts%n)
+      call grow(held%steady, contacts%n)
+      held%by_state = laws%plain .and. .not. (laws%augmented .or. laws%damped .or. &
+         allocated(contacts%imposed_spring) .or. allocated(contacts%held_bound))
+      if (held%rebuild .or. .not. held%by_state) held%steady(:contacts%n) = none
       if (contacts%n < parallel_from) then
          call compare_range(held, contacts, laws, 1, contacts%n)
       else
@@ -89,6 +98,7 @@ contains
 
       do c = first, last
          held%changed(c) = is_clean
+         if (held%steady(c) == contacts%state(c) .and. .not. contacts%retained(c) > 0.0_wp) cycle
          if (held%rebuild) then
             contacts%free_force(:, c) = forces_at_rest(contacts, laws, c)
          else if (.not. all(same_bits(forces_at_rest(contacts, laws, c), &
@@ -97,6 +107,9 @@ contains
          end if
          if (.not. all(same_bits(acting_springs(contacts, laws, c), contacts%spring(:, c)))) &
             held%changed(c) = is_dirty_stiffness
+         held%steady(c) = merge(contacts%state(c), none, held%by_state .and. .not. &
+            (contacts%state(c) == contact_slide .or. contacts%bonded(c) .or. &
+            contacts%retained(c) > 0.0_wp))
       end do
    end subroutine compare_range
 

@@ -5,7 +5,7 @@ module dda_joint_lines
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open
    use dda_contact_evaluation, only: assumed_normal
-   use dda_friction, only: acting_gap, contact_response, laws_type
+   use dda_friction, only: acting_gap, find_response, laws_type
    use dda_joint_contact, only: closure_of, line_of, response_type, state_of, touch_law
    implicit none
    private
@@ -39,8 +39,8 @@ contains
       do c = 1, contacts%n
          if (abs(contacts%normal_force(c) - assumed_normal(contacts, c)) <= allowed) cycle
          gap = acting_gap(contacts, laws, c, contacts%new_gap(c))
-         response = contact_response(contacts, laws, c, contacts%new_gap(c), &
-            contacts%stretch(c) + contacts%slip(c))
+         call find_response(contacts, laws, c, contacts%new_gap(c), &
+            contacts%stretch(c) + contacts%slip(c), response)
          call line_of(contacts, laws%slot(contacts%joint(c))%law, c, gap, response, &
             contacts%tangent(c), contacts%normal_free(c))
       end do

@@ -13,7 +13,7 @@ module dda_line_search
    use dda_kinds, only: wp
    use dda_system, only: system_type, multiply_diagonal
    use dda_contact, only: contacts_type, contact_slide
-   use dda_friction, only: contact_response, laws_type
+   use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
@@ -213,8 +213,8 @@ contains
 
       linear = 0.0_wp
       do c = first, last
-         before = response_at(contacts, laws, c, 0.0_wp)
-         after = response_at(contacts, laws, c, 1.0_wp)
+         call respond_at(contacts, laws, c, 0.0_wp, before)
+         call respond_at(contacts, laws, c, 1.0_wp, after)
          if (before%state /= after%state .or. (before%state == contact_slide .and. &
             before%shear_force*after%shear_force < 0.0_wp)) cycle
          slope = slope_of(contacts, c, before)
@@ -250,26 +250,30 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< share of the step
       integer, intent(in) :: first, last  !< of the range
+      type(response_type) :: response
       integer :: c
 
       slope = 0.0_wp
       do c = first, last
-         if (abs(contacts%gap_change(c)) + abs(contacts%slip_change(c)) > 0.0_wp) &
-            slope = slope + slope_of(contacts, c, response_at(contacts, laws, c, alpha))
+         if (.not. abs(contacts%gap_change(c)) + abs(contacts%slip_change(c)) > 0.0_wp) cycle
+         call respond_at(contacts, laws, c, alpha, response)
+         slope = slope + slope_of(contacts, c, response)
       end do
    end function slope_range
 
    !> What contact c exerts at a share of the step.
-   pure type(response_type) function response_at(contacts, laws, c, alpha) result(response)
+   pure subroutine respond_at(contacts, laws, c, alpha, response)
       type(contacts_type), intent(in) :: contacts  !< this step's list, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: alpha  !< share of the step
+      type(response_type), intent(out) :: response  !< state and forces
 
-      response = contact_response(contacts, laws, c, &
+      call find_response(contacts, laws, c, &
          contacts%new_gap(c) - (1.0_wp - alpha)*contacts%gap_change(c), &
-         contacts%stretch(c) + contacts%slip(c) - (1.0_wp - alpha)*contacts%slip_change(c))
-   end function response_at
+         contacts%stretch(c) + contacts%slip(c) - (1.0_wp - alpha)*contacts%slip_change(c), &
+         response)
+   end subroutine respond_at
 
    !> Slope of contact c, J/m.
    pure real(wp) function slope_of(contacts, c, response) result(slope)

@@ -15,7 +15,7 @@ module dda_open_close
    use dda_interrupts, only: stop_requested
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_line_search, only: descend
-   use dda_linear_solver, only: solver_type, renew, solve
+   use dda_linear_solver, only: solver_type, renew, solve, solve_change
    use dda_rank_one, only: forget_changes
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, follow
@@ -332,7 +332,12 @@ contains
          else
             return
          end if
-         call solve(solver, system%matrix, system%rhs, system%d, error, reduction)
+         if (exactly) then
+            call solve(solver, system%matrix, system%rhs, system%d, error, reduction)
+         else
+            call solve_change(solver, system%matrix, system%rhs, iteration%slides%rhs_change, &
+               system%d, error, reduction)
+         end if
          if (allocated(error)) return
       end do
       runaway = farthest_off(iteration%slides)

@@ -23,6 +23,7 @@ module dda_slide_forces
       !> assumed shear forces, N/m; where contacts dilate, then `normal_free` of each
       real(wp), allocatable :: force(:)
       real(wp), allocatable :: response(:) !< those that the law gives, N/m
+      real(wp), allocatable :: rhs_change(:,:)  !< [6,blocks] of f̂ by the last change of forces, N
       logical :: dilating = .false.        !< joints of the model may dilate
       type(anderson_type) :: memory
    end type slides_type
@@ -123,6 +124,7 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       integer :: i, c
 
+      slides%rhs_change = system%rhs
       associate (n => unknowns(slides))
          call accelerate(slides%memory, slides%force(:n), slides%response(:n))
       end associate
@@ -135,6 +137,7 @@ contains
             - contacts%normal_free(c))
          contacts%normal_free(c) = slides%force(slides%n + i)
       end do
+      slides%rhs_change = system%rhs - slides%rhs_change
    end subroutine follow
 
 end module dda_slide_forces

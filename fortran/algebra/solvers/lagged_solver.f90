@@ -30,6 +30,7 @@ module dda_lagged_solver
       procedure :: analyse
       procedure :: renew
       procedure :: solve
+      procedure :: follow
       procedure :: serialise => serialise_factor
    end type lagged_solver_type
 
@@ -83,6 +84,20 @@ contains
          x = 0.0_wp
       end do
    end subroutine solve
+
+   !> x = x + P⁻¹ change, where the last solve with this matrix took no more.
+   subroutine follow(self, n, change, x, done)
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      integer, intent(in) :: n  !< block rows
+      real(wp), intent(in) :: change(6, n)  !< of the right-hand side, N
+      real(wp), intent(inout) :: x(6, n)  !< solution, m
+      logical, intent(out) :: done  !< else x is as it was
+
+      done = self%iterations <= 1
+      if (.not. done) return
+      call self%lagged%apply(n, change, self%work%z)
+      x = x + self%work%z
+   end subroutine follow
 
    !> The numbers of the factor: the matrix that they were made from is gone.
    subroutine serialise_factor(self, archive)

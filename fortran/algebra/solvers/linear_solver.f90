@@ -22,7 +22,7 @@ module dda_linear_solver
    implicit none
    private
    public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
-      note_rigid_terms, solve, work_done, solver_names, current_name, is_solver_name
+      note_rigid_terms, solve, solve_change, work_done, solver_names, current_name, is_solver_name
 
    integer, parameter :: small = 60               !< blocks up to which `auto` is `direct`
    !> Jacobi iterations that cost no more than a solve with a lagged factor
@@ -190,6 +190,28 @@ contains
       call fail(error, error_solver, 'the linear system cannot be solved: relative residual '// &
          to_text(convergence%residual)//', allowed '//to_text(acceptable))
    end subroutine solve
+
+   !> x follows a change of b, which is small or need not be followed closely: by one application of
+   !> the preconditioner where the last solve with this matrix took no more, else by another solve.
+   subroutine solve_change(solver, matrix, b, change, x, error, reduction)
+      type(solver_type), intent(inout) :: solver  !< solver and counts
+      type(block_matrix_type), intent(in) :: matrix  !< as it was renewed and solved with
+      real(wp), intent(in) :: b(6, matrix%n)  !< changed right-hand side, N
+      real(wp), intent(in) :: change(6, matrix%n)  !< from the one before, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< solution of the one before, then of this, m
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
+      real(wp), intent(in) :: reduction  !< share of the first residual that is enough
+      logical :: done
+
+      call solver%active%follow(matrix%n, change, x, done)
+      if (.not. done) then
+         call solve(solver, matrix, b, x, error, reduction)
+         return
+      end if
+      solver%solves = solver%solves + 1
+      solver%iterations = solver%iterations + 1
+      solver%exact = .false.
+   end subroutine solve_change
 
    !> The norm that residuals are measured by: of b, or of the loads that it is the balance of,
    !> which may all but cancel.  Of a b with rigid terms, its rounding counts alone.
