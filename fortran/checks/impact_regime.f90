@@ -43,7 +43,7 @@ contains
                cycle
             end if
             omega = linear%time_step*sqrt(normal_slope(laws, contacts, c)*softness_of(contacts, &
-               linear%mass, c))
+               simulation%blocks, c))
             if (.not. omega > 0.0_wp) cycle  ! it has no length yet
             regime%others = regime%others + 1
             regime%lowest = min(regime%lowest, omega)

@@ -11,7 +11,7 @@
 module dda_linear_model
    use dda_kinds, only: wp, pi
    use dda_block_matrix, only: block_matrix_type, set_pattern
-   use dda_blocks, only: blocks_type, shape_matrix
+   use dda_blocks, only: blocks_type, mass_matrix, shape_matrix
    use dda_damping, only: damping_type, is_damped, same_damping, modulus_factor
    use dda_columns, only: column_count, column_of
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -119,11 +119,14 @@ contains
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
-      integer :: p
+      integer :: p, b
 
       associate (model => simulation%model, blocks => simulation%blocks)
          linear%n = blocks%n
-         linear%mass = blocks%inertia
+         allocate (linear%mass(6, 6, blocks%n))
+         do b = 1, blocks%n
+            linear%mass(:, :, b) = mass_matrix(blocks%inertia(:, b))
+         end do
          linear%elastic = blocks%stiffness
          call collect_damping(linear, blocks)
          linear%block_mass = blocks%mass

@@ -216,23 +216,26 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       gain = max(1.0_wp/step%scheme%chi, rigidity/(step%scheme%chi*step%time_step**2 &
-         *softness_of(contacts, blocks%inertia, c)*laws%normal_stiffness))
+         *softness_of(contacts, blocks, c)*laws%normal_stiffness))
    end function rigid_gain
 
    !> Inverse of the mass that a contact sees of its two blocks along its normal, 1/kg per metre.
-   pure real(wp) function softness_of(contacts, inertia, c) result(softness)
+   pure real(wp) function softness_of(contacts, blocks, c) result(softness)
       type(contacts_type), intent(in) :: contacts  !< any list
-      real(wp), intent(in) :: inertia(:,:,:)       !< [6,6,blocks] kg per metre …
+      type(blocks_type), intent(in) :: blocks      !< in any state
       integer, intent(in) :: c                     !< number of the contact
-      integer :: i
 
-      softness = 0.0_wp
-      do i = 1, 3
-         softness = softness &
-            + contacts%normal_v(i, c)**2/inertia(i, i, contacts%block_v(c)) &
-            + contacts%normal_e(i, c)**2/inertia(i, i, contacts%block_e(c))
-      end do
+      softness = softness_along(blocks%inertia(:, contacts%block_v(c)), contacts%normal_v(:, c)) &
+         + softness_along(blocks%inertia(:, contacts%block_e(c)), contacts%normal_e(:, c))
    end function softness_of
+
+   !> The same of one block, by its rigid motions.
+   pure real(wp) function softness_along(inertia, row) result(softness)
+      real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
+      real(wp), intent(in) :: row(6)      !< ∂gap/∂q
+
+      softness = sum(row(1:2)**2)/inertia(1) + row(3)**2/(inertia(2) + inertia(3))
+   end function softness_along
 
    !> Stored in the springs of a damped contact at the start of the step, J per metre.
    pure real(wp) function spring_energy(contacts, laws, c) result(energy)

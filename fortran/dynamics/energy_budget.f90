@@ -2,7 +2,7 @@
 !> The energy budget of a step: where its energy went (see `dda_energy`).
 module dda_energy_budget
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type
+   use dda_blocks, only: blocks_type, momentum_of
    use dda_contact, only: contacts_type, contact_slide, not_damped
    use dda_contact_damping, only: losses_type, losses_of, spring_energy
    use dda_friction, only: end_stretch, inelastic_slip, laws_type
@@ -122,7 +122,7 @@ contains
          if (.not. step%scheme%chi > 0.5_wp) cycle
          change = momentum_weight(step)*d(:, b) &
             - (velocity_weight(step) + 1.0_wp)*blocks%velocity(:, b)
-         total(2) = total(2) + dot_product(change, matmul(blocks%inertia(:, :, b), change))
+         total(2) = total(2) + dot_product(change, momentum_of(blocks%inertia(:, b), change))
       end do
    end function loss_range
 

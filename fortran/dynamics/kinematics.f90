@@ -2,8 +2,7 @@
 !> The coordinates of the blocks from step to step: see `dda_scheme`.
 module dda_kinematics
    use dda_kinds, only: wp
-   use dda_block_matrix, only: multiply_block
-   use dda_blocks, only: blocks_type, update_geometry
+   use dda_blocks, only: blocks_type, momentum_of, update_geometry
    use dda_material_damping, only: keep_memories
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type, momentum_weight, velocity_weight
@@ -119,18 +118,10 @@ contains
 
       kinetic_of = 0.0_wp
       do b = first, last
-         kinetic_of = kinetic_of + 0.5_wp*form(blocks%inertia(:, :, b), blocks%velocity(:, b))
+         kinetic_of = kinetic_of + 0.5_wp*dot_product(blocks%velocity(:, b), &
+            momentum_of(blocks%inertia(:, b), blocks%velocity(:, b)))
       end do
    end function kinetic_of
-
-   !> vᵀMv
-   pure real(wp) function form(m, v)
-      real(wp), intent(in) :: m(6, 6), v(6)
-      real(wp) :: mv(6)
-
-      call multiply_block(m, v, mv)
-      form = dot_product(mv, v)
-   end function form
 
    !> A bound on how far any vertex moves by d, m.
    real(wp) function farthest_move(blocks, d) result(move)

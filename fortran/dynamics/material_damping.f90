@@ -11,7 +11,7 @@
 !> r Σ Δζ_l·KΔζ_l/(Y_l ω_l Δt) + d·Cd/Δt.
 module dda_material_damping
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, memory_strain, has_memory
+   use dda_blocks, only: blocks_type, has_memory, mass_matrix, memory_strain, momentum_of
    use dda_damping, only: damping_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type
@@ -112,7 +112,7 @@ contains
          factor = step%scheme%theta*factor + damping%beta/step%time_step
          matrix(4:6, 4:6) = matrix(4:6, 4:6) + factor*blocks%stiffness(:, :, b)
          if (damping%alpha > 0.0_wp) matrix = matrix + damping%alpha/step%time_step &
-            *blocks%inertia(:, :, b)
+            *mass_matrix(blocks%inertia(:, b))
       end associate
    end subroutine add_damping_matrix
 
@@ -159,7 +159,7 @@ contains
          scheme = scheme + dot_product(d(4:6), matmul(stiffness, total))
          material = material + damping%beta/dt*dot_product(d(4:6), matmul(stiffness, d(4:6)))
          if (damping%alpha > 0.0_wp) material = material + damping%alpha/dt &
-            *dot_product(d, matmul(blocks%inertia(:, :, b), d))
+            *dot_product(d, momentum_of(blocks%inertia(:, b), d))
       end associate
    end subroutine add_damping_loss
 

@@ -6,7 +6,7 @@
 module dda_system
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, copy_block, multiply_block
-   use dda_blocks, only: blocks_type
+   use dda_blocks, only: blocks_type, mass_matrix, momentum_of
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
    use dda_elements, only: elements_type, linear_terms_of, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, blocks_in, &
@@ -122,7 +122,7 @@ contains
       end associate
       weight = mass_weight(step)
       do b = 1, blocks%n
-         system%constant(:, :, b) = weight*blocks%inertia(:, :, b)
+         system%constant(:, :, b) = weight*mass_matrix(blocks%inertia(:, b))
          system%constant(4:6, 4:6, b) = system%constant(4:6, 4:6, b) &
             + step%scheme%theta*blocks%stiffness(:, :, b)
       end do
@@ -205,7 +205,7 @@ contains
       integer :: b
 
       do b = first, last
-         call set_load(momentum_weight(step), blocks%inertia(:, :, b), blocks%velocity(:, b), &
+         call set_load(momentum_weight(step), blocks%inertia(:, b), blocks%velocity(:, b), &
             blocks%stiffness(:, :, b), blocks%position(4:6, b), &
             blocks%area(b), blocks%initial_stress(:, b), system%load(:, b))
       end do
@@ -215,14 +215,12 @@ contains
    pure subroutine set_load(weight, inertia, velocity, stiffness, strain, area, initial_stress, &
       load)
       real(wp), intent(in) :: weight  !< 1/s
-      real(wp), intent(in) :: inertia(6, 6), velocity(6)
+      real(wp), intent(in) :: inertia(4), velocity(6)     !< as in `blocks_type`
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; strains
       real(wp), intent(in) :: area, initial_stress(3)     !< m²; Pa
       real(wp), intent(out) :: load(6)
-      real(wp) :: momentum(6)
 
-      call multiply_block(inertia, velocity, momentum)
-      load = weight*momentum
+      load = weight*momentum_of(inertia, velocity)
       load(4:6) = load(4:6) - (matmul(stiffness, strain) + area*initial_stress)
    end subroutine set_load
 

@@ -16,7 +16,7 @@ module dda_fixed_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_baseline, only: displacement_at, velocity_at
-   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_blocks, only: blocks_type, mass_matrix, place_of, shape_matrix
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, &
       energy_damping, energy_input
@@ -350,7 +350,7 @@ contains
       integer :: i, axis, column
 
       weight = (1.0_wp - step%scheme%chi)*dashpot_of(self, step)*step%time_step
-      matrix = blocks%inertia(:, :, b)
+      matrix = mass_matrix(blocks%inertia(:, b))
       impulse = matmul(matrix, velocity(:, b))
       do i = 1, size(self%point)
          if (self%point(i)%block /= b) cycle

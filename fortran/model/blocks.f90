@@ -22,8 +22,8 @@ module dda_blocks
    implicit none
    private
    public :: blocks_type, set_blocks, keep_shapes, update_geometry, is_convex
-   public :: change_material, remove_block, place_of, offset_of, shape_matrix, &
-      reference_of, stress_of, set_damping, begin_memory, has_memory, memory_strain
+   public :: mass_matrix, momentum_of, change_material, remove_block, place_of, offset_of, &
+      shape_matrix, reference_of, stress_of, set_damping, begin_memory, has_memory, memory_strain
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
    type :: blocks_type
@@ -40,7 +40,8 @@ module dda_blocks
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
       real(wp), allocatable :: mass(:)             !< [n] kg per metre of thickness
-      real(wp), allocatable :: inertia(:,:,:)      !< [6,6,n] mass matrix M
+      !> [4,n] mass, kg, and its second moments x², y², xy about the centroid, kg m², per metre
+      real(wp), allocatable :: inertia(:,:)
       real(wp), allocatable :: stiffness(:,:,:)    !< [3,3,n] area × D
       real(wp), allocatable :: initial_stress(:,:) !< [3,n] Pa, in the block's axes
       !> half of the larger side of the box round all at the start, m
@@ -103,7 +104,7 @@ contains
          blocks%along(2, vertices), blocks%length(vertices))
       allocate (blocks%removed(n), source=.false.)
       allocate (blocks%mixed(n), blocks%radius(n), blocks%area(n), blocks%mass(n), &
-         blocks%inertia(6, 6, n), blocks%stiffness(3, 3, n))
+         blocks%inertia(4, n), blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
       allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), &
          blocks%mean_velocity(6, 4, n), source=0.0_wp)
@@ -190,8 +191,8 @@ contains
       blocks%radius(b) = maxval(norm2(blocks%reference(:, from:to), 1))
       blocks%area(b) = area_of(polygon)
       blocks%mass(b) = material%density*blocks%area(b)
-      blocks%inertia(:, :, b) = mass_matrix(blocks%mass(b), &
-         material%density*second_moments(blocks%reference(:, from:to)))
+      blocks%inertia(:, b) = [blocks%mass(b), &
+         material%density*second_moments(blocks%reference(:, from:to))]
       blocks%stiffness(:, :, b) = blocks%area(b)*elasticity(material, plane_strain)
       blocks%initial_stress(:, b) = material%initial_stress
       blocks%position(1:2, b) = centre
@@ -220,8 +221,8 @@ contains
          - stiffness, blocks%position(4:6, b))/blocks%area(b)
       blocks%stiffness(:, :, b) = stiffness
       blocks%mass(b) = material%density*blocks%area(b)
-      blocks%inertia(:, :, b) = mass_matrix(blocks%mass(b), material%density &
-         *second_moments(blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1)))
+      blocks%inertia(:, b) = [blocks%mass(b), material%density &
+         *second_moments(blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))]
    end subroutine change_material
 
    !> Take block b out of the model: it keeps its place and its inertia, and nothing acts on it.
@@ -242,23 +243,37 @@ contains
       blocks%mean_velocity(:, :, b) = 0.0_wp
    end subroutine remove_block
 
-   !> M = ρ ∫ TᵀT from the mass and the second moments of mass (x², y², xy) about the centroid.
-   pure function mass_matrix(mass, moments) result(m)
-      real(wp), intent(in) :: mass, moments(3)  !< kg and kg m², per metre of thickness
+   !> M = ρ ∫ TᵀT of a block.
+   pure function mass_matrix(inertia) result(m)
+      real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
       real(wp) :: m(6, 6)
-      real(wp) :: xx, yy, xy
 
-      xx = moments(1)
-      yy = moments(2)
-      xy = moments(3)
-      m = 0.0_wp
-      m(1, 1) = mass
-      m(2, 2) = mass
-      m(3:6, 3) = [xx + yy, -xy, xy, 0.5_wp*(xx - yy)]
-      m(3:6, 4) = [-xy, xx, 0.0_wp, 0.5_wp*xy]
-      m(3:6, 5) = [xy, 0.0_wp, yy, 0.5_wp*xy]
-      m(3:6, 6) = [0.5_wp*(xx - yy), 0.5_wp*xy, 0.5_wp*xy, 0.25_wp*(xx + yy)]
+      associate (mass => inertia(1), xx => inertia(2), yy => inertia(3), xy => inertia(4))
+         m = 0.0_wp
+         m(1, 1) = mass
+         m(2, 2) = mass
+         m(3:6, 3) = [xx + yy, -xy, xy, 0.5_wp*(xx - yy)]
+         m(3:6, 4) = [-xy, xx, 0.0_wp, 0.5_wp*xy]
+         m(3:6, 5) = [xy, 0.0_wp, yy, 0.5_wp*xy]
+         m(3:6, 6) = [0.5_wp*(xx - yy), 0.5_wp*xy, 0.5_wp*xy, 0.25_wp*(xx + yy)]
+      end associate
    end function mass_matrix
+
+   !> M v
+   pure function momentum_of(inertia, v) result(momentum)
+      real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
+      real(wp), intent(in) :: v(6)        !< rates of the coordinates, per s
+      real(wp) :: momentum(6), shear
+
+      associate (mass => inertia(1), xx => inertia(2), yy => inertia(3), xy => inertia(4))
+         shear = 0.5_wp*v(6)
+         momentum(1:2) = mass*v(1:2)
+         momentum(3) = (xx + yy)*v(3) + (xx - yy)*shear + xy*(v(5) - v(4))
+         momentum(4) = xx*v(4) + xy*(shear - v(3))
+         momentum(5) = yy*v(5) + xy*(shear + v(3))
+         momentum(6) = 0.5_wp*((xx - yy)*v(3) + (xx + yy)*shear + xy*(v(4) + v(5)))
+      end associate
+   end function momentum_of
 
    !> Axes, deformation gradients, vertices and edges from the coordinates q.
    subroutine update_geometry(blocks)

@@ -2,7 +2,7 @@
 !> Inertia, shape matrix and kinematics of blocks against quadrature and finite differences.
 module test_blocks
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type, is_convex, place_of, &
+   use dda_blocks, only: blocks_type, is_convex, mass_matrix, momentum_of, place_of, &
       reference_of, shape_matrix, stress_of, update_geometry
    use dda_material, only: elasticity, material_type
    use dda_outlines, only: add_outline, outlines_type
@@ -17,7 +17,7 @@ contains
 
    subroutine blocks_suite()
       call sow(22)
-      call mass_matrix()
+      call masses()
       call shape_matrices()
       call places_and_references()
       call rotations()
@@ -39,10 +39,10 @@ contains
    end subroutine make_star
 
    !> M = ρ ∫ TᵀT by a rule that is exact for quadratics; turning the block changes nothing.
-   subroutine mass_matrix()
+   subroutine masses()
       type(blocks_type) :: blocks
       real(wp), allocatable :: vertices(:,:), points(:,:), weights(:)
-      real(wp) :: m(6, 6), t(2, 6), centre(2)
+      real(wp) :: m(6, 6), v(6), t(2, 6), centre(2)
       integer :: i, k, pass
 
       call case('mass matrix')
@@ -56,13 +56,16 @@ contains
                t = shape_matrix(blocks, 1, points(:, k) - centre)
                m = m + 2500.0_wp*weights(k)*matmul(transpose(t), t)
             end do
-            call check_close(blocks%inertia(:, :, 1), m, 'M', relative=1.0e-12_wp)
+            call check_close(mass_matrix(blocks%inertia(:, 1)), m, 'M', relative=1.0e-12_wp)
+            v = [(random(-1.0_wp, 1.0_wp), k=1, 6)]
+            call check_close(momentum_of(blocks%inertia(:, 1), v), matmul(m, v), 'M v', &
+               relative=1.0e-12_wp)
             blocks%position(3, 1) = random(-10.0_wp, 10.0_wp)
             call update_geometry(blocks)
          end do
          call check_close(blocks%mass(1), 2500.0_wp*sum(weights), 'mass', relative=1.0e-13_wp)
       end do
-   end subroutine mass_matrix
+   end subroutine masses
 
    !> T = ∂x/∂q at any rotation and strain.
    subroutine shape_matrices()

@@ -2,6 +2,7 @@
 !> Whole runs against mechanics: flight, spin, sliding and sticking, and what step control does and
 !> says.
 module test_simulation
+   use dda_blocks, only: momentum_of
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_convergence, error_type
    use dda_polygon, only: area_of
@@ -102,8 +103,10 @@ contains
       end do
    contains
       real(wp) function angular_momentum()
-         angular_momentum = dot_product(simulation%blocks%inertia(3, :, 1), &
-            simulation%blocks%velocity(:, 1))
+         real(wp) :: momentum(6)
+
+         momentum = momentum_of(simulation%blocks%inertia(:, 1), simulation%blocks%velocity(:, 1))
+         angular_momentum = momentum(3)
       end function angular_momentum
    end subroutine spin
 
