@@ -158,18 +158,23 @@ contains
       real(wp), intent(in) :: gap     !< at the end of the step, m
       real(wp), intent(in) :: stretch !< of the shear spring if nothing slips, then, m
       type(response_type), intent(out) :: response  !< state and forces
+      real(wp) :: at_gap, at_stretch  ! where it acts, m
 
       if (.not. laws%plain) then
          response = joint_response(contacts, laws%slot(contacts%joint(c))%law, c, &
             acting_gap(contacts, laws, c, gap), acting_stretch(contacts, laws, c, stretch))
          return
       end if
+      at_gap = gap
+      at_stretch = stretch
+      if (contacts%bonded(c) .or. laws%damped) then
+         at_gap = acting_gap(contacts, laws, c, gap)
+         at_stretch = acting_stretch(contacts, laws, c, stretch)
+      end if
       call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
-         contacts%multiplier(c)), acting_gap(contacts, laws, c, gap), &
-         acting_stretch(contacts, laws, c, stretch), response)
+         contacts%multiplier(c)), at_gap, at_stretch, response)
       if (allocated(contacts%held_bound) .and. .not. contacts%bonded(c)) call hold_friction( &
-         response, contacts%held_bound(c), laws%shear_stiffness*acting_stretch(contacts, laws, c, &
-         stretch))
+         response, contacts%held_bound(c), laws%shear_stiffness*at_stretch)
    end subroutine find_response
 
    !> Friction at a held bound, whatever the normal force is, also where the contact opens.
