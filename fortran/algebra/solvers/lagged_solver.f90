@@ -85,7 +85,7 @@ contains
       end do
    end subroutine solve
 
-   !> x = x + P⁻¹ change, where the last solve with this matrix took no more.
+   !> x = x + P⁻¹ change, where one application was all that the last solve with this matrix took.
    subroutine follow(self, n, change, x, done)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
@@ -93,7 +93,7 @@ contains
       real(wp), intent(inout) :: x(6, n)  !< solution, m
       logical, intent(out) :: done  !< else x is as it was
 
-      done = self%iterations <= 1
+      done = self%iterations == 1
       if (.not. done) return
       call self%lagged%apply(n, change, self%work%z)
       x = x + self%work%z
