@@ -11,7 +11,7 @@ import pytest
 from model_text import DRY, ROCK, namelist
 
 WALL = [
-    ("control", {"time_step": 1e-3, "steps": 3, "gravity": [0.0, -9.81]}),
+    ("control", {"time_step": 1e-3, "steps": 12, "gravity": [0.0, -9.81]}),
     ("material", dict(ROCK)),
     ("joint", dict(DRY)),
     ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": 23, "courses": 23}),
