@@ -114,7 +114,8 @@ contains
 
    !> Forces at a gap and a trial elastic stretch of the shear spring.
    !>
-   !> Number by number: a response that is copied as a whole is read before it has been written out.
+   !> Components are assigned one by one: reads of a structure that was copied as a whole wait for
+   !> that store.
    pure subroutine respond(law, gap, trial_stretch, response)
       type(law_type), intent(in) :: law           !< of the contact
       real(wp), intent(in) :: gap, trial_stretch  !< m
@@ -160,16 +161,12 @@ contains
       type(response_type), intent(out) :: response  !< state and forces
       real(wp) :: at_gap, at_stretch  ! where it acts, m
 
+      at_gap = acting_gap(contacts, laws, c, gap)
+      at_stretch = acting_stretch(contacts, laws, c, stretch)
       if (.not. laws%plain) then
-         response = joint_response(contacts, laws%slot(contacts%joint(c))%law, c, &
-            acting_gap(contacts, laws, c, gap), acting_stretch(contacts, laws, c, stretch))
+         response = joint_response(contacts, laws%slot(contacts%joint(c))%law, c, at_gap, &
+            at_stretch)
          return
-      end if
-      at_gap = gap
-      at_stretch = stretch
-      if (contacts%bonded(c) .or. laws%damped) then
-         at_gap = acting_gap(contacts, laws, c, gap)
-         at_stretch = acting_stretch(contacts, laws, c, stretch)
       end if
       call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
          contacts%multiplier(c)), at_gap, at_stretch, response)
