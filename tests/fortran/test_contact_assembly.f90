@@ -217,8 +217,9 @@ contains
                call add_shear_force(system, contacts, c, -1.0e3_wp/3)
             end select
          end do
-         c = 1 + int(random(0.0_wp, real(contacts%n, wp)))
-         contacts%retained(c) = merge(0.3_wp, 0.0_wp, modulo(round, 8) == 0)
+         c = findloc(contacts%state(:contacts%n) == contact_open .and. &
+            .not. contacts%bonded(:contacts%n), .true., 1)
+         contacts%retained(c) = merge(0.3_wp, 0.0_wp, modulo(round, 2) == 0)
          noted = system%matrix%diagonal
          call forget_changes(system%held%spring_changes)
          call assemble_contacts(system, contacts, laws)

@@ -7,7 +7,8 @@ module test_open_close
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
-   use dda_open_close, only: close_contacts, open_close_type
+   use dda_open_close, only: add_counts, begin_iteration, close_contacts, counts_of, &
+      open_close_type
    use dda_static_path, only: close_static, follow_path
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
@@ -158,7 +159,7 @@ contains
       type(solver_type) :: solver
       type(error_type), allocatable :: error
       logical :: closed
-      integer :: i, followed
+      integer :: i, followed, before(3)
       integer, parameter :: few = 2
 
       call case('all iterations of a static step count')
@@ -179,6 +180,12 @@ contains
          call check(iteration%changes > 0, 'changes before the path')
       end do
       call check(followed > 20, 'most follow the path')
+      iteration%broken = few
+      before = counts_of(iteration)
+      call begin_iteration(iteration, contacts)
+      call check(all(counts_of(iteration) == 0), 'begun anew')
+      call add_counts(iteration, before)
+      call check(all(counts_of(iteration) == before), 'iterations, changes and broken bonds')
    end subroutine all_iterations_count
 
    !> Without friction the solution does not depend on where the iteration begins.
