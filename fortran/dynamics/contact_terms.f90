@@ -38,9 +38,10 @@ module dda_contact_terms
       logical :: other_matrix = .true.        !< K̂ is not that of the last call
       integer, allocatable :: dirty(:)        !< [blocks] what has to be assembled again
       integer, allocatable :: changed(:)      !< [contacts] what that is for
-      !> contacts that neither slide nor are bonded hold what their states say, throughout a step
+      !> springs and forces of contacts that neither slide nor are bonded follow from their states
       logical :: by_state = .false.
-      integer, allocatable :: steady(:)       !< [contacts] such a state that is held, or `none`
+      !> [contacts] state that K̂ and f̂ hold of such a contact in this step, else `none`
+      integer, allocatable :: steady(:)
       type(rank_one_type) :: spring_changes   !< since the solver was renewed
    end type contact_terms_type
 

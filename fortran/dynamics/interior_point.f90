@@ -22,7 +22,7 @@ module dda_interior_point
       set_bound_steps, assume_interior, find_step, take_step, mean_product
 
    integer, parameter :: pressed = 1, backward = 2, forward = 3  !< products of a contact
-   integer, parameter :: slack_sign(2) = [1, -1]  !< minus that of T in b − T and b + T
+   integer, parameter :: slack_sign(2) = [1, -1]  !< s of the slacks b − s T
    real(wp), parameter :: neighbourhood = 10.0_wp !< ratio of products to their target, at most
    real(wp), parameter :: first_share = 0.9_wp    !< of the bound, that |T| begins within
 

@@ -40,7 +40,8 @@ module dda_blocks
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
       real(wp), allocatable :: mass(:)             !< [n] kg per metre of thickness
-      !> [4,n] mass, kg, and its second moments x², y², xy about the centroid, kg m², per metre
+      !> [4,n] mass, kg, and its second moments x², y², xy about the centroid, kg m², per metre of
+      !> thickness; also of removed blocks, whose `mass` is 0
       real(wp), allocatable :: inertia(:,:)
       real(wp), allocatable :: stiffness(:,:,:)    !< [3,3,n] area × D
       real(wp), allocatable :: initial_stress(:,:) !< [3,n] Pa, in the block's axes
@@ -259,19 +260,19 @@ contains
       end associate
    end function mass_matrix
 
-   !> M v
+   !> M v, the momenta of a block in its coordinates.
    pure function momentum_of(inertia, v) result(momentum)
       real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
-      real(wp), intent(in) :: v(6)        !< rates of the coordinates, per s
-      real(wp) :: momentum(6), shear
+      real(wp), intent(in) :: v(6)        !< rates of its coordinates: m/s, rad/s, 1/s
+      real(wp) :: momentum(6), half
 
       associate (mass => inertia(1), xx => inertia(2), yy => inertia(3), xy => inertia(4))
-         shear = 0.5_wp*v(6)
+         half = 0.5_wp*v(6)  ! of the shear strain
          momentum(1:2) = mass*v(1:2)
-         momentum(3) = (xx + yy)*v(3) + (xx - yy)*shear + xy*(v(5) - v(4))
-         momentum(4) = xx*v(4) + xy*(shear - v(3))
-         momentum(5) = yy*v(5) + xy*(shear + v(3))
-         momentum(6) = 0.5_wp*((xx - yy)*v(3) + (xx + yy)*shear + xy*(v(4) + v(5)))
+         momentum(3) = (xx + yy)*v(3) + (xx - yy)*half + xy*(v(5) - v(4))
+         momentum(4) = xx*v(4) + xy*(half - v(3))
+         momentum(5) = yy*v(5) + xy*(half + v(3))
+         momentum(6) = 0.5_wp*((xx - yy)*v(3) + (xx + yy)*half + xy*(v(4) + v(5)))
       end associate
    end function momentum_of
 

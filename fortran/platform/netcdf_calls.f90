@@ -151,7 +151,7 @@ contains
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: variable  !< of the file, of the dimension `name_length` first
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
-      character(len=*), intent(in), optional :: otherwise  !< a number behind it: for blank ones
+      character(len=*), intent(in), optional :: otherwise !< for a blank one, and its number
       character(len=name_length) :: ended(names_at_once), name
       integer :: first, i, n, id
 
