@@ -61,12 +61,9 @@ def text(machine: str, results: list[dict]) -> str:
 
 def disturbances(results: list[dict]) -> str:
     """Cases whose threads had to share the processors with other programs."""
-    lines = [
-        f"- {name(result)}, {result['threads']} threads: {note}"
-        for result in results
-        for note in result["disturbed"]
-    ]
-    return "Disturbed:\n\n" + "\n".join(lines) if lines else ""
+    lines = [f"- {name(result)}: {note}" for result in results for note in result["disturbed"]]
+    head = "Cases in which threads had to share the processors with other programs:\n\n"
+    return head + "\n".join(lines) if lines else ""
 
 
 def name(result: dict) -> str:
