@@ -12,6 +12,8 @@ module dda_cycles
 
    integer, parameter :: memory = 32                         !< iterations that are remembered
    integer(long), parameter :: prime = 2147483647_long, base = 48271_long  !< of the marks and draws
+   integer, parameter :: state_radix = 4                     !< more than any state
+   integer, parameter :: together = 15                       !< such digits stay below `prime`
 
    !> Marks of the last sets of states.
    type :: cycle_type
@@ -26,12 +28,16 @@ contains
    pure subroutine note_states(past, state)
       type(cycle_type), intent(inout) :: past  !< states that have been assumed
       integer, intent(in) :: state(:)  !< contact_open, contact_slide or contact_stick
-      integer(long) :: mark
-      integer :: c
+      integer(long) :: mark, digits
+      integer :: c, first
 
       mark = 1
-      do c = 1, size(state)
-         mark = modulo(base*mark + state(c), prime)
+      do first = 1, size(state), together
+         digits = 0
+         do c = first, min(first + together - 1, size(state))
+            digits = state_radix*digits + state(c)
+         end do
+         mark = modulo(base*mark + digits, prime)
       end do
       past%back = any(past%mark == mark)
       past%noted = past%noted + 1
