@@ -11,6 +11,7 @@ module dda_friction
    use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: laws_type, law_type, response_type, set_laws, weaker_joint, law_of, respond
@@ -260,30 +261,45 @@ contains
    end function end_stretch
 
    !> States and stretches at the end of the converged step.
-   pure subroutine accept_contacts(contacts, laws)
+   subroutine accept_contacts(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer :: c
+      integer :: p
 
-      if (.not. laws%plain) call accept_slip(contacts, laws)
-      do c = 1, contacts%n
-         contacts%stretch(c) = end_stretch(contacts, laws, c)
-         contacts%state(c) = contacts%trial_state(c)
+      if (contacts%n < parallel_from) then
+         call accept_range(contacts, laws, 1, contacts%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(contacts%n)
+         call accept_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
       end do
    end subroutine accept_contacts
 
-   !> Slip beyond the elastic one, and how far it has weakened the contacts.
-   pure subroutine accept_slip(contacts, laws)
+   !> Contacts first … last.
+   pure subroutine accept_range(contacts, laws, first, last)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: first, last  !< of the range
       integer :: c
 
-      do c = 1, contacts%n
-         if (contacts%trial_state(c) /= contact_slide) cycle
-         contacts%slip_path(c) = contacts%slip_path(c) + inelastic_slip(contacts, laws, c)
-         contacts%weakened(c) = max(contacts%weakened(c), &
-            laws%slot(contacts%joint(c))%law%weakened_by(contacts%slip_path(c)))
+      do c = first, last
+         if (.not. laws%plain .and. contacts%trial_state(c) == contact_slide) &
+            call accept_slip(contacts, laws, c)
+         contacts%stretch(c) = end_stretch(contacts, laws, c)
+         contacts%state(c) = contacts%trial_state(c)
       end do
+   end subroutine accept_range
+
+   !> Slip of contact c beyond the elastic one, and how far it has weakened the contact.
+   pure subroutine accept_slip(contacts, laws, c)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+
+      contacts%slip_path(c) = contacts%slip_path(c) + inelastic_slip(contacts, laws, c)
+      contacts%weakened(c) = max(contacts%weakened(c), &
+         laws%slot(contacts%joint(c))%law%weakened_by(contacts%slip_path(c)))
    end subroutine accept_slip
 
    !> Slip of contact c in the converged step beyond that of its shear spring, either way, m.

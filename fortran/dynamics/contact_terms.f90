@@ -81,7 +81,6 @@ contains
       do c = 1, contacts%n
          if (held%changed(c) == is_clean) cycle
          if (held%changed(c) == is_dirty_stiffness) call renew_springs(held, contacts, laws, c)
-         contacts%free_force(:, c) = forces_at_rest(contacts, laws, c)
          associate (v => contacts%block_v(c), e => contacts%block_e(c))
             held%dirty(v) = max(held%dirty(v), held%changed(c))
             held%dirty(e) = max(held%dirty(e), held%changed(c))
@@ -95,17 +94,18 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
+      real(wp) :: forces(2)
       integer :: c
 
       do c = first, last
          held%changed(c) = is_clean
          if (held%steady(c) == contacts%state(c) .and. .not. contacts%retained(c) > 0.0_wp) cycle
-         if (held%rebuild) then
-            contacts%free_force(:, c) = forces_at_rest(contacts, laws, c)
-         else if (.not. all(same_bits(forces_at_rest(contacts, laws, c), &
-            contacts%free_force(:, c)))) then
-            held%changed(c) = is_dirty_force
+         forces = forces_at_rest(contacts, laws, c)
+         if (.not. held%rebuild) then
+            if (.not. all(same_bits(forces, contacts%free_force(:, c)))) &
+               held%changed(c) = is_dirty_force
          end if
+         contacts%free_force(:, c) = forces
          if (.not. all(same_bits(acting_springs(contacts, laws, c), contacts%spring(:, c)))) &
             held%changed(c) = is_dirty_stiffness
          held%steady(c) = merge(contacts%state(c), none, held%by_state .and. .not. &

@@ -29,18 +29,36 @@ contains
    !> A first guess of the step for solvers that iterate, from the mean velocities of the last
    !> four: z⁴ = 2z³ − 2z + 1, that is (z − 1)³(z + 1) = 0.  It is exact while the acceleration
    !> changes uniformly, and for stiff modes, whose velocities change their signs every step.
-   pure subroutine predict(blocks, d, step)
+   subroutine predict(blocks, d, step)
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
       type(step_type), intent(in) :: step  !< the one being taken
+      integer :: p
+
+      if (blocks%n < parallel_from) then
+         call predict_range(blocks, d, step, 1, blocks%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(blocks%n)
+         call predict_range(blocks, d, step, first_of(p, blocks%n), last_of(p, blocks%n))
+      end do
+   end subroutine predict
+
+   !> Blocks first … last.
+   pure subroutine predict_range(blocks, d, step, first, last)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(inout) :: d(6, blocks%n)  !< increments of the coordinates
+      type(step_type), intent(in) :: step  !< the one being taken
+      integer, intent(in) :: first, last  !< of the range
       integer :: b
 
-      do b = 1, blocks%n
+      do b = first, last
          associate (last => blocks%mean_velocity(:, :, b))
             d(:, b) = step%time_step*(2*(last(:, 1) - last(:, 3)) + last(:, 4))
          end associate
       end do
-   end subroutine predict
+   end subroutine predict_range
 
    !> Accept the step: new coordinates, velocities, accelerations and vertices.
    subroutine integrate(blocks, d, step)

@@ -9,6 +9,7 @@
 !> A contact that is in one branch of its law at both ends is in it all the way: its slope is linear
 !> between the ends and added up once.  Only the others are evaluated at each length that is tried.
 module dda_line_search
+   use dda_block_vectors, only: multiply_and_add
    use dda_growth, only: grow
    use dda_kinds, only: wp
    use dda_system, only: system_type, multiply_diagonal
@@ -71,7 +72,10 @@ contains
             slope_hi = 0.5_wp*slope_hi
          end if
       end do
-      system%d = system%previous_d + alpha*(system%d - system%previous_d)
+      associate (n => size(system%d, 2))
+         call multiply_and_add(n, system%previous_d, -1.0_wp, system%d)
+         call multiply_and_add(n, system%previous_d, -alpha, system%d)
+      end associate
    end subroutine descend
 
    !> Slope of the quadratic part at the previous d, and how much it grows up to the new one.

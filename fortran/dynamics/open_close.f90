@@ -7,6 +7,7 @@
 module dda_open_close
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_convergence, error_interrupted, fail
+   use dda_block_vectors, only: copy_vector
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
@@ -16,6 +17,7 @@ module dda_open_close
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type, renew, solve, solve_change
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: forget_changes
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, follow
@@ -232,7 +234,7 @@ contains
       end associate
       if (allocated(error)) return
       call lap(system%watch, phase_factorise)
-      system%previous_d = system%d
+      call copy_vector(size(system%d, 2), system%d, system%previous_d)
       call solve(solver, system%matrix, system%rhs, system%d, error, iteration%reduction)
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
@@ -282,10 +284,10 @@ contains
 
       largest = iteration%weight
       call evaluate_contacts(contacts, laws, d, largest, iteration%residual)
-      iteration%worst = 0
-      if (iteration%residual > 0.0_wp) &
-         iteration%worst = maxloc(contacts%force_residual(:contacts%n), 1)
       iteration%tolerance = max(iteration%relative_tolerance*largest, iteration%noise)
+      iteration%worst = 0
+      if (iteration%residual > iteration%tolerance) &
+         iteration%worst = maxloc(contacts%force_residual(:contacts%n), 1)
    end subroutine evaluate
 
    !> A loose solve has led to forces within the tolerance: solve exactly, and evaluate again.
@@ -449,12 +451,13 @@ contains
    end subroutine tighten
 
    !> Assume the states that the laws give, and count those that change.
-   pure subroutine adopt_states(iteration, contacts, laws, changed)
+   subroutine adopt_states(iteration, contacts, laws, changed)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(out) :: changed  !< contacts that change
-      integer :: n, c
+      logical :: by_contact
+      integer :: n, c, p
 
       n = contacts%n
       call note_states(iteration%history, contacts%state(:n))
@@ -464,55 +467,73 @@ contains
             contacts%trial_state(c) = contacts%state(c)
       end do
       changed = count(contacts%trial_state(:n) /= contacts%state(:n))
-      call retain(iteration, contacts, laws, &
-         (iteration%shortened .or. changed > many_changes*n) .and. &
-         .not. allocated(contacts%held_bound))
-      where (contacts%state(:n) == contact_open .and. contacts%trial_state(:n) /= contact_open) &
-         contacts%close_count(:n) = contacts%close_count(:n) + 1
-      call take_states(contacts)
+      by_contact = (iteration%shortened .or. changed > many_changes*n) .and. &
+         .not. allocated(contacts%held_bound)
+      if (n < parallel_from) then
+         call adopt_range(iteration, contacts, laws, by_contact, 1, n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(n)
+         call adopt_range(iteration, contacts, laws, by_contact, first_of(p, n), last_of(p, n))
+      end do
    end subroutine adopt_states
 
-   !> Assume the states and slide forces of the last evaluation.
-   pure subroutine take_states(contacts)
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
-
-      associate (n => contacts%n)
-         contacts%state(:n) = contacts%trial_state(:n)
-         contacts%slide_force(:n) = contacts%shear_force(:n)
-         contacts%slip_sign(:n) = sign(1.0_wp, contacts%shear_force(:n))
-      end associate
-   end subroutine take_states
-
-   !> What contacts retain of springs that the states to come do without.
-   !>
-   !> A contact that has just lost a spring is held by inertia alone, and the next solution
-   !> overshoots.  So it retains a share for one iteration, of the secant stiffness to its friction
-   !> bound if it slides, and less and less of that while the iteration goes on to overshoot.
-   pure subroutine retain(iteration, contacts, laws, by_contact)
+   !> Contacts first … last.
+   pure subroutine adopt_range(iteration, contacts, laws, by_contact, first, last)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: by_contact  !< the iteration overshoots, or will
-      real(wp) :: share
+      integer, intent(in) :: first, last  !< of the range
       integer :: c
 
-      do c = 1, contacts%n
-         associate (state => contacts%trial_state(c), before => contacts%state(c))
-            share = 0.0_wp
-            if (by_contact .and. state == before) then
-               share = decay*contacts%retained(c)
-               if (state == contact_open .or. share < least_retained) share = 0.0_wp
-            else if (by_contact .and. state == contact_slide) then
-               share = slide_share*secant_share(contacts, laws, c)
-            else if (by_contact .and. state == contact_open) then
-               share = opening_share
-            end if
-            if (state == contact_slide) share = max(share, iteration%retained)
-            contacts%retained(c) = share
-            contacts%retained_at(c) = merge(contacts%slip(c), contacts%new_gap(c), &
-               state == contact_slide)
-         end associate
+      do c = first, last
+         call retain(iteration, contacts, laws, by_contact, c)
+         if (contacts%state(c) == contact_open .and. contacts%trial_state(c) /= contact_open) &
+            contacts%close_count(c) = contacts%close_count(c) + 1
       end do
+      call take_states(contacts, first, last)
+   end subroutine adopt_range
+
+   !> Assume the states and slide forces of the last evaluation in contacts first … last.
+   pure subroutine take_states(contacts, first, last)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      integer, intent(in) :: first, last  !< of the range
+
+      contacts%state(first:last) = contacts%trial_state(first:last)
+      contacts%slide_force(first:last) = contacts%shear_force(first:last)
+      contacts%slip_sign(first:last) = sign(1.0_wp, contacts%shear_force(first:last))
+   end subroutine take_states
+
+   !> What contact c retains of a spring that the state to come does without.
+   !>
+   !> A contact that has just lost a spring is held by inertia alone, and the next solution
+   !> overshoots.  So it retains a share for one iteration, of the secant stiffness to its friction
+   !> bound if it slides, and less and less of that while the iteration goes on to overshoot.
+   pure subroutine retain(iteration, contacts, laws, by_contact, c)
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      logical, intent(in) :: by_contact  !< the iteration overshoots, or will
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: share
+
+      associate (state => contacts%trial_state(c), before => contacts%state(c))
+         share = 0.0_wp
+         if (by_contact .and. state == before) then
+            share = decay*contacts%retained(c)
+            if (state == contact_open .or. share < least_retained) share = 0.0_wp
+         else if (by_contact .and. state == contact_slide) then
+            share = slide_share*secant_share(contacts, laws, c)
+         else if (by_contact .and. state == contact_open) then
+            share = opening_share
+         end if
+         if (state == contact_slide) share = max(share, iteration%retained)
+         contacts%retained(c) = share
+         contacts%retained_at(c) = merge(contacts%slip(c), contacts%new_gap(c), &
+            state == contact_slide)
+      end associate
    end subroutine retain
 
    !> Shear force of a sliding contact, over that of its spring if nothing slipped.

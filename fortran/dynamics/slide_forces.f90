@@ -7,11 +7,13 @@
 module dda_slide_forces
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, forget, accelerate
+   use dda_block_vectors, only: multiply_and_add
    use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_slide
    use dda_contact_assembly, only: add_normal_force, add_shear_force
    use dda_friction, only: acting_gap, laws_type
    use dda_joint_contact, only: slide_response
+   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
    public :: slides_type, list_slides, evaluate_slides, difference_of, farthest_off, follow
@@ -63,15 +65,35 @@ contains
    end subroutine make_room
 
    !> The slide forces that the normal forces at d call for, in the assumed directions.
-   pure subroutine evaluate_slides(slides, contacts, laws, d)
+   subroutine evaluate_slides(slides, contacts, laws, d)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer :: p
+
+      if (slides%n < parallel_from) then
+         call evaluate_range(slides, contacts, laws, d, 1, slides%n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(slides%n)
+         call evaluate_range(slides, contacts, laws, d, first_of(p, slides%n), &
+            last_of(p, slides%n))
+      end do
+   end subroutine evaluate_slides
+
+   !> Sliding contacts first … last.
+   pure subroutine evaluate_range(slides, contacts, laws, d, first, last)
+      type(slides_type), intent(inout) :: slides  !< sliding contacts
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer, intent(in) :: first, last  !< of the range
       real(wp) :: gap, lifted
       integer :: i, c
 
-      do i = 1, slides%n
+      do i = first, last
          c = slides%contact(i)
          gap = contacts%gap(c) + dot_product(contacts%normal_v(:, c), d(:, contacts%block_v(c))) &
             - dot_product(contacts%normal_e(:, c), d(:, contacts%block_e(c)))
@@ -91,7 +113,7 @@ contains
          slides%response(i) = contacts%slip_sign(c)*laws%friction(contacts%joint(c)) &
             *max(0.0_wp, contacts%multiplier(c) - laws%normal_stiffness*gap)
       end do
-   end subroutine evaluate_slides
+   end subroutine evaluate_range
 
    !> Numbers that the iteration has to find.
    pure integer function unknowns(slides)
@@ -137,7 +159,7 @@ contains
             - contacts%normal_free(c))
          contacts%normal_free(c) = slides%force(slides%n + i)
       end do
-      slides%rhs_change = system%rhs - slides%rhs_change
+      call multiply_and_add(size(system%rhs, 2), system%rhs, -1.0_wp, slides%rhs_change)
    end subroutine follow
 
 end module dda_slide_forces

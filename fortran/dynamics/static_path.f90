@@ -111,7 +111,7 @@ contains
          system%d = 0.0_wp
          call evaluate(iteration, system%d, contacts, laws)
       end if
-      call take_states(contacts)
+      call take_states(contacts, 1, contacts%n)
    end subroutine follow_path
 
    !> Begin the path at d = 0.

@@ -6,6 +6,7 @@
 module dda_conjugate_gradients
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply
+   use dda_block_vectors, only: add_multiple, multiply_and_add
    use dda_ordered_sums, only: inner_product
    implicit none
    private
@@ -88,10 +89,11 @@ contains
          call preconditioner%apply(n, work%r, work%z)
          old_slope = slope
          slope = inner_product(n, work%r, work%z)
-         call update_direction(n, work%z, merge(0.0_wp, slope/old_slope, iterations == 0), work%p)
+         call multiply_and_add(n, work%z, merge(0.0_wp, slope/old_slope, iterations == 0), work%p)
          call multiply(matrix, work%p, work%q)
          alpha = slope/inner_product(n, work%p, work%q)
-         call update_iterate(n, alpha, work%p, work%q, x, work%r)
+         call add_multiple(n, alpha, work%p, x)
+         call add_multiple(n, -alpha, work%q, work%r)
          iterations = iterations + 1
       end do
       if (iterations > trusted) then
@@ -107,29 +109,10 @@ contains
    subroutine find_residual(matrix, b, x, work)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: b(6, matrix%n), x(6, matrix%n)  !< right-hand side, iterate
-      type(workspace_type), intent(inout) :: work  !< its r and q change
+      type(workspace_type), intent(inout) :: work  !< its r changes
 
-      call multiply(matrix, x, work%q)
-      work%r = b - work%q
+      call multiply(matrix, x, work%r)
+      call multiply_and_add(matrix%n, b, -1.0_wp, work%r)
    end subroutine find_residual
-
-   !> p = z + beta p
-   pure subroutine update_direction(n, z, beta, p)
-      integer, intent(in) :: n  !< block rows
-      real(wp), intent(in) :: z(6, n), beta  !< preconditioned residual, share of the old direction
-      real(wp), intent(inout) :: p(6, n)  !< direction
-
-      p = z + beta*p
-   end subroutine update_direction
-
-   !> x += alpha p, r −= alpha q
-   pure subroutine update_iterate(n, alpha, p, q, x, r)
-      integer, intent(in) :: n  !< block rows
-      real(wp), intent(in) :: alpha, p(6, n), q(6, n)  !< step length, direction, K p
-      real(wp), intent(inout) :: x(6, n), r(6, n)  !< iterate, residual
-
-      x = x + alpha*p
-      r = r - alpha*q
-   end subroutine update_iterate
 
 end module dda_conjugate_gradients

@@ -9,6 +9,7 @@ module dda_lagged_solver
    use dda_archive, only: archive_type, serialise, serialise_label, serialise_list, &
       serialise_number, fail_archive
    use dda_block_matrix, only: block_matrix_type
+   use dda_block_vectors, only: add_multiple
    use dda_cholesky_single, only: take_memory
    use dda_conjugate_gradients, only: make_workspace, iterate_to_solution
    use dda_errors, only: error_type
@@ -96,7 +97,7 @@ contains
       done = self%iterations == 1
       if (.not. done) return
       call self%lagged%apply(n, change, self%work%z)
-      x = x + self%work%z
+      call add_multiple(n, 1.0_wp, self%work%z, x)
    end subroutine follow
 
    !> The numbers of the factor: the matrix that they were made from is gone.
