@@ -240,7 +240,7 @@ contains
          slope = slope_range(contacts, laws, alpha, 1, contacts%n)
          return
       end if
-      !$omp parallel do schedule(static)
+      !$omp parallel do schedule(static, 4)  ! contacts that count may all be at one end
       do p = 1, pieces(contacts%n)
          piece(p) = slope_range(contacts, laws, alpha, first_of(p, contacts%n), &
             last_of(p, contacts%n))
