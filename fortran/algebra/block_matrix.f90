@@ -4,9 +4,9 @@
 !> Only the diagonal blocks and the strictly lower blocks are kept, as contiguous 6×6
 !> column-major arrays; the pattern is compressed by rows.
 module dda_block_matrix
-   !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
-   use dda_kinds, only: wp, long
+   use dda_kinds, only: wp
    use dda_counting_sort, only: counting_sort
+   use dda_ordered_sums, only: share_of_thread
    implicit none
    private
    public :: block_matrix_type, set_pattern, entry_of, copy_block, multiply, multiply_block
@@ -111,19 +111,15 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector
       real(wp), intent(out) :: y(6, matrix%n)  !< K x
-      integer :: me, team
+      integer :: first, last
 
       if (matrix%n < parallel_from) then
          call multiply_rows(matrix, 1, matrix%n, x, y)
          return
       end if
-      me = 0
-      team = 1
-      !$omp parallel firstprivate(me, team)
-      !$ me = omp_get_thread_num()
-      !$ team = omp_get_num_threads()
-      call multiply_rows(matrix, 1 + int(me*int(matrix%n, long)/team), &
-         int((me + 1)*int(matrix%n, long)/team), x, y)
+      !$omp parallel private(first, last)
+      call share_of_thread(matrix%n, first, last)
+      call multiply_rows(matrix, first, last, x, y)
       !$omp end parallel
    end subroutine multiply
 

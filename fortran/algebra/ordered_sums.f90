@@ -5,10 +5,11 @@
 !> a parallel region: with one thread that still costs a microsecond, and a step of a small model
 !> has ten.
 module dda_ordered_sums
+   !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: inner_product, pieces, first_of, last_of, most_pieces, parallel_from
+   public :: inner_product, pieces, first_of, last_of, share_of_thread, most_pieces, parallel_from
 
    integer, parameter :: piece = 128          !< least number of terms that a thread takes at a time
    integer, parameter :: most_pieces = 256    !< so that sums of pieces need no allocation
@@ -36,6 +37,20 @@ contains
 
       last_of = int(p*int(n, long)/pieces(n))
    end function last_of
+
+   !> The range of n rows, each summed by one thread alone, that falls to this thread of its team.
+   subroutine share_of_thread(n, first, last)
+      integer, intent(in) :: n             !< rows
+      integer, intent(out) :: first, last  !< of the range
+      integer :: me, team
+
+      me = 0
+      team = 1
+      !$ me = omp_get_thread_num()
+      !$ team = omp_get_num_threads()
+      first = 1 + int(me*int(n, long)/team)
+      last = int((me + 1)*int(n, long)/team)
+   end subroutine share_of_thread
 
    !> Σ x·y over [6,n]: pieces of fixed size, then the pieces one after the other.
    real(wp) function inner_product(n, x, y) result(total)

@@ -6,19 +6,19 @@
 !> blocks before it, then with those after it, each with its contacts as they are listed.  So the
 !> bits are those of assembling everything, by any number of threads.
 module dda_contact_assembly
-   !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
-   use dda_kinds, only: wp, long
+   use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, copy_block
    use dda_system, only: system_type
    use dda_contact, only: contacts_type
    use dda_contact_terms, only: hold_contacts, is_clean, is_dirty_force, is_dirty_stiffness, &
       is_free
    use dda_friction, only: laws_type
+   use dda_ordered_sums, only: share_of_thread
    use dda_stopwatch, only: lap, phase_assemble, phase_iterate
    use dda_team, only: adjust_team
    implicit none
    private
-   public :: assemble_contacts, add_normal_force, add_shear_force
+   public :: assemble_contacts, add_to_rows
 
    integer, parameter :: rows_from = 500   !< block rows from which threads repay their start
 
@@ -29,7 +29,7 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer :: n, me, team
+      integer :: n, first, last
 
       call lap(system%watch, phase_iterate)
       if (system%held%rebuild) call index_contacts(system, contacts)
@@ -39,13 +39,9 @@ contains
          call assemble_rows(system, contacts, 1, n)
       else
          call adjust_team
-         me = 0
-         team = 1
-         !$omp parallel firstprivate(me, team)
-         !$ me = omp_get_thread_num()
-         !$ team = omp_get_num_threads()
-         call assemble_rows(system, contacts, 1 + int(me*int(n, long)/team), &
-            int((me + 1)*int(n, long)/team))
+         !$omp parallel private(first, last)
+         call share_of_thread(n, first, last)
+         call assemble_rows(system, contacts, first, last)
          !$omp end parallel
       end if
       system%held%dirty = is_clean
@@ -217,37 +213,28 @@ contains
       end do
    end subroutine add_products
 
-   !> More normal force in contact c, N/m, of the same assumed states, likewise.
-   pure subroutine add_normal_force(system, contacts, c, more)
+   !> More force in a contact of the same assumed state: on its two blocks, as far as these are
+   !> among block rows first … last of f̂; they are dirty when states change.
+   pure subroutine add_to_rows(system, first, last, v, e, force, row_v, row_e)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
-      integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(in) :: more  !< force, N/m
+      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: v, e         !< blocks of the vertex and of the edge
+      real(wp), intent(in) :: force       !< on the first block, N/m
+      real(wp), intent(in) :: row_v(6), row_e(6)  !< gradients of the gap or the slip
 
-      contacts%free_force(1, c) = contacts%free_force(1, c) + more
-      associate (i => contacts%block_v(c), j => contacts%block_e(c))
-         system%rhs(:, i) = system%rhs(:, i) + more*contacts%normal_v(:, c)
-         system%rhs(:, j) = system%rhs(:, j) - more*contacts%normal_e(:, c)
-         system%held%dirty(i) = max(system%held%dirty(i), is_dirty_force)
-         system%held%dirty(j) = max(system%held%dirty(j), is_dirty_force)
-      end associate
-   end subroutine add_normal_force
+      if (v >= first .and. v <= last) call add_to_row(system, v, force, row_v)
+      if (e >= first .and. e <= last) call add_to_row(system, e, -force, row_e)
+   end subroutine add_to_rows
 
-   !> More shear force in contact c, N/m, of the same assumed states; its blocks are dirty when
-   !> these change.
-   pure subroutine add_shear_force(system, contacts, c, more)
+   !> The same of one block.
+   pure subroutine add_to_row(system, b, force, row)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< this step's list
-      integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(in) :: more  !< force, N/m
+      integer, intent(in) :: b            !< block
+      real(wp), intent(in) :: force       !< on the block, N/m
+      real(wp), intent(in) :: row(6)      !< gradient of the gap or the slip
 
-      contacts%free_force(2, c) = contacts%free_force(2, c) + more
-      associate (i => contacts%block_v(c), j => contacts%block_e(c))
-         system%rhs(:, i) = system%rhs(:, i) - more*contacts%shear_v(:, c)
-         system%rhs(:, j) = system%rhs(:, j) + more*contacts%shear_e(:, c)
-         system%held%dirty(i) = max(system%held%dirty(i), is_dirty_force)
-         system%held%dirty(j) = max(system%held%dirty(j), is_dirty_force)
-      end associate
-   end subroutine add_shear_force
+      system%rhs(:, b) = system%rhs(:, b) + force*row
+      system%held%dirty(b) = max(system%held%dirty(b), is_dirty_force)
+   end subroutine add_to_row
 
 end module dda_contact_assembly

@@ -7,13 +7,13 @@
 module dda_slide_forces
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, forget, accelerate
-   use dda_block_vectors, only: multiply_and_add
    use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_slide
-   use dda_contact_assembly, only: add_normal_force, add_shear_force
+   use dda_contact_assembly, only: add_to_rows
    use dda_friction, only: acting_gap, laws_type
+   use dda_growth, only: grow
    use dda_joint_contact, only: slide_response
-   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, share_of_thread, parallel_from
    implicit none
    private
    public :: slides_type, list_slides, evaluate_slides, difference_of, farthest_off, follow
@@ -144,22 +144,53 @@ contains
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(system_type), intent(inout) :: system  !< equations of the step
-      integer :: i, c
+      integer :: i, c, first, last, n
 
-      slides%rhs_change = system%rhs
-      associate (n => unknowns(slides))
-         call accelerate(slides%memory, slides%force(:n), slides%response(:n))
+      n = size(system%rhs, 2)
+      call grow(slides%rhs_change, 6, n)
+      associate (m => unknowns(slides))
+         call accelerate(slides%memory, slides%force(:m), slides%response(:m))
       end associate
+      if (slides%n < parallel_from) then
+         call follow_rows(slides, contacts, system, 1, n)
+      else
+         !$omp parallel private(first, last)
+         call share_of_thread(n, first, last)
+         call follow_rows(slides, contacts, system, first, last)
+         !$omp end parallel
+      end if
       do i = 1, slides%n
          c = slides%contact(i)
-         call add_shear_force(system, contacts, c, slides%force(i) - contacts%slide_force(c))
+         contacts%free_force(2, c) = contacts%free_force(2, c) &
+            + (slides%force(i) - contacts%slide_force(c))
          contacts%slide_force(c) = slides%force(i)
          if (.not. slides%dilating) cycle
-         call add_normal_force(system, contacts, c, slides%force(slides%n + i) &
-            - contacts%normal_free(c))
+         contacts%free_force(1, c) = contacts%free_force(1, c) &
+            + (slides%force(slides%n + i) - contacts%normal_free(c))
          contacts%normal_free(c) = slides%force(slides%n + i)
       end do
-      call multiply_and_add(size(system%rhs, 2), system%rhs, -1.0_wp, slides%rhs_change)
    end subroutine follow
+
+   !> The next forces in block rows first … last of the right-hand side.
+   subroutine follow_rows(slides, contacts, system, first, last)
+      type(slides_type), intent(inout) :: slides  !< sliding contacts, with the next forces
+      type(contacts_type), intent(in) :: contacts  !< this step's list, with the present ones
+      type(system_type), intent(inout) :: system  !< equations of the step
+      integer, intent(in) :: first, last  !< of the range
+      integer :: i, c
+
+      slides%rhs_change(:, first:last) = system%rhs(:, first:last)
+      do i = 1, slides%n
+         c = slides%contact(i)
+         call add_to_rows(system, first, last, contacts%block_v(c), contacts%block_e(c), &
+            contacts%slide_force(c) - slides%force(i), contacts%shear_v(:, c), &
+            contacts%shear_e(:, c))
+         if (slides%dilating) call add_to_rows(system, first, last, contacts%block_v(c), &
+            contacts%block_e(c), slides%force(slides%n + i) - contacts%normal_free(c), &
+            contacts%normal_v(:, c), contacts%normal_e(:, c))
+      end do
+      slides%rhs_change(:, first:last) = system%rhs(:, first:last) &
+         - slides%rhs_change(:, first:last)
+   end subroutine follow_rows
 
 end module dda_slide_forces

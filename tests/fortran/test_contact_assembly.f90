@@ -7,7 +7,7 @@ module test_contact_assembly
    use dda_system, only: system_type
    use dda_block_matrix, only: entry_of
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
-   use dda_contact_assembly, only: add_shear_force, assemble_contacts
+   use dda_contact_assembly, only: add_to_rows, assemble_contacts
    use dda_friction, only: laws_type
    use dda_neighbours, only: neighbours_type
    use dda_rank_one, only: forget_changes, rank_one_type
@@ -184,6 +184,23 @@ contains
       end do
       !$ call omp_set_num_threads(before)
    end subroutine any_number_of_threads
+
+   !> More shear force in contact c, as two threads add it.
+   subroutine add_shear_force(system, contacts, c, more)
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(inout) :: contacts
+      integer, intent(in) :: c
+      real(wp), intent(in) :: more
+      integer :: middle
+
+      middle = system%matrix%n/2
+      contacts%free_force(2, c) = contacts%free_force(2, c) + more
+      associate (v => contacts%block_v(c), e => contacts%block_e(c), &
+         shear_v => contacts%shear_v(:, c), shear_e => contacts%shear_e(:, c))
+         call add_to_rows(system, 1, middle, v, e, -more, shear_v, shear_e)
+         call add_to_rows(system, middle + 1, system%matrix%n, v, e, -more, shear_v, shear_e)
+      end associate
+   end subroutine add_shear_force
 
    !> States, forces, multipliers and retained shares change, a few at a time, as in the iteration
    !> of a step; K̂ changes by the springs that are noted for the solver.
