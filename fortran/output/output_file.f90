@@ -21,7 +21,7 @@ module dda_output_file
    use dda_netcdf_calls, only: dataset_type, variable_type, checked, define_variables, &
       define_dimension, describe, describe_number, name_length, put, put_names, text_of
    use dda_run_verdict, only: run_verdict_type, new_verdict, add_frame, add_corners, add_column, &
-      add_sample, conclude
+      add_samples, conclude
    use dda_sample, only: sample_head, sample_size
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
@@ -184,7 +184,7 @@ module dda_output_file
       integer :: frames = 0
       integer :: contacts = 0                     !< contact states written
       type(run_verdict_type) :: verdict
-      real(wp), allocatable :: sample(:,:)        !< [buffered, numbers of a sample]
+      real(wp), allocatable :: sample(:,:)        !< [numbers of a sample, buffered]
       real(wp), allocatable :: corners(:)         !< [2 × vertices] in the last frame, m
    end type output_type
 
@@ -519,11 +519,9 @@ contains
       type(simulation_type), intent(in) :: simulation  !< at its present time
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(reader_type) :: reader
-      real(wp), allocatable :: sample(:)
       integer :: kind, contacts
 
-      allocate (sample(sample_size(simulation)))
-      allocate (output%sample(buffered, size(sample)))
+      allocate (output%sample(sample_size(simulation), buffered))
       call open_reader(reader, journal, error)
       do while (.not. (allocated(error) .or. allocated(output%dataset%error)))
          call read_row(reader, kind, contacts, error)
@@ -532,23 +530,18 @@ contains
             if (output%waiting == buffered) call put_samples(output)
             output%waiting = output%waiting + 1
             output%samples = output%samples + 1
-            call read_numbers(reader, sample, error)
-            output%sample(output%waiting, :) = sample
-            associate (velocity => sample_head + 2*output%points, width => 2*output%points)
-               call add_sample(output%verdict, sample(1), sample(velocity + 1:velocity + width), &
-                  sample(velocity + width + 1:velocity + 2*width))
-            end associate
+            call read_numbers(reader, output%sample(:, output%waiting), error)
          else
             call put_frame(output, reader, simulation, contacts, error)
          end if
       end do
+      if (.not. allocated(error)) call put_samples(output)
       if (allocated(output%corners) .and. .not. allocated(error)) call conclude(output%verdict, &
          simulation, size(output%corners)/2, output%corners)
-      if (.not. allocated(error)) call put_samples(output)
       call close_file(reader%file, error)
    end subroutine copy_rows
 
-   !> Write the buffered samples.
+   !> Write the buffered samples, and take them into the verdict.
    subroutine put_samples(output)
       type(output_type), intent(inout) :: output  !< file being written
       integer :: first, n, i, at
@@ -557,19 +550,24 @@ contains
       first = output%samples - n + 1
       output%waiting = 0
       associate (dataset => output%dataset, sample => output%sample, bolts => output%bolts)
-         call put(dataset, 'time', sample(:n, 1), [first], [n])
-         call put(dataset, 'time_step', sample(:n, 2), [first], [n])
-         call put(dataset, 'iterations', sample(:n, 3), [first], [n])
-         call put(dataset, 'stage', sample(:n, 4), [first], [n])
+         call put(dataset, 'time', sample(1, :n), [first], [n])
+         call put(dataset, 'time_step', sample(2, :n), [first], [n])
+         call put(dataset, 'iterations', sample(3, :n), [first], [n])
+         call put(dataset, 'stage', sample(4, :n), [first], [n])
          do i = 1, size(energy_terms)
-            call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(:n, 4 + i), [first], &
+            call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(4 + i, :n), [first], &
                [n])
          end do
          at = sample_head
+         associate (velocity => at + 2*output%points, acceleration => at + 4*output%points, &
+            last => at + 6*output%points)
+            call add_samples(output%verdict, sample(1, :n), sample(velocity + 1:acceleration, :n), &
+               sample(acceleration + 1:last, :n))
+         end associate
          call put_motions(motions, output%points)
          do i = 1, merge(bolt_columns, 0, bolts > 0)
-            call put(dataset, trim(bolt_variables(i)%name), reshape(transpose(sample(:n, &
-               at + i:at + bolt_columns*bolts:bolt_columns)), [bolts*n]), [1, first], [bolts, n])
+            call put(dataset, trim(bolt_variables(i)%name), reshape(sample( &
+               at + i:at + bolt_columns*bolts:bolt_columns, :n), [bolts*n]), [1, first], [bolts, n])
          end do
          at = at + bolt_columns*bolts
          call put_motions(motion_variables(:boundary_series)%name, output%boundaries)
@@ -584,8 +582,8 @@ contains
          integer :: kind
 
          do kind = 1, merge(size(names), 0, count > 0)
-            call put(output%dataset, trim(names(kind)), reshape(transpose(output%sample(:n, &
-               at + 1:at + 2*count)), [2*count*n]), [1, 1, first], [2, count, n])
+            call put(output%dataset, trim(names(kind)), reshape(output%sample( &
+               at + 1:at + 2*count, :n), [2*count*n]), [1, 1, first], [2, count, n])
             at = at + 2*count
          end do
       end subroutine put_motions

@@ -18,7 +18,7 @@ module dda_run_verdict
    implicit none
    private
    public :: run_verdict_type, verdict_value_type, new_verdict, add_frame, add_corners, &
-      add_column, add_sample, conclude
+      add_column, add_samples, conclude
 
    real(wp), parameter :: least_movement = 1.0e-5_wp  !< of the model's size: below, none is counted
 
@@ -58,18 +58,22 @@ contains
       allocate (verdict%shaken(points), source=new_intensity())
    end function new_verdict
 
-   !> Take in a sample, in the order of the run.
-   pure subroutine add_sample(verdict, time, velocity, acceleration)
+   !> Take in samples, in the order of the run; point by point, whose oscillators then stay in the
+   !> cache.
+   pure subroutine add_samples(verdict, time, velocity, acceleration)
       type(run_verdict_type), intent(inout) :: verdict   !< of the samples so far
-      real(wp), intent(in) :: time                       !< of the sample, s
-      real(wp), intent(in) :: velocity(:)                !< [2 × points] m/s
-      real(wp), intent(in) :: acceleration(:)            !< [2 × points] m/s²
-      integer :: i
+      real(wp), intent(in) :: time(:)                    !< [samples] s
+      real(wp), intent(in) :: velocity(:,:)              !< [2 × points, samples] m/s
+      real(wp), intent(in) :: acceleration(:,:)          !< [2 × points, samples] m/s²
+      integer :: i, sample
 
       do i = 1, size(verdict%shaken)
-         call add_motion(verdict%shaken(i), time, velocity(2*i - 1:2*i), acceleration(2*i - 1:2*i))
+         do sample = 1, size(time)
+            call add_motion(verdict%shaken(i), time(sample), velocity(2*i - 1:2*i, sample), &
+               acceleration(2*i - 1:2*i, sample))
+         end do
       end do
-   end subroutine add_sample
+   end subroutine add_samples
 
    !> Take in the places of a frame, in the order of the run.
    subroutine add_frame(verdict, time, n, coordinates)

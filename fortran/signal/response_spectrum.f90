@@ -27,6 +27,7 @@ module dda_response_spectrum
    type :: response_spectrum_type
       real(wp) :: step = 0.0_wp                         !< that the factors are for, s
       integer :: parts(periods) = 1                     !< of a step
+      real(wp) :: share(periods) = 1.0_wp               !< of a step in one of its parts
       real(wp), dimension(periods, 2) :: q = 0.0_wp     !< state, m/s; real and imaginary part
       real(wp), dimension(periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp  !< factors
       real(wp) :: weight(periods) = 0.0_wp              !< ω²/Im λ, 1/s
@@ -56,7 +57,7 @@ contains
       type(response_spectrum_type), intent(inout) :: spectrum  !< of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
       real(wp), intent(in) :: step           !< time between them, s; nothing happens in none
-      real(wp) :: share, one, other, q(2)
+      real(wp) :: change, one, other, q(2)
       integer :: i, part
 
       if (step <= 0.0_wp) return
@@ -64,9 +65,9 @@ contains
       associate (s => spectrum)
          do part = 1, s%parts(1)
             do i = 1, count(s%parts >= part)  ! parts fall with the period
-               share = (after - before)/s%parts(i)
-               one = before + (part - 1)*share
-               other = before + part*share
+               change = (after - before)*s%share(i)
+               one = before + (part - 1)*change
+               other = before + part*change
                q(1) = s%decay(i, 1)*s%q(i, 1) - s%decay(i, 2)*s%q(i, 2) + s%before(i, 1)*one &
                   + s%after(i, 1)*other
                q(2) = s%decay(i, 2)*s%q(i, 1) + s%decay(i, 1)*s%q(i, 2) + s%before(i, 2)*one &
@@ -88,7 +89,8 @@ contains
       spectrum%step = step
       do i = 1, periods
          spectrum%parts(i) = ceiling(samples_per_period*step/period(i))
-         call set_factors(eigenvalue_of(1.0_wp/period(i), damping), step/spectrum%parts(i), &
+         spectrum%share(i) = 1.0_wp/spectrum%parts(i)
+         call set_factors(eigenvalue_of(1.0_wp/period(i), damping), step*spectrum%share(i), &
             decay, before, after)
          spectrum%decay(i, :) = parts_of(decay)
          spectrum%before(i, :) = parts_of(before)
