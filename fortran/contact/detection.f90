@@ -145,32 +145,34 @@ contains
       integer, intent(in) :: first, last                !< probes to test
       integer, intent(out) :: found                     !< number of candidates
       integer :: p, v, w, at
-      logical :: met
+      real(wp) :: apart
+      logical :: near, met
 
       at = neighbours%first_edge(first) - 1
       do p = first, last
          v = neighbours%probe(1, p)
-         w = nearest_corner(blocks, neighbours, p, detection%distance)
-         if (w > 0) then
-            if (within_corner(blocks, detection, v, w)) then
-               if (v < w) call test_vertex(at, blocks, neighbours, p, w, detection, .true.)
-               cycle
-            end if
+         call find_corner(blocks, neighbours, p, detection%distance, w, apart)
+         near = w > 0
+         if (near) near = apart < min(detection%corner(v), detection%corner(w))**2
+         if (near) then
+            if (v < w) call test_vertex(at, blocks, neighbours, p, w, detection, near)
+            cycle
          end if
          call test_edges(at, blocks, neighbours, p, detection, met)
-         if (.not. met .and. v < w) call test_vertex(at, blocks, neighbours, p, w, detection, &
-            .false.)
+         if (.not. met .and. v < w) call test_vertex(at, blocks, neighbours, p, w, detection, near)
       end do
       found = at - neighbours%first_edge(first) + 1
    end subroutine detect_contacts_range
 
    !> The convex vertex of the other block nearest to the probe's vertex, within `distance`; else 0.
-   pure integer function nearest_corner(blocks, neighbours, p, distance) result(nearest)
+   pure subroutine find_corner(blocks, neighbours, p, distance, nearest, least)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< probes
       integer, intent(in) :: p                         !< probe
       real(wp), intent(in) :: distance                 !< m
-      real(wp) :: here(2), least, apart
+      integer, intent(out) :: nearest                  !< vertex, or 0
+      real(wp), intent(out) :: least                   !< square of its distance, m²
+      real(wp) :: here(2), apart
       integer :: i, w
 
       nearest = 0
@@ -183,17 +185,7 @@ contains
          least = apart
          nearest = w
       end do
-   end function nearest_corner
-
-   !> Vertices v and w are nearer to each other than the size of their corners.
-   pure logical function within_corner(blocks, detection, v, w)
-      type(blocks_type), intent(in) :: blocks        !< present geometry
-      type(detection_type), intent(in) :: detection  !< sizes of the corners
-      integer, intent(in) :: v, w                    !< vertices of two blocks
-
-      within_corner = sum((blocks%vertex(:, v) - blocks%vertex(:, w))**2) &
-         < min(detection%corner(v), detection%corner(w))**2
-   end function within_corner
+   end subroutine find_corner
 
    !> Vertex–edge test.  A convex block is entered through one edge, that of least penetration; in
    !> a concave corner a vertex may have contacts with two.

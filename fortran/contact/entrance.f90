@@ -178,8 +178,9 @@ contains
       end if
       excluded = .false.
       do i = 1, 4
+         if (.not. corners%glancing(i)) cycle
          do j = 1, 4
-            if (regular(j) .and. .not. parallel(corners, i, j)) excluded(i) = corners%glancing(i)
+            if (regular(j) .and. .not. parallel(corners, i, j)) excluded(i) = .true.
          end do
       end do
    end function excluded
