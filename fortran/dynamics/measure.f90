@@ -2,7 +2,7 @@
 !> Displacement, velocity and acceleration of a material point.
 module dda_measure
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, place_of, offset_of, shape_matrix
+   use dda_blocks, only: blocks_type, place_of, offset_of, motion_of
    use dda_support, only: point_type
    implicit none
    private
@@ -16,13 +16,13 @@ contains
       type(point_type), intent(in) :: point  !< measured point
       !> m; [6,blocks] per s; m/s²
       real(wp), intent(out) :: displacement(2), velocity(2), acceleration(2)
-      real(wp) :: t(2, 6)
 
-      t = shape_matrix(blocks, point%block, point%reference)
-      displacement = place_of(blocks, point%block, point%reference) - point%place
-      velocity = matmul(t, blocks%velocity(:, point%block))
-      acceleration = matmul(t, blocks%acceleration(:, point%block)) &
-         - blocks%velocity(3, point%block)**2*offset_of(blocks, point%block, point%reference)
+      associate (b => point%block, reference => point%reference)
+         displacement = place_of(blocks, b, reference) - point%place
+         velocity = motion_of(blocks, b, reference, blocks%velocity(:, b))
+         acceleration = motion_of(blocks, b, reference, blocks%acceleration(:, b)) &
+            - blocks%velocity(3, b)**2*offset_of(blocks, b, reference)
+      end associate
    end subroutine measure_point
 
 end module dda_measure

@@ -10,7 +10,7 @@ module dda_system
    use dda_contact_terms, only: contact_terms_type, prepare_contact_terms
    use dda_elements, only: elements_type, linear_terms_of, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, blocks_in, &
-      coupled_blocks, get_row
+      block_of, coupled_blocks
    use dda_material_damping, only: add_damping_matrices, add_damping_loads
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -160,14 +160,12 @@ contains
    !> Diagonal blocks of the linear part for all terms of the elements.
    pure subroutine begin_terms(system)
       type(system_type), intent(inout) :: system  !< equations of the step, with its terms
-      real(wp) :: row(6)
-      integer :: i, k, b
+      integer :: i, k
 
       system%has_terms = .false.
       do i = 1, system%terms%n
          do k = 1, blocks_in(system%terms%term(i))
-            call get_row(system%terms%term(i), k, b, row)
-            call begin_diagonal(system, b)
+            call begin_diagonal(system, block_of(system%terms%term(i), k))
          end do
       end do
    end subroutine begin_terms

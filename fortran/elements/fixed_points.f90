@@ -16,7 +16,7 @@ module dda_fixed_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_baseline, only: displacement_at, velocity_at
-   use dda_blocks, only: blocks_type, mass_matrix, place_of, shape_matrix
+   use dda_blocks, only: blocks_type, mass_matrix, motion_of, place_of, shape_matrix
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, &
       energy_damping, energy_input
@@ -115,22 +115,21 @@ contains
       end do
    end function target_rate
 
-   !> Place of point i relative to its motion at a time, m; zero where it is free.
-   pure function away_from_target(self, i, blocks, motions, time) result(away)
+   !> Place of point i relative to its motion, m; zero where it is free.
+   pure function away_from(self, i, blocks, wanted) result(away)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: wanted(2)  !< displacement that it is to have, m
       real(wp) :: away(2)
 
       associate (point => self%point(i))
          ! In this order nothing is rounded: force and energy then see the same place.
          away = along(point%axes, place_of(blocks, point%block, point%reference) - point%place) &
-            - target_displacement(self, i, motions, time)
+            - wanted
          away = merge(away, 0.0_wp, point%held)
       end associate
-   end function away_from_target
+   end function away_from
 
    !> Components of a vector along the axes of a point; of known size, so that nothing is allocated.
    pure function along(axes, vector)
@@ -141,14 +140,19 @@ contains
       along = [dot_product(vector, axes(:, 1)), dot_product(vector, axes(:, 2))]
    end function along
 
-   !> Displacement or velocity of a point along its axes, from those of its block; likewise.
-   pure function motion_of(rows, rates) result(motion)
-      real(wp), intent(in) :: rows(2, 6)  !< as of `rows_of`
-      real(wp), intent(in) :: rates(6)    !< of the coordinates of the block
+   !> Displacement or velocity of point i along its axes, from increments or rates of all blocks.
+   pure function motion_along(self, i, blocks, d) result(motion)
+      class(fixed_points_type), intent(in) :: self  !< elements of this kind
+      integer, intent(in) :: i  !< number, from 1
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: d(:,:)  !< [6,blocks] of their coordinates
       real(wp) :: motion(2)
 
-      motion = matmul(rows, rates)
-   end function motion_of
+      associate (point => self%point(i))
+         motion = along(point%axes, motion_of(blocks, point%block, point%reference, &
+            d(:, point%block)))
+      end associate
+   end function motion_along
 
    !> Rows of the displacement of point i along its axes.
    pure function rows_of(self, i, blocks) result(t)
@@ -224,9 +228,10 @@ contains
          associate (b => self%point(i)%block)
             t = rows_of(self, i, blocks)
             force = dashpot_of(self, step)*(velocity_weight(step) &
-               *motion_of(t, blocks%velocity(:, b)) + target_rate(self, i, motions, step))
-            force = merge(force, 0.0_wp, self%point(i)%held) &
-               - self%stiffness*away_from_target(self, i, blocks, motions, end_time(step))
+               *motion_along(self, i, blocks, blocks%velocity) &
+               + target_rate(self, i, motions, step))
+            force = merge(force, 0.0_wp, self%point(i)%held) - self%stiffness &
+               *away_from(self, i, blocks, target_displacement(self, i, motions, end_time(step)))
             load(:, b) = load(:, b) + (force(1)*t(1, :) + force(2)*t(2, :))
          end associate
       end do
@@ -242,12 +247,9 @@ contains
       integer :: i
 
       do i = 1, size(self%point)
-         associate (point => self%point(i))
-            call add_energy(energy, energy_support, stored(self, step, &
-               away_from_target(self, i, blocks, motions, step%time), &
-               motion_of(rows_of(self, i, blocks), blocks%velocity(:, point%block)) &
-               - self%rate(:, i), point%held))
-         end associate
+         call add_energy(energy, energy_support, stored(self, step, &
+            away_from(self, i, blocks, target_displacement(self, i, motions, step%time)), &
+            motion_along(self, i, blocks, blocks%velocity) - self%rate(:, i), self%point(i)%held))
       end do
    end subroutine add_stored
 
@@ -270,23 +272,22 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      real(wp) :: t(2, 6), moved(2), change(2), rate(2), y(2), w(2), w0(2), c
+      real(wp) :: wanted(2), moved(2), change(2), rate(2), y(2), w(2), w0(2), c
       integer :: i
 
       c = dashpot_of(self, step)
       associate (dt => step%time_step, chi => step%scheme%chi)
          do i = 1, size(self%point)
-            associate (b => self%point(i)%block, held => self%point(i)%held)
-               t = rows_of(self, i, blocks)
-               moved = target_displacement(self, i, motions, end_time(step)) &
-                  - target_displacement(self, i, motions, step%time)
+            associate (held => self%point(i)%held)
+               wanted = target_displacement(self, i, motions, step%time)
+               moved = target_displacement(self, i, motions, end_time(step)) - wanted
                rate = target_rate(self, i, motions, step)
-               change = motion_of(t, d(:, b))
-               w0 = motion_of(t, blocks%velocity(:, b))
+               change = motion_along(self, i, blocks, d)
+               w0 = motion_along(self, i, blocks, blocks%velocity)
                w = merge(end_rate(step, change, w0) - rate, 0.0_wp, held)
                w0 = merge(w0 - self%rate(:, i), 0.0_wp, held)
                change = merge(change - moved, 0.0_wp, held)
-               y = away_from_target(self, i, blocks, motions, step%time) + change
+               y = away_from(self, i, blocks, wanted) + change
                moved = merge(moved, 0.0_wp, held)
                call add_energy(energy, energy_support, stored(self, step, y, w, held))
                call add_energy(energy, energy_algorithmic, 0.5_wp*self%stiffness*sum(change**2))
@@ -327,8 +328,8 @@ contains
 
       if (step%scheme%chi >= 1.0_wp) return
       do i = 1, size(self%point)
-         wanted(:, i) = self%rate(:, i) - away_from_target(self, i, blocks, motions, step%time) &
-            /((1.0_wp - step%scheme%chi)*step%time_step)
+         wanted(:, i) = self%rate(:, i) - away_from(self, i, blocks, target_displacement(self, i, &
+            motions, step%time))/((1.0_wp - step%scheme%chi)*step%time_step)
       end do
       done = .false.
       do i = 1, size(self%point)

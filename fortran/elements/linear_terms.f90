@@ -13,7 +13,8 @@ module dda_linear_terms
    implicit none
    private
    public :: linear_term_type, linear_terms_type, clear_terms, add_term, set_rows, blocks_in, &
-      get_row, stretch_of, add_to_matrix, add_product, step_weights, scale_penalty, coupled_blocks
+      block_of, get_row, stretch_of, add_to_matrix, add_product, step_weights, scale_penalty, &
+      coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
       term_free_side, term_kinds, term_names
@@ -134,6 +135,21 @@ contains
       if (allocated(term%further)) n = n + size(term%further)
    end function blocks_in
 
+   !> One of the blocks of a term.
+   pure integer function block_of(term, k) result(block)
+      type(linear_term_type), intent(in) :: term  !< one of the list
+      integer, intent(in) :: k          !< 1 … `blocks_in`
+
+      select case (k)
+      case (1)
+         block = term%block_a
+      case (2)
+         block = term%block_b
+      case default
+         block = term%further(k - 2)
+      end select
+   end function block_of
+
    !> One of the blocks of a term, and its part of u.
    pure subroutine get_row(term, k, block, row)
       type(linear_term_type), intent(in) :: term  !< one of the list
@@ -141,15 +157,13 @@ contains
       integer, intent(out) :: block     !< number of the block
       real(wp), intent(out) :: row(6)   !< of u
 
+      block = block_of(term, k)
       select case (k)
       case (1)
-         block = term%block_a
          row = term%row_a
       case (2)
-         block = term%block_b
          row = -term%row_b
       case default
-         block = term%further(k - 2)
          row = term%further_row(:, k - 2)
       end select
    end subroutine get_row
@@ -191,19 +205,16 @@ contains
    pure function coupled_blocks(terms) result(pairs)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       integer, allocatable :: pairs(:,:)  !< [2,any]
-      real(wp) :: row(6)
-      integer :: i, j, k, a, b, count
+      integer :: i, j, k, count
 
       allocate (pairs(2, sum([(blocks_in(terms%term(i))*(blocks_in(terms%term(i)) - 1)/2, &
          i=1, terms%n)])))
       count = 0
       do i = 1, terms%n
          do j = 2, blocks_in(terms%term(i))
-            call get_row(terms%term(i), j, b, row)
             do k = 1, j - 1
-               call get_row(terms%term(i), k, a, row)
                count = count + 1
-               pairs(:, count) = [a, b]
+               pairs(:, count) = [block_of(terms%term(i), k), block_of(terms%term(i), j)]
             end do
          end do
       end do

@@ -23,7 +23,8 @@ module dda_blocks
    private
    public :: blocks_type, set_blocks, keep_shapes, update_geometry, is_convex
    public :: mass_matrix, momentum_of, change_material, remove_block, place_of, offset_of, &
-      shape_matrix, reference_of, stress_of, set_damping, begin_memory, has_memory, memory_strain
+      shape_matrix, motion_of, reference_of, stress_of, set_damping, begin_memory, has_memory, &
+      memory_strain
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
    type :: blocks_type
@@ -404,6 +405,23 @@ contains
          t(:, 6) = 0.5_wp*(axes(:, 1)*reference(2) + axes(:, 2)*reference(1))
       end associate
    end function shape_matrix
+
+   !> T d of the material point ρ of block b, by increments or rates of its coordinates.
+   pure function motion_of(blocks, b, reference, d) result(motion)
+      type(blocks_type), intent(in) :: blocks  !< present state
+      integer, intent(in) :: b                 !< block
+      real(wp), intent(in) :: reference(2)     !< m, offset ρ
+      real(wp), intent(in) :: d(6)             !< m, rad, strains; or per s, per s²
+      real(wp) :: motion(2)
+      real(wp) :: offset(2)
+
+      offset = offset_of(blocks, b, reference)
+      associate (axes => blocks%axes(:, :, b))
+         motion = d(1:2) + d(3)*[-offset(2), offset(1)] &
+            + (d(4)*reference(1) + 0.5_wp*d(6)*reference(2))*axes(:, 1) &
+            + (d(5)*reference(2) + 0.5_wp*d(6)*reference(1))*axes(:, 2)
+      end associate
+   end function motion_of
 
    !> Stress (σx, σy, τxy) of block b in the model's axes, Pa.
    pure function stress_of(blocks, b) result(stress)
