@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Two engines in turns: python tests/benchmarks/compare.py BEFORE AFTER [--cases WORD …]
+
+BEFORE and AFTER are executables `sitedda-native` of two commits.  Each pair runs both on the same
+input, in changing order, on one thread; what is compared is processor time, since a machine that
+does other work, too, changes its speed within minutes.  Of quiet and small models the time of a
+short run is taken off that of a long one; of the others the whole run counts.  Printed: the ratio
+BEFORE/AFTER, its median and range, and the least time of each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import statistics
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from layered_site import INPUT, changed, processor_time
+from speed_models import YOUNG_MODULUS, Model, touching_wall, wall
+
+import sitedda
+
+SINGLE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+RECORD = INPUT.parent / "records" / "LomaPrieta1989_USGS1002_APEEL2_133.smc"
+STRONG, SHAKING = 6.5, 6.0  # s of the record from which walls are shaken, and how long
+LONG = 10_000  # steps, more than a case takes
+PENALTY = 100 * YOUNG_MODULUS  # N/m
+
+
+@dataclass(frozen=True)
+class Case:
+    """An input, and the steps of the run that counts and of the one that is taken off."""
+
+    text: str
+    steps: int
+    less: int = 0  # 0: nothing is taken off
+
+
+def layered(layers: int) -> str:
+    """The main job, or that deposit with fewer layers."""
+    text = INPUT.read_text()
+    for number in ("count = {} ", "y = {}.0", "'layer_{}'"):
+        old, new = number.format(15), number.format(layers)
+        if old not in text:
+            raise SystemExit(f"{INPUT}: expected {old!r}")
+        text = text.replace(old, new)
+    return text
+
+
+def settling(model: Model, time_step: float) -> str:
+    """A model under its weight."""
+    return model.text(PENALTY, time_step, LONG, 0, "auto") + "&output history_interval = 1 /\n"
+
+
+def shaken(model: Model, time_step: float) -> str:
+    """A model on a base that moves as that of the main job, twice as strongly."""
+    record = sitedda.read_record(RECORD, format="smc").acceleration
+    strong = record.sel(time=slice(STRONG, STRONG + SHAKING))
+    motion = (
+        "&motion name = 'shaking', quantity = 'acceleration', drift_order = 0"
+        f", time_step = {float(record.time[1])!r}\n   values = "
+        + ", ".join(f"{2 * value:.3f}" for value in strong.values)
+    )
+    return re.sub(r"(?ms)^&motion.*? /$", f"{motion} /", settling(model, time_step))
+
+
+def cases() -> dict[str, Case]:
+    """By name."""
+    found = {
+        "main job": Case(layered(15), 22000, 2000),
+        "column 11": Case(layered(10), 22000, 2000),
+        "quiet 1000": Case(settling(wall(1000), 1e-3), 660, 60),
+        "quiet 10000": Case(settling(wall(10000), 1e-3), 90, 10),
+        "shaken 10000": Case(shaken(wall(10000), 1e-3), 82, 22),
+    }
+    for blocks in (200, 400, 800, 1000):
+        for milliseconds, steps in ((1, 400), (5, 80)):
+            name, step = f"{blocks} at {milliseconds} ms", milliseconds * 1e-3
+            found[f"shaken {name}"] = Case(shaken(wall(blocks), step), steps)
+            found[f"settling {name}"] = Case(settling(touching_wall(blocks), step), 60)
+    for blocks in (1000, 10000, 100000):
+        found[f"sudden {blocks}"] = Case(settling(touching_wall(blocks), 1e-3), 10)
+    return found
+
+
+def main() -> None:
+    """Measure in turns, then print."""
+    known = cases()
+    options = arguments(list(known))
+    engines = (options.before.resolve(), options.after.resolve())
+    for name, case in known.items():
+        if options.cases and not any(f"{name} ".startswith(f"{word} ") for word in options.cases):
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            times = [
+                in_turn(engines, case, Path(folder), backwards=bool(pair % 2))
+                for pair in range(options.pairs)
+            ]
+        report(name, times)
+
+
+def arguments(known: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("before", type=Path, help="executable")
+    parser.add_argument("after", type=Path, help="executable")
+    parser.add_argument("--pairs", type=int, default=5)
+    parser.add_argument("--cases", nargs="+", metavar="WORD", help=f"of {', '.join(known)}")
+    return parser.parse_args()
+
+
+def in_turn(engines, case: Case, folder: Path, backwards: bool) -> list[float]:
+    """Seconds of both engines, one after the other."""
+    order = (1, 0) if backwards else (0, 1)
+    seconds = [0.0, 0.0]
+    for which in order:
+        seconds[which] = taken_by(engines[which], case, case.steps, folder)
+        if case.less:
+            seconds[which] -= taken_by(engines[which], case, case.less, folder)
+    return seconds
+
+
+def taken_by(engine: Path, case: Case, steps: int, folder: Path) -> float:
+    """Processor time of one run, s."""
+    file = folder / "compared.nml"
+    records = folder / RECORD.parent.name
+    if not records.exists():
+        records.symlink_to(RECORD.parent)
+    file.write_text(changed(case.text, steps, 1))
+    before = processor_time()
+    command = [str(engine), "run", str(file), "--quiet", "-o", str(folder / "compared.nc")]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=os.environ | SINGLE)
+    return processor_time() - before
+
+
+def report(name: str, times: list[list[float]]) -> None:
+    """The ratio, and the least times."""
+    ratios = sorted(before / after for before, after in times)
+    least = [min(column) for column in zip(*times, strict=True)]
+    print(
+        f"{name:22} {statistics.median(ratios):.2f} [{ratios[0]:.2f}, {ratios[-1]:.2f}]"
+        f"   least {least[0]:.3f} and {least[1]:.3f} s",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    main()
