@@ -54,8 +54,8 @@ contains
       integer :: b
 
       do b = first, last
-         associate (last => blocks%mean_velocity(:, :, b))
-            d(:, b) = step%time_step*(2*(last(:, 1) - last(:, 3)) + last(:, 4))
+         associate (mean => blocks%mean_velocity(:, :, b))
+            d(:, b) = step%time_step*(2*(mean(:, 1) - mean(:, 3)) + mean(:, 4))
          end associate
       end do
    end subroutine predict_range
