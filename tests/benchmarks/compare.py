@@ -95,11 +95,15 @@ def main() -> None:
     for name, case in known.items():
         if options.cases and not any(f"{name} ".startswith(f"{word} ") for word in options.cases):
             continue
-        with tempfile.TemporaryDirectory() as folder:
-            times = [
-                in_turn(engines, case, Path(folder), backwards=bool(pair % 2))
-                for pair in range(options.pairs)
-            ]
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                times = [
+                    in_turn(engines, case, Path(folder), backwards=bool(pair % 2))
+                    for pair in range(options.pairs)
+                ]
+        except subprocess.CalledProcessError as failure:
+            print(f"{name:22} fails with {failure.cmd[0]}", flush=True)
+            continue
         report(name, times)
 
 
