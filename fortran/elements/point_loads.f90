@@ -2,7 +2,7 @@
 !> Point loads: force histories at material points, taken at t₀ + θΔt.
 module dda_point_loads
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, shape_matrix
+   use dda_blocks, only: blocks_type, motion_of, shape_matrix
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_input
    use dda_motion, only: motion_type
@@ -53,7 +53,7 @@ contains
       do i = 1, size(self%load)
          associate (b => self%load(i)%block)
             call add_energy(energy, energy_input, dot_product(load_at(self%load(i), &
-               load_time(step)), matmul(shape_matrix(blocks, b, self%load(i)%reference), d(:, b))))
+               load_time(step)), motion_of(blocks, b, self%load(i)%reference, d(:, b))))
          end associate
       end do
    end subroutine account

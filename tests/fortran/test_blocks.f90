@@ -2,8 +2,8 @@
 !> Inertia, shape matrix and kinematics of blocks against quadrature and finite differences.
 module test_blocks
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type, is_convex, mass_matrix, momentum_of, place_of, &
-      reference_of, shape_matrix, stress_of, update_geometry
+   use dda_blocks, only: blocks_type, is_convex, mass_matrix, momentum_of, motion_of, &
+      place_of, reference_of, shape_matrix, stress_of, update_geometry
    use dda_material, only: elasticity, material_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_polygon, only: area_of
@@ -94,6 +94,8 @@ contains
          call update_geometry(blocks)
          t = shape_matrix(blocks, 1, reference)
          call check_close(t, expected, 'T', absolute=1.0e-9_wp)
+         call check_close(motion_of(blocks, 1, reference, q), matmul(t, q), 'T d', &
+            absolute=4*epsilon(1.0_wp)*sum(abs(t))*maxval(abs(q)))
       end do
    end subroutine shape_matrices
 
