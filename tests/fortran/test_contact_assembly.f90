@@ -236,6 +236,7 @@ contains
          end do
          c = findloc(contacts%state(:contacts%n) == contact_open .and. &
             .not. contacts%bonded(:contacts%n), .true., 1)
+         call check(c > 0, 'an open contact')
          contacts%retained(c) = merge(0.3_wp, 0.0_wp, modulo(round, 2) == 0)
          noted = system%matrix%diagonal
          call forget_changes(system%held%spring_changes)
