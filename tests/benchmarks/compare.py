@@ -3,9 +3,9 @@
 
 BEFORE and AFTER are executables `sitedda-native` of two commits.  Each pair runs both on the same
 input, in changing order, on one thread; what is compared is processor time, since a machine that
-does other work, too, changes its speed within minutes.  Of quiet and small models the time of a
-short run is taken off that of a long one; of the others the whole run counts.  Printed: the ratio
-BEFORE/AFTER, its median and range, and the least time of each.
+does other work, too, changes its speed within minutes.  Of quiet and small models, and of the
+largest that is shaken, the time of a short run is taken off that of a long one; of the others the
+whole run counts.  Printed: the ratio BEFORE/AFTER, its median and range, and the least times.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ import re
 import statistics
 import subprocess
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from layered_site import INPUT, changed, processor_time
@@ -33,9 +35,9 @@ PENALTY = 100 * YOUNG_MODULUS  # N/m
 
 @dataclass(frozen=True)
 class Case:
-    """An input, and the steps of the run that counts and of the one that is taken off."""
+    """What writes the input, and the steps of the run that counts and of that taken off."""
 
-    text: str
+    text: Callable[[], str]
     steps: int
     less: int = 0  # 0: nothing is taken off
 
@@ -51,13 +53,15 @@ def layered(layers: int) -> str:
     return text
 
 
-def settling(model: Model, time_step: float) -> str:
-    """A model under its weight."""
-    return model.text(PENALTY, time_step, LONG, 0, "auto") + "&output history_interval = 1 /\n"
+def settling(make: Callable[[int], Model], blocks: int, time_step: float) -> str:
+    """A model of so many blocks under its weight."""
+    return (
+        make(blocks).text(PENALTY, time_step, LONG, 0, "auto") + "&output history_interval = 1 /\n"
+    )
 
 
-def shaken(model: Model, time_step: float) -> str:
-    """A model on a base that moves as that of the main job, twice as strongly."""
+def shaken(blocks: int, time_step: float) -> str:
+    """A wall on a base that moves as that of the main job, twice as strongly."""
     record = sitedda.read_record(RECORD, format="smc").acceleration
     strong = record.sel(time=slice(STRONG, STRONG + SHAKING))
     motion = (
@@ -65,25 +69,25 @@ def shaken(model: Model, time_step: float) -> str:
         f", time_step = {float(record.time[1])!r}\n   values = "
         + ", ".join(f"{2 * value:.3f}" for value in strong.values)
     )
-    return re.sub(r"(?ms)^&motion.*? /$", f"{motion} /", settling(model, time_step))
+    return re.sub(r"(?ms)^&motion.*? /$", f"{motion} /", settling(wall, blocks, time_step))
 
 
 def cases() -> dict[str, Case]:
     """By name."""
     found = {
-        "main job": Case(layered(15), 22000, 2000),
-        "column 11": Case(layered(10), 22000, 2000),
-        "quiet 1000": Case(settling(wall(1000), 1e-3), 660, 60),
-        "quiet 10000": Case(settling(wall(10000), 1e-3), 90, 10),
-        "shaken 10000": Case(shaken(wall(10000), 1e-3), 82, 22),
+        "main job": Case(partial(layered, 15), 22000, 2000),
+        "column 11": Case(partial(layered, 10), 22000, 2000),
+        "quiet 1000": Case(partial(settling, wall, 1000, 1e-3), 660, 60),
+        "quiet 10000": Case(partial(settling, wall, 10000, 1e-3), 90, 10),
+        "shaken 10000": Case(partial(shaken, 10000, 1e-3), 82, 22),
     }
     for blocks in (200, 400, 800, 1000):
         for milliseconds, steps in ((1, 400), (5, 80)):
             name, step = f"{blocks} at {milliseconds} ms", milliseconds * 1e-3
-            found[f"shaken {name}"] = Case(shaken(wall(blocks), step), steps)
-            found[f"settling {name}"] = Case(settling(touching_wall(blocks), step), 60)
+            found[f"shaken {name}"] = Case(partial(shaken, blocks, step), steps)
+            found[f"settling {name}"] = Case(partial(settling, touching_wall, blocks, step), 60)
     for blocks in (1000, 10000, 100000):
-        found[f"sudden {blocks}"] = Case(settling(touching_wall(blocks), 1e-3), 10)
+        found[f"sudden {blocks}"] = Case(partial(settling, touching_wall, blocks, 1e-3), 10)
     return found
 
 
@@ -96,15 +100,9 @@ def main() -> None:
         if options.cases and not any(f"{name} ".startswith(f"{word} ") for word in options.cases):
             continue
         try:
-            with tempfile.TemporaryDirectory() as folder:
-                times = [
-                    in_turn(engines, case, Path(folder), backwards=bool(pair % 2))
-                    for pair in range(options.pairs)
-                ]
+            report(name, measured(engines, case, options.pairs))
         except subprocess.CalledProcessError as failure:
             print(f"{name:22} fails with {failure.cmd[0]}", flush=True)
-            continue
-        report(name, times)
 
 
 def arguments(known: list[str]) -> argparse.Namespace:
@@ -116,31 +114,35 @@ def arguments(known: list[str]) -> argparse.Namespace:
     return parser.parse_args()
 
 
-def in_turn(engines, case: Case, folder: Path, backwards: bool) -> list[float]:
-    """Seconds of both engines, one after the other."""
-    order = (1, 0) if backwards else (0, 1)
-    seconds = [0.0, 0.0]
-    for which in order:
-        seconds[which] = taken_by(engines[which], case, case.steps, folder)
-        if case.less:
-            seconds[which] -= taken_by(engines[which], case, case.less, folder)
-    return seconds
+def measured(engines, case: Case, pairs: int) -> list[tuple[float, float]]:
+    """Seconds of both engines in each pair."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        (folder / RECORD.parent.name).symlink_to(RECORD.parent)
+        text = case.text()
+        long, short = (folder / f"{steps}.nml" for steps in (case.steps, case.less))
+        long.write_text(changed(text, case.steps, 1))
+        short.write_text(changed(text, case.less, 1))
+        times = []
+        for pair in range(pairs):
+            seconds = {}
+            for engine in reversed(engines) if pair % 2 else engines:
+                seconds[engine] = taken_by(engine, long)
+                if case.less:
+                    seconds[engine] -= taken_by(engine, short)
+            times.append(tuple(seconds[engine] for engine in engines))
+    return times
 
 
-def taken_by(engine: Path, case: Case, steps: int, folder: Path) -> float:
+def taken_by(engine: Path, file: Path) -> float:
     """Processor time of one run, s."""
-    file = folder / "compared.nml"
-    records = folder / RECORD.parent.name
-    if not records.exists():
-        records.symlink_to(RECORD.parent)
-    file.write_text(changed(case.text, steps, 1))
+    command = [str(engine), "run", str(file), "--quiet", "-o", str(file.with_suffix(".nc"))]
     before = processor_time()
-    command = [str(engine), "run", str(file), "--quiet", "-o", str(folder / "compared.nc")]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=os.environ | SINGLE)
     return processor_time() - before
 
 
-def report(name: str, times: list[list[float]]) -> None:
+def report(name: str, times: list[tuple[float, float]]) -> None:
     """The ratio, and the least times."""
     ratios = sorted(before / after for before, after in times)
     least = [min(column) for column in zip(*times, strict=True)]
