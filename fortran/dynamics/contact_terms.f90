@@ -88,7 +88,7 @@ contains
       end do
    end subroutine hold_contacts
 
-   !> What has changed in contacts first … last; all forces are others in a new list.
+   !> Forces at rest of contacts first … last, and what has changed; in a new list all forces have.
    pure subroutine compare_range(held, contacts, laws, first, last)
       type(contact_terms_type), intent(inout) :: held  !< what K̂ and f̂ hold of the contacts
       type(contacts_type), intent(inout) :: contacts  !< this step's list

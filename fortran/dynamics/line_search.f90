@@ -73,6 +73,7 @@ contains
          end if
       end do
       associate (n => size(system%d, 2))
+         ! d − d₀ with the other sign, then d₀ + α (d − d₀)
          call multiply_and_add(n, system%previous_d, -1.0_wp, system%d)
          call multiply_and_add(n, system%previous_d, -alpha, system%d)
       end associate

@@ -62,7 +62,7 @@ module dda_open_close
       integer :: broken = 0                           !< bonds broken in this step
       real(wp) :: residual = 0.0_wp                   !< largest force difference, N/m
       real(wp) :: tolerance = 0.0_wp                  !< that it had to reach, N/m
-      integer :: worst = 0                            !< contact with that difference
+      integer :: worst = 0                            !< its contact, 0 within the tolerance
       integer :: short_steps = 0                      !< very short ones in a row
       integer :: overshoots = 0                       !< short steps in a row, of sliding contacts
       logical :: shortened = .false.                  !< the last step has been
