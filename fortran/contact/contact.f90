@@ -83,7 +83,7 @@ module dda_contact
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
       !> [2,n] springs and forces at d = 0 in place of those of the states, N/m, see
-      !> dda_interior_point; else not allocated
+      !> dda_static_relaxation; else not allocated
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
       !> bounds at which friction is held, N/m, see dda_friction_bounds; else not allocated
       real(wp), allocatable :: held_bound(:)

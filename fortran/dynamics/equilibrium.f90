@@ -96,6 +96,7 @@ contains
       end if
       simulation%resting = .false.
       simulation%iteration%may_stop = .false.
+      simulation%iteration%unbalanced_work = 0.0_wp
       simulation%model%control = control
       simulation%scheme = scheme
       simulation%laws%theta = scheme%theta
@@ -139,6 +140,8 @@ contains
             /(first_ratio*simulation%laws%normal_stiffness))
       end associate
       simulation%resting = .true.
+      simulation%iteration%relaxes = .false.
+      simulation%iteration%closed = .true.
       simulation%iteration%may_stop = .true.
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
@@ -165,7 +168,8 @@ contains
       do
          call unbalanced_force(simulation, equilibrium%unbalanced, equilibrium%block, error)
          if (allocated(error)) return
-         equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed
+         equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed &
+            .and. simulation%iteration%closed
          in_vain = merge(0, in_vain + 1, equilibrium%unbalanced < 0.5_wp*least)
          least = min(least, equilibrium%unbalanced)
          if (equilibrium%at_rest .and. (in_vain >= most_in_vain .or. &

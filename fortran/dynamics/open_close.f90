@@ -67,6 +67,9 @@ module dda_open_close
       integer :: overshoots = 0                       !< short steps in a row, of sliding contacts
       logical :: shortened = .false.                  !< the last step has been
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
+      logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
+      logical :: closed = .true.                      !< the last of these has, for all that rest asks
+      real(wp) :: unbalanced_work = 0.0_wp            !< of forces that it left unbalanced, J/m
       real(wp) :: reduction = 0.0_wp                  !< `loose` unless the solve may be the last
       type(slides_type) :: slides                     !< sliding contacts and their forces
       type(cycle_type) :: history                     !< states that have been assumed
@@ -185,6 +188,8 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
 
+      iteration%closed = .true.
+      iteration%unbalanced_work = 0.0_wp
       iteration%iterations = 0
       iteration%changes = 0
       iteration%broken = 0

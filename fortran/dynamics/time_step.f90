@@ -9,7 +9,8 @@ module dda_time_step
    use dda_contact_search, only: find_contacts
    use dda_diagnostics, only: explain, check_state
    use dda_elements, only: accept_elements, revise_elements
-   use dda_energy, only: add_energy, energy_impact, energy_input, energy_kinetic_damping
+   use dda_energy, only: add_energy, energy_algorithmic, energy_impact, energy_input, &
+      energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
    use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
       fail
@@ -21,7 +22,7 @@ module dda_time_step
    use dda_original_rules, only: close_by_original_rules
    use dda_scheme, only: end_time
    use dda_simulation, only: simulation_type, next_step, exchange_lists
-   use dda_static_path, only: close_static
+   use dda_static_relaxation, only: close_static
    use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
    use dda_system, only: assemble_linear
    implicit none
@@ -269,6 +270,8 @@ contains
             call add_energy(simulation%energy, energy_impact, simulation%impacts%lost)
             call count_impacts(simulation%impacts)
          end if
+         call add_energy(simulation%energy, energy_algorithmic, &
+            simulation%iteration%unbalanced_work)
          call accept_elements(simulation%elements, simulation%blocks, step, d)
          call integrate(simulation%blocks, d, step)
          call update_state(simulation%energy, simulation%blocks)

@@ -8,9 +8,7 @@ module test_open_close
    use dda_cycles, only: cycle_type, note_states
    use dda_errors, only: error_type, error_convergence
    use dda_friction, only: laws_type
-   use dda_open_close, only: add_counts, begin_iteration, close_contacts, counts_of, &
-      open_close_type
-   use dda_static_path, only: close_static, follow_path
+   use dda_open_close, only: close_contacts, open_close_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
    use models, only: begin, contact_text, control_text, random, relative_balance, run, sow
@@ -37,9 +35,6 @@ contains
       call sow(43)
       call against_enumeration()
       call any_first_states()
-      call along_the_path(0.0_wp)
-      call along_the_path(10.0_wp)
-      call all_iterations_count()
       call with_friction(10.0_wp, 25)
       call with_friction(30.0_wp, 60)
       call where_friction_locks()
@@ -142,76 +137,6 @@ contains
          d = x
       end do
    end subroutine try_all
-
-   !> The path through interior points leads to the solution of the open–close iteration.
-   subroutine along_the_path(friction_angle)
-      real(wp), intent(in) :: friction_angle  !< degrees
-      type(system_type) :: system, again
-      type(contacts_type) :: contacts, others
-      type(laws_type) :: laws
-      type(open_close_type) :: iteration
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
-      logical :: closed
-      integer :: i, most
-
-      call case('along the path of interior points')
-      most = 0
-      do i = 1, 40
-         call random_system(system, contacts, laws, 20, friction_angle)
-         again = system
-         others = contacts
-         call close_all(system, contacts, laws, iteration, error)
-         call check_no_error(error, 'the states converge')
-         call choose_solver(solver, 'auto', error)
-         call analyse(solver, again%matrix)
-         call follow_path(iteration, again, solver, others, laws, closed, error)
-         call check_no_error(error, 'the path converges')
-         call check(closed, 'the path ends at the law')
-         call check_close(again%d, system%d, 'd', relative=1.0e-9_wp)
-         call check(all(others%state(:others%n) == contacts%trial_state(:others%n)), 'same states')
-         most = max(most, iteration%iterations)
-      end do
-      call check(most <= 40, 'in few steps')
-   end subroutine along_the_path
-
-   !> A static step counts the iterations and changes before its path, too.
-   subroutine all_iterations_count()
-      type(system_type) :: system, again
-      type(contacts_type) :: contacts, others
-      type(laws_type) :: laws
-      type(open_close_type) :: iteration, path
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
-      logical :: closed
-      integer :: i, followed, before(3)
-      integer, parameter :: few = 2
-
-      call case('all iterations of a static step count')
-      followed = 0
-      do i = 1, 40
-         call random_system(system, contacts, laws, 20, 10.0_wp)
-         again = system
-         others = contacts
-         iteration%max_iterations = few
-         call choose_solver(solver, 'auto', error)
-         call analyse(solver, system%matrix)
-         call close_static(iteration, system, solver, contacts, laws, error)
-         call check_no_error(error, 'converges')
-         if (iteration%iterations <= few) cycle
-         followed = followed + 1
-         call follow_path(path, again, solver, others, laws, closed, error)
-         call check(iteration%iterations == few + path%iterations, 'states tried and path')
-         call check(iteration%changes > 0, 'changes before the path')
-      end do
-      call check(followed > 20, 'most follow the path')
-      iteration%broken = few
-      before = counts_of(iteration)
-      call begin_iteration(iteration, contacts)
-      call check(all(counts_of(iteration) == 0), 'begun anew')
-      call add_counts(iteration, before)
-      call check(all(counts_of(iteration) == before), 'iterations, changes and broken bonds')
-   end subroutine all_iterations_count
 
    !> Without friction the solution does not depend on where the iteration begins.
    subroutine any_first_states()

@@ -5,19 +5,22 @@
 !> D. G. Anderson, J. ACM 12 (1965) 547; H. F. Walker, P. Ni, SIAM J. Numer. Anal. 49 (2011) 1715.
 module dda_anderson
    use dda_kinds, only: wp
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
    public :: anderson_type, forget, accelerate
 
-   integer, parameter :: depth = 6                    !< differences remembered
+   integer, parameter :: most_depth = 20
    !> share of the diagonal added to the normal equations
    real(wp), parameter :: regular = 1.0e-14_wp
 
    !> Differences of the last iterations.
    type :: anderson_type
+      integer :: depth = 6                            !< differences remembered, at most `most_depth`
       integer :: count = 0                            !< iterations since the start
       real(wp), allocatable :: image(:), residual(:)  !< [n] g and g − x of the iteration before
       real(wp), allocatable :: d_image(:,:), d_residual(:,:)  !< [n, depth]
+      real(wp) :: normal(most_depth, most_depth) = 0.0_wp     !< products of the columns d_residual
    end type anderson_type
 
 contains
@@ -34,26 +37,86 @@ contains
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
       real(wp), intent(inout) :: x(:)  !< [n] in the units of the unknowns
       real(wp), intent(in) :: image(:)  !< [n] g(x)
-      real(wp) :: share(depth)
-      integer :: n, used, slot, j
+      real(wp) :: share(most_depth), part(2*most_depth, most_pieces)
+      integer :: n, used, slot, p
 
       n = size(x)
       call reserve(memory, n)
-      if (memory%count > 0) then
-         slot = modulo(memory%count - 1, depth) + 1
-         memory%d_image(:n, slot) = image - memory%image(:n)
-         memory%d_residual(:n, slot) = (image - x) - memory%residual(:n)
-      end if
-      used = min(memory%count, depth)
+      slot = 0
+      if (memory%count > 0) slot = modulo(memory%count - 1, memory%depth) + 1
+      used = min(memory%count, memory%depth)
       memory%count = memory%count + 1
-      memory%image(:n) = image
-      memory%residual(:n) = image - x
-      call least_squares(memory%d_residual(:n, :used), memory%residual(:n), share(:used))
-      x = image
-      do j = 1, used
-         x = x - share(j)*memory%d_image(:n, j)
+      if (n < parallel_from) then
+         call remember(memory, slot, used, x, image, 1, n, part(:, 1))
+         call solve_normal(memory, slot, used, part(:, 1), share)
+         call combine(memory, share(:used), x, 1, n)
+         return
+      end if
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(n)
+         call remember(memory, slot, used, x, image, first_of(p, n), last_of(p, n), part(:, p))
+      end do
+      call solve_normal(memory, slot, used, sum(part(:, :pieces(n)), 2), share)
+      !$omp parallel do schedule(static)
+      do p = 1, pieces(n)
+         call combine(memory, share(:used), x, first_of(p, n), last_of(p, n))
       end do
    end subroutine accelerate
+
+   !> Unknowns first … last: differences from the iteration before, and what they give to the
+   !> products of all columns d_residual with the last one of them and with the residual.
+   pure subroutine remember(memory, slot, used, x, image, first, last, products)
+      type(anderson_type), intent(inout) :: memory  !< gets this iteration
+      integer, intent(in) :: slot, used             !< column of the differences; columns
+      real(wp), intent(in) :: x(:), image(:)        !< [n] x and g(x)
+      integer, intent(in) :: first, last            !< of the range
+      real(wp), intent(out) :: products(2*most_depth)
+      integer :: j
+
+      if (slot > 0) then
+         memory%d_image(first:last, slot) = image(first:last) - memory%image(first:last)
+         memory%d_residual(first:last, slot) = (image(first:last) - x(first:last)) &
+            - memory%residual(first:last)
+      end if
+      memory%image(first:last) = image(first:last)
+      memory%residual(first:last) = image(first:last) - x(first:last)
+      products = 0.0_wp
+      do j = 1, used
+         products(j) = dot_product(memory%d_residual(first:last, j), &
+            memory%d_residual(first:last, slot))
+         products(most_depth + j) = dot_product(memory%d_residual(first:last, j), &
+            memory%residual(first:last))
+      end do
+   end subroutine remember
+
+   !> Shares y of the differences, min ‖residual − Σ y d_residual‖, by the normal equations.
+   pure subroutine solve_normal(memory, slot, used, products, share)
+      type(anderson_type), intent(inout) :: memory  !< gets the products of the last column
+      integer, intent(in) :: slot, used             !< that column; columns
+      real(wp), intent(in) :: products(2*most_depth)  !< from `remember`
+      real(wp), intent(out) :: share(most_depth)
+
+      if (slot > 0) then
+         memory%normal(:used, slot) = products(:used)
+         memory%normal(slot, :used) = products(:used)
+      end if
+      share = products(most_depth + 1:)
+      call eliminate(memory%normal(:used, :used), share(:used))
+   end subroutine solve_normal
+
+   !> Unknowns first … last of the next x.
+   pure subroutine combine(memory, share, x, first, last)
+      type(anderson_type), intent(in) :: memory  !< with this iteration
+      real(wp), intent(in) :: share(:)           !< of the differences
+      real(wp), intent(inout) :: x(:)            !< [n] the next one
+      integer, intent(in) :: first, last         !< of the range
+      integer :: j
+
+      x(first:last) = memory%image(first:last)
+      do j = 1, size(share)
+         x(first:last) = x(first:last) - share(j)*memory%d_image(first:last, j)
+      end do
+   end subroutine combine
 
    !> Allocate for n unknowns, unless there is room.
    subroutine reserve(memory, n)
@@ -64,36 +127,33 @@ contains
          if (size(memory%image) >= n) return
          deallocate (memory%image, memory%residual, memory%d_image, memory%d_residual)
       end if
-      allocate (memory%image(2*n), memory%residual(2*n), memory%d_image(2*n, depth), &
-         memory%d_residual(2*n, depth))
+      allocate (memory%image(2*n), memory%residual(2*n), memory%d_image(2*n, memory%depth), &
+         memory%d_residual(2*n, memory%depth))
       memory%count = 0
    end subroutine reserve
 
-   !> min ‖b − A y‖ by the normal equations, Gauss elimination without pivoting (they are definite).
-   pure subroutine least_squares(a, b, y)
-      real(wp), intent(in) :: a(:,:), b(:)  !< [n,m], [n]
-      real(wp), intent(out) :: y(:)  !< [m]
-      real(wp) :: normal(depth, depth), factor
+   !> Solve A y = b by Gauss elimination without pivoting: A is definite.
+   pure subroutine eliminate(a, y)
+      real(wp), intent(in) :: a(:,:)   !< [m,m]
+      real(wp), intent(inout) :: y(:)  !< [m] b, becomes the solution
+      real(wp) :: rest(size(y), size(y)), factor
       integer :: i, j, m
 
-      m = size(a, 2)
+      m = size(y)
+      rest = a
       do j = 1, m
-         do i = 1, m
-            normal(i, j) = dot_product(a(:, i), a(:, j))
-         end do
-         normal(j, j) = normal(j, j)*(1.0_wp + regular) + tiny(1.0_wp)
-         y(j) = dot_product(a(:, j), b)
+         rest(j, j) = a(j, j)*(1.0_wp + regular) + tiny(1.0_wp)
       end do
       do j = 1, m
          do i = j + 1, m
-            factor = normal(i, j)/normal(j, j)
-            normal(i, j:m) = normal(i, j:m) - factor*normal(j, j:m)
+            factor = rest(i, j)/rest(j, j)
+            rest(i, j:m) = rest(i, j:m) - factor*rest(j, j:m)
             y(i) = y(i) - factor*y(j)
          end do
       end do
       do j = m, 1, -1
-         y(j) = (y(j) - dot_product(normal(j, j + 1:m), y(j + 1:m)))/normal(j, j)
+         y(j) = (y(j) - dot_product(rest(j, j + 1:m), y(j + 1:m)))/rest(j, j)
       end do
-   end subroutine least_squares
+   end subroutine eliminate
 
 end module dda_anderson

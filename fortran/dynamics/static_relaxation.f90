@@ -1,0 +1,231 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The contacts of a static step, where many of them change their states.
+!>
+!> In statics inertia hardly holds a block whose contacts all slide, so that the open–close
+!> iteration overshoots where it finds such a block.  Here one matrix S serves all iterations
+!> (modified Newton), in which such contacts keep a share of their springs:
+!>
+!>     S (d' − d) = f̂ + Σ [N(d) ∂g − T(d) ∂s] − K d ,
+!>
+!> K and f̂ without contacts, N and T by the laws.  Anderson acceleration makes up for the stiffness
+!> that S has too much.  The step need not close: what has slipped in it stays, and the next one
+!> begins with shear forces at their bounds, where a contact whose slip would reverse sticks.  So
+!> blocks between contacts that slide opposite ways are held by springs again.
+module dda_static_relaxation
+   use dda_kinds, only: wp
+   use dda_anderson, only: anderson_type, accelerate
+   use dda_block_matrix, only: block_matrix_type, multiply
+   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact_assembly, only: assemble_contacts
+   use dda_errors, only: error_type, error_interrupted, fail
+   use dda_friction, only: laws_type
+   use dda_interrupts, only: stop_requested
+   use dda_linear_solver, only: solver_type
+   use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
+      counts_of, evaluate, iterate, solve_assumed, take_states
+   use dda_ordered_sums, only: inner_product, parallel_from
+   use dda_system, only: system_type
+   implicit none
+   private
+   public :: close_static, relax
+
+   integer, parameter :: few_iterations = 40     !< after which a step is relaxed
+   integer, parameter :: many_changes = 2000     !< of the first iteration: at once
+   integer, parameter :: most_iterations = 21    !< of a relaxed step
+   integer, parameter :: depth = 10              !< of the acceleration
+   real(wp), parameter :: accuracy = 1.0e-8_wp   !< of the first residual, of each solve
+   real(wp), parameter :: open_share = 0.1_wp    !< of the springs of an open contact without gap
+   real(wp), parameter :: slide_share = 0.2_wp   !< of the shear spring of a sliding contact
+   real(wp), parameter :: ascent = 10.0_wp       !< that the last iterate may have, over the best
+   real(wp), parameter :: divergence = 1.0e4_wp  !< of the correction, over the least
+   real(wp), parameter :: enough = 30.0_wp       !< tolerances: the step ends
+   real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances: bonds are checked, rest is judged
+
+   !> Iterates of a step, scaled by the square roots of the diagonal of S.
+   type :: iterate_type
+      type(anderson_type) :: memory         !< of the acceleration
+      real(wp), allocatable :: scale(:)     !< [6n] those square roots
+      real(wp), allocatable :: x(:)         !< [6n] the present d
+      real(wp), allocatable :: image(:)     !< [6n] d'
+      real(wp), allocatable :: best(:,:)    !< [6,n] d of the smallest correction, not scaled
+      real(wp) :: correction = 0.0_wp       !< ‖image − x‖²; twice an energy, J/m
+      real(wp) :: least = huge(1.0_wp)      !< the smallest so far
+   end type iterate_type
+
+contains
+
+   !> Iterate until every contact exerts what was assumed of it, or relax, if many change or they do
+   !> not settle soon; then so are the steps that follow.
+   subroutine close_static(iteration, system, solver, contacts, laws, error)
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      logical :: closed
+      integer :: most, before(3)
+      integer, allocatable :: first_states(:)
+
+      before = 0
+      if (.not. iteration%relaxes) then
+         first_states = contacts%state(:contacts%n)
+         most = iteration%max_iterations
+         iteration%max_iterations = min(most, few_iterations)
+         iteration%most_changes = many_changes
+         call iterate(iteration, system, solver, contacts, laws, closed, error)
+         iteration%max_iterations = most
+         iteration%most_changes = huge(1)
+         if (closed .or. allocated(error)) return
+         before = counts_of(iteration)
+         contacts%state(:contacts%n) = first_states
+         iteration%relaxes = .true.
+      end if
+      call relax(iteration, system, solver, contacts, laws, error)
+      call add_counts(iteration, before)
+   end subroutine close_static
+
+   !> Take the contacts nearer to their laws, from d = 0 and the states of the step before.
+   subroutine relax(iteration, system, solver, contacts, laws, error)
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(iterate_type) :: iterates
+      integer :: i
+
+      call begin_iteration(iteration, contacts)
+      iterates%memory%depth = depth
+      system%held%rebuild = .true.
+      system%d = 0.0_wp
+      call evaluate(iteration, system%d, contacts, laws)
+      call impose_springs(iteration, contacts, laws)
+      do i = 1, most_iterations
+         if (iteration%may_stop .and. stop_requested()) &
+            call fail(error, error_interrupted, 'interrupted')
+         if (allocated(error)) exit
+         iteration%iterations = i
+         iteration%reduction = accuracy
+         call impose_forces(contacts)
+         call correct(iterates, i, iteration, system, solver, contacts, laws, error)
+         if (allocated(error) .or. iterates%correction > divergence*iterates%least) exit
+         if (force_of(iterates%correction, laws) <= enough*iteration%tolerance) exit
+         call accelerate(iterates%memory, iterates%x, iterates%image)
+         system%d = reshape(iterates%x/iterates%scale, shape(system%d))
+         call evaluate(iteration, system%d, contacts, laws)
+      end do
+      if (.not. allocated(error)) call accept_best(iterates, iteration, system, contacts, laws)
+      deallocate (contacts%imposed_spring, contacts%imposed_force)
+   end subroutine relax
+
+   !> Springs of S, by the states before the step and the gaps and forces at d = 0.
+   !>
+   !> The share of an open contact falls with its gap, as the secant stiffness does.
+   subroutine impose_springs(iteration, contacts, laws)
+      type(open_close_type), intent(in) :: iteration  !< of the step
+      type(contacts_type), intent(inout) :: contacts  !< gets springs; all count as assumed stuck
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      real(wp) :: share(2), gap_force
+      integer :: c
+
+      allocate (contacts%imposed_spring(2, contacts%n), contacts%imposed_force(2, contacts%n))
+      !$omp parallel do private(share, gap_force) schedule(static) if (contacts%n >= parallel_from)
+      do c = 1, contacts%n
+         share = 1.0_wp
+         gap_force = laws%normal_stiffness*max(0.0_wp, contacts%gap(c))
+         if (contacts%state(c) == contact_open .and. .not. contacts%normal_force(c) > 0.0_wp) &
+            share = open_share/(1.0_wp + gap_force/max(iteration%weight, tiny(1.0_wp)))
+         if (contacts%state(c) == contact_slide) share(2) = slide_share
+         contacts%imposed_spring(:, c) = share*[laws%normal_stiffness, laws%shear_stiffness]
+         contacts%state(c) = contact_stick
+      end do
+   end subroutine impose_springs
+
+   !> The contacts assume the forces of their laws at the last evaluation, linear in d by S.
+   subroutine impose_forces(contacts)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      integer :: c
+
+      !$omp parallel do schedule(static) if (contacts%n >= parallel_from)
+      do c = 1, contacts%n
+         contacts%imposed_force(:, c) = [contacts%normal_force(c), contacts%shear_force(c)] &
+            + contacts%imposed_spring(:, c) &
+            *[contacts%new_gap(c) - contacts%gap(c), -contacts%slip(c)]
+      end do
+   end subroutine impose_forces
+
+   !> The next d by S, and whether the present one is the best so far.  Of the first, d = 0, it is
+   !> the whole correction; the last may be somewhat worse than the best, since it has slipped on.
+   subroutine correct(iterates, i, iteration, system, solver, contacts, laws, error)
+      type(iterate_type), intent(inout) :: iterates  !< of the step
+      integer, intent(in) :: i  !< iteration
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< its d becomes d'
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp), allocatable :: d(:,:)
+
+      d = system%d
+      call solve_assumed(iteration, system, solver, contacts, laws, error)
+      if (allocated(error)) return
+      if (i == 1) call scale_by(iterates, system%matrix)
+      iterates%x = iterates%scale*reshape(d, [size(d)])
+      iterates%image = iterates%scale*reshape(system%d, [size(d)])
+      iterates%correction = inner_product(size(d, 2), iterates%image - iterates%x, &
+         iterates%image - iterates%x)
+      if (i > 1 .and. .not. iterates%correction < iterates%least &
+         *merge(ascent, 1.0_wp, i == most_iterations)) return
+      iterates%least = iterates%correction
+      iterates%best = d
+      if (i == 1) iterates%best = system%d
+   end subroutine correct
+
+   !> Square roots of the diagonal of S: corrections in N and in N m count alike.
+   subroutine scale_by(iterates, matrix)
+      type(iterate_type), intent(inout) :: iterates  !< of the step
+      type(block_matrix_type), intent(in) :: matrix  !< S
+      integer :: b, j
+
+      iterates%scale = [((sqrt(matrix%diagonal(j, j, b)), j=1, 6), b=1, matrix%n)]
+   end subroutine scale_by
+
+   !> Force by which contacts are off in a correction of this size, N/m.
+   pure real(wp) function force_of(correction, laws) result(force)
+      real(wp), intent(in) :: correction   !< J/m
+      type(laws_type), intent(in) :: laws  !< stiffness of the contacts
+
+      force = sqrt(correction*laws%normal_stiffness)
+   end function force_of
+
+   !> Accept the best d with the forces that the laws give there, and the work of what these leave
+   !> unbalanced.
+   subroutine accept_best(iterates, iteration, system, contacts, laws)
+      type(iterate_type), intent(in) :: iterates  !< of the step
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< its right-hand side is overwritten
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      real(wp), allocatable :: internal(:,:)
+      logical :: strong
+
+      system%d = iterates%best
+      call evaluate(iteration, system%d, contacts, laws)
+      iteration%closed = force_of(iterates%least, laws) <= nearly*iteration%tolerance
+      if (iteration%closed) then
+         call check_strength(iteration, contacts, laws, strong)
+         iteration%closed = strong
+         if (.not. strong) call evaluate(iteration, system%d, contacts, laws)
+      end if
+      call impose_forces(contacts)
+      call assemble_contacts(system, contacts, laws)
+      allocate (internal, mold=system%d)
+      call multiply(system%matrix, system%d, internal)
+      iteration%unbalanced_work = inner_product(system%matrix%n, system%d, system%rhs - internal)
+      call take_states(contacts, 1, contacts%n)
+   end subroutine accept_best
+
+end module dda_static_relaxation

@@ -1,0 +1,233 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Relaxed static steps on random systems: what they end at, what they leave unbalanced.
+module test_static_relaxation
+   use dda_kinds, only: wp, pi
+   use dda_contact, only: contact_stick, contacts_type
+   use dda_errors, only: error_type
+   use dda_friction, only: laws_type
+   use dda_linear_solver, only: analyse, choose_solver, solver_type
+   use dda_open_close, only: add_counts, begin_iteration, close_contacts, counts_of, &
+      open_close_type
+   use dda_static_relaxation, only: close_static, relax
+   use dda_system, only: system_type
+   use models, only: sow
+   use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
+   use testing, only: case, check, check_close, check_no_error
+   implicit none
+   private
+   public :: static_relaxation_suite
+
+   integer, parameter :: n_contacts = 20                    !< contacts
+   integer, parameter :: most_steps = 40
+   real(wp), parameter :: shear_stiffness = stiffness/2.5_wp !< as in `random_system`
+
+contains
+
+   subroutine static_relaxation_suite()
+      call sow(47)
+      call without_friction()
+      call with_friction(10.0_wp)
+      call with_friction(35.0_wp)
+      call overloaded_bonds()
+      call all_iterations_count()
+   end subroutine static_relaxation_suite
+
+   !> An iteration that the random systems are to be solved by.
+   subroutine prepare(iteration, solver, system)
+      type(open_close_type), intent(out) :: iteration
+      type(solver_type), intent(out) :: solver
+      type(system_type), intent(in) :: system
+      type(error_type), allocatable :: error
+
+      iteration%weight = 10.0_wp
+      iteration%relative_tolerance = 1.0e-12_wp
+      call choose_solver(solver, 'auto', error)
+      call analyse(solver, system%matrix)
+   end subroutine prepare
+
+   !> The next step begins where this one has ended.
+   subroutine accept(system, contacts)
+      type(system_type), intent(inout) :: system
+      type(contacts_type), intent(inout) :: contacts
+      integer :: n
+
+      n = contacts%n
+      system%load = system%load - reshape(matmul(linear_matrix(system), flat(system%d)), &
+         shape(system%load))
+      contacts%gap(:n) = contacts%new_gap(:n)
+      contacts%stretch(:n) = contacts%shear_force(:n)/shear_stiffness
+   end subroutine accept
+
+   !> Forces on the blocks at d by the law, in the geometry before the step.
+   function unbalanced(system, contacts, mu) result(rest)
+      type(system_type), intent(in) :: system
+      type(contacts_type), intent(in) :: contacts
+      real(wp), intent(in) :: mu
+      real(wp) :: rest(unknowns), normal, shear
+      integer :: c
+
+      rest = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
+      do c = 1, contacts%n
+         normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), &
+            flat(system%d))))
+         shear = shear_stiffness*(contacts%stretch(c) + dot_product(slip_row(contacts, c), &
+            flat(system%d)))
+         shear = max(-mu*normal, min(mu*normal, shear))
+         rest = rest + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
+      end do
+   end function unbalanced
+
+   !> Where no path matters, the steps end at the solution of the open–close iteration.
+   subroutine without_friction()
+      type(system_type) :: system, again
+      type(contacts_type) :: contacts, others
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: way(unknowns)
+      integer :: i, step, most
+
+      call case('without friction')
+      most = 0
+      do i = 1, 40
+         call random_system(system, contacts, laws, n_contacts, 0.0_wp)
+         again = system
+         others = contacts
+         call prepare(iteration, solver, system)
+         call close_contacts(iteration, system, solver, contacts, laws, error)
+         call check_no_error(error, 'the states converge')
+         call prepare(iteration, solver, again)
+         way = 0.0_wp
+         do step = 1, most_steps
+            call relax(iteration, again, solver, others, laws, error)
+            call check_no_error(error, 'relaxes')
+            way = way + flat(again%d)
+            if (iteration%closed) exit
+            call accept(again, others)
+         end do
+         most = max(most, step)
+         call check_close(way, flat(system%d), 'd', relative=1.0e-6_wp)
+         call check(all(others%state(:n_contacts) == contacts%trial_state(:n_contacts)), 'same states')
+      end do
+      call check(most < most_steps, 'all close')
+   end subroutine without_friction
+
+   !> The steps end in balance by the law; what they leave unbalanced before does the work that is
+   !> told of it.
+   subroutine with_friction(angle)
+      real(wp), intent(in) :: angle  !< degrees
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      real(wp) :: rest(unknowns), mu
+      integer :: i, step, open_steps, failed
+
+      call case('with friction')
+      mu = tan(angle*pi/180.0_wp)
+      open_steps = 0
+      failed = 0
+      do i = 1, 60
+         call random_system(system, contacts, laws, n_contacts, angle)
+         call prepare(iteration, solver, system)
+         do step = 1, most_steps
+            call relax(iteration, system, solver, contacts, laws, error)
+            call check_no_error(error, 'relaxes')
+            rest = unbalanced(system, contacts, mu)
+            call check_close(iteration%unbalanced_work, dot_product(rest, flat(system%d)), &
+               'work of unbalanced forces', absolute=1.0e-12_wp, relative=1.0e-6_wp)
+            if (iteration%closed) exit
+            open_steps = open_steps + 1
+            call accept(system, contacts)
+         end do
+         if (.not. iteration%closed) then
+            failed = failed + 1
+            cycle
+         end if
+         call check_close(rest, 0.0_wp*rest, 'forces in balance', absolute=1.0e-6_wp)
+      end do
+      call check(open_steps > 10, 'some steps do not close')
+      call check(failed == 0, 'all end')
+   end subroutine with_friction
+
+   !> Bonds are checked when the contacts are closed, and those that break hold nothing any more.
+   subroutine overloaded_bonds()
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      integer :: i, step, broken, kept
+
+      call case('overloaded bonds')
+      broken = 0
+      kept = 0
+      do i = 1, 20
+         call random_system(system, contacts, laws, n_contacts, 10.0_wp)
+         laws%cohesion = 5.0_wp
+         laws%tension = 5.0_wp
+         contacts%bonded(:n_contacts) = .true.
+         contacts%bond_length(:n_contacts) = 1.0_wp
+         contacts%state(:n_contacts) = contact_stick
+         call prepare(iteration, solver, system)
+         do step = 1, most_steps
+            call relax(iteration, system, solver, contacts, laws, error)
+            call check_no_error(error, 'relaxes')
+            broken = broken + iteration%broken
+            if (iteration%closed) exit
+            call accept(system, contacts)
+         end do
+         call check(iteration%closed, 'ends')
+         kept = kept + count(contacts%bonded(:n_contacts))
+         call check(all(contacts%normal_force(:n_contacts) >= -5.0_wp*(1 + 1.0e-9_wp)), &
+            'no bond holds more than its strength')
+         call check(all(contacts%bonded(:n_contacts) .or. contacts%normal_force(:n_contacts) >= 0.0_wp), &
+            'a broken one holds no tension')
+      end do
+      call check(broken > 20 .and. kept > 20, 'some break, some hold')
+   end subroutine overloaded_bonds
+
+   !> A static step counts the iterations and changes before its relaxation, too.
+   subroutine all_iterations_count()
+      type(system_type) :: system, again
+      type(contacts_type) :: contacts, others
+      type(laws_type) :: laws
+      type(open_close_type) :: iteration, relaxed
+      type(solver_type) :: solver
+      type(error_type), allocatable :: error
+      integer :: i, followed, before(3)
+      integer, parameter :: few = 2
+
+      call case('all iterations of a static step count')
+      followed = 0
+      do i = 1, 40
+         call random_system(system, contacts, laws, n_contacts, 10.0_wp)
+         again = system
+         others = contacts
+         call prepare(iteration, solver, system)
+         iteration%max_iterations = few
+         call close_static(iteration, system, solver, contacts, laws, error)
+         call check_no_error(error, 'relaxes')
+         if (.not. iteration%relaxes) cycle
+         followed = followed + 1
+         call prepare(relaxed, solver, again)
+         call relax(relaxed, again, solver, others, laws, error)
+         call check(iteration%iterations == few + relaxed%iterations, 'states tried and relaxed')
+         call check(iteration%changes > 0, 'changes before it')
+         call check_close(system%d, again%d, 'it begins as if nothing had been tried', &
+            relative=1.0e-9_wp)
+      end do
+      call check(followed > 20, 'most are relaxed')
+      iteration%broken = few
+      before = counts_of(iteration)
+      call begin_iteration(iteration, contacts)
+      call check(all(counts_of(iteration) == 0), 'begun anew')
+      call add_counts(iteration, before)
+      call check(all(counts_of(iteration) == before), 'iterations, changes and broken bonds')
+   end subroutine all_iterations_count
+
+end module test_static_relaxation
