@@ -141,6 +141,8 @@ contains
       end associate
       simulation%resting = .true.
       simulation%iteration%relaxes = .false.
+      simulation%iteration%attempts = 0
+      simulation%iteration%correction = huge(1.0_wp)
       simulation%iteration%closed = .true.
       simulation%iteration%may_stop = .true.
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)

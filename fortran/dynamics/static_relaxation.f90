@@ -31,6 +31,7 @@ module dda_static_relaxation
 
    integer, parameter :: few_iterations = 40     !< after which a step is relaxed
    integer, parameter :: many_changes = 2000     !< of the first iteration: at once
+   integer, parameter :: most_attempts = 5       !< in vain, in a row, to close steps by iteration
    integer, parameter :: most_iterations = 21    !< of a relaxed step
    integer, parameter :: depth = 10              !< of the acceleration
    real(wp), parameter :: accuracy = 1.0e-8_wp   !< of the first residual, of each solve
@@ -38,6 +39,7 @@ module dda_static_relaxation
    real(wp), parameter :: slide_share = 0.2_wp   !< of the shear spring of a sliding contact
    real(wp), parameter :: ascent = 10.0_wp       !< that the last iterate may have, over the best
    real(wp), parameter :: divergence = 1.0e4_wp  !< of the correction, over the least
+   real(wp), parameter :: gain = 0.5_wp          !< of the first correction, from step to step
    real(wp), parameter :: enough = 30.0_wp       !< tolerances: the step ends
    real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances: bonds are checked, rest is judged
 
@@ -55,7 +57,8 @@ module dda_static_relaxation
 contains
 
    !> Iterate until every contact exerts what was assumed of it, or relax, if many change or they do
-   !> not settle soon; then so are the steps that follow.
+   !> not settle soon.  So are the steps that follow, as long as that gains enough: a block that
+   !> slides far before it comes to rest does so by the iteration, with inertia alone in its way.
    subroutine close_static(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -68,7 +71,7 @@ contains
       integer, allocatable :: first_states(:)
 
       before = 0
-      if (.not. iteration%relaxes) then
+      if (.not. iteration%relaxes .and. iteration%attempts < most_attempts) then
          first_states = contacts%state(:contacts%n)
          most = iteration%max_iterations
          iteration%max_iterations = min(most, few_iterations)
@@ -76,10 +79,10 @@ contains
          call iterate(iteration, system, solver, contacts, laws, closed, error)
          iteration%max_iterations = most
          iteration%most_changes = huge(1)
+         iteration%attempts = merge(0, iteration%attempts + 1, closed)
          if (closed .or. allocated(error)) return
          before = counts_of(iteration)
          contacts%state(:contacts%n) = first_states
-         iteration%relaxes = .true.
       end if
       call relax(iteration, system, solver, contacts, laws, error)
       call add_counts(iteration, before)
@@ -181,7 +184,10 @@ contains
          *merge(ascent, 1.0_wp, i == most_iterations)) return
       iterates%least = iterates%correction
       iterates%best = d
-      if (i == 1) iterates%best = system%d
+      if (i > 1) return
+      iterates%best = system%d
+      iteration%relaxes = iterates%correction < gain*iteration%correction
+      iteration%correction = iterates%correction
    end subroutine correct
 
    !> Square roots of the diagonal of S: corrections in N and in N m count alike.

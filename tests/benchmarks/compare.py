@@ -60,6 +60,12 @@ def settling(make: Callable[[int], Model], blocks: int, time_step: float) -> str
     )
 
 
+def resting(blocks: int) -> str:
+    """A wall of touching bricks that a static stage brings to rest."""
+    text = settling(touching_wall, blocks, 1e-3)
+    return text.replace("&control ", "&control settle = .true., ", 1)
+
+
 def shaken(blocks: int, time_step: float) -> str:
     """A wall on a base that moves as that of the main job, twice as strongly."""
     record = sitedda.read_record(RECORD, format="smc").acceleration
@@ -88,6 +94,7 @@ def cases() -> dict[str, Case]:
             found[f"settling {name}"] = Case(partial(settling, touching_wall, blocks, step), 60)
     for blocks in (1000, 10000, 100000):
         found[f"sudden {blocks}"] = Case(partial(settling, touching_wall, blocks, 1e-3), 10)
+        found[f"rest {blocks}"] = Case(partial(resting, blocks), 1)
     return found
 
 

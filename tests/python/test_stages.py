@@ -141,7 +141,7 @@ def test_two_thousand_touching_bricks_come_to_rest(write_input):
     bricks = 45
     with sitedda.Simulation(write_input(wall(bricks, bricks, steps=1))) as run:
         found = int(run.summary.split("at rest after ")[1].split(" ")[0])
-        assert 1 <= found <= 4
+        assert 1 <= found <= 20
         assert unbalanced(run) <= 1e-6
         bricks_only = [name.startswith("brick") for name in run.block_names]
         stress, height = run.stresses[bricks_only, 1], run.coordinates[bricks_only, 1]

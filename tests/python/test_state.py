@@ -81,6 +81,8 @@ REMADE = {
         "most_changes": "set in static steps",
         "relaxes": "set in static stages",
         "closed": "set in each step",
+        "correction": "set in static stages",
+        "attempts": "set in static stages",
         "unbalanced_work": "set in each step",
         "slides": "listed in each iteration",
         "history": "forgotten in each step",

@@ -16,11 +16,11 @@ module dda_anderson
 
    !> Differences of the last iterations.
    type :: anderson_type
-      integer :: depth = 6                            !< differences remembered, at most `most_depth`
+      integer :: depth = 6                            !< differences kept, at most `most_depth`
       integer :: count = 0                            !< iterations since the start
       real(wp), allocatable :: image(:), residual(:)  !< [n] g and g − x of the iteration before
       real(wp), allocatable :: d_image(:,:), d_residual(:,:)  !< [n, depth]
-      real(wp) :: normal(most_depth, most_depth) = 0.0_wp     !< products of the columns d_residual
+      real(wp) :: normal(most_depth, most_depth) = 0.0_wp  !< products of the columns d_residual
    end type anderson_type
 
 contains
