@@ -70,7 +70,7 @@ module dda_open_close
       logical :: relaxes = .false.                    !< static steps do, see dda_static_relaxation
       logical :: closed = .true.                      !< the last of these has, as rest asks
       real(wp) :: correction = huge(1.0_wp)           !< first of the last relaxed step, J/m
-      integer :: attempts = 0                         !< to close a static step, in vain, in a row
+      integer :: attempts = 0                         !< at static steps, in vain
       real(wp) :: unbalanced_work = 0.0_wp            !< of forces that it left unbalanced, J/m
       real(wp) :: reduction = 0.0_wp                  !< `loose` unless the solve may be the last
       type(slides_type) :: slides                     !< sliding contacts and their forces

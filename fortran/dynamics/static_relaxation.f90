@@ -17,7 +17,7 @@ module dda_static_relaxation
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
-   use dda_errors, only: error_type, error_interrupted, fail
+   use dda_errors, only: error_type, error_convergence, error_interrupted, fail
    use dda_friction, only: laws_type
    use dda_interrupts, only: stop_requested
    use dda_linear_solver, only: solver_type
@@ -29,8 +29,7 @@ module dda_static_relaxation
    private
    public :: close_static, relax
 
-   integer, parameter :: few_iterations = 40     !< after which a step is relaxed
-   integer, parameter :: many_changes = 2000     !< of the first iteration: at once
+   integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
    integer, parameter :: most_attempts = 5       !< in vain, in a row, to close steps by iteration
    integer, parameter :: most_iterations = 21    !< of a relaxed step
    integer, parameter :: depth = 10              !< of the acceleration
@@ -56,9 +55,9 @@ module dda_static_relaxation
 
 contains
 
-   !> Iterate until every contact exerts what was assumed of it, or relax, if many change or they do
-   !> not settle soon.  So are the steps that follow, as long as that gains enough: a block that
-   !> slides far before it comes to rest does so by the iteration, with inertia alone in its way.
+   !> Iterate until every contact exerts what was assumed of it, or relax, if many change.  So are
+   !> the steps that follow, as long as that gains enough: a block that slides far before it comes
+   !> to rest does so by the iteration, with inertia alone in its way.
    subroutine close_static(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -67,20 +66,22 @@ contains
       type(laws_type), intent(in) :: laws  !< plain, not damped
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: closed
-      integer :: most, before(3)
+      integer :: before(3)
       integer, allocatable :: first_states(:)
 
       before = 0
       if (.not. iteration%relaxes .and. iteration%attempts < most_attempts) then
          first_states = contacts%state(:contacts%n)
-         most = iteration%max_iterations
-         iteration%max_iterations = min(most, few_iterations)
          iteration%most_changes = many_changes
          call iterate(iteration, system, solver, contacts, laws, closed, error)
-         iteration%max_iterations = most
          iteration%most_changes = huge(1)
-         iteration%attempts = merge(0, iteration%attempts + 1, closed)
+         if (closed) iteration%attempts = min(iteration%attempts, 1)
          if (closed .or. allocated(error)) return
+         if (iteration%iterations > 1 .and. iteration%attempts == 0) then
+            call fail(error, error_convergence, 'the open–close iteration does not converge')
+            return
+         end if
+         iteration%attempts = iteration%attempts + 1
          before = counts_of(iteration)
          contacts%state(:contacts%n) = first_states
       end if

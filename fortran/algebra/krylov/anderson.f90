@@ -11,6 +11,7 @@ module dda_anderson
    public :: anderson_type, forget, accelerate
 
    integer, parameter :: most_depth = 20
+   integer, parameter :: long = 6*parallel_from  !< unknowns from which threads repay their start
    !> share of the diagonal added to the normal equations
    real(wp), parameter :: regular = 1.0e-14_wp
 
@@ -46,7 +47,7 @@ contains
       if (memory%count > 0) slot = modulo(memory%count - 1, memory%depth) + 1
       used = min(memory%count, memory%depth)
       memory%count = memory%count + 1
-      if (n < parallel_from) then
+      if (n < long) then
          call remember(memory, slot, used, x, image, 1, n, part(:, 1))
          call solve_normal(memory, slot, used, part(:, 1), share)
          call combine(memory, share(:used), x, 1, n)
