@@ -12,8 +12,9 @@
 !> one is followed by a longer.
 !>
 !> Rest: with all velocities zero and the contact laws evaluated in the present geometry, the
-!> largest unbalanced force on a block is at most 10⁻⁶ of the mean weight of a block, or what
-!> rounding of places is worth in the stiffest spring.
+!> unbalanced force on each block is at most 10⁻⁶ of its own weight, or what the tolerance of
+!> contact forces and the rounding of places are worth in its springs.  Where that is no small part
+!> of the weight of a block that nothing holds, the outcome says so: it might yet slide.
 !>
 !> Materials do not damp in statics: they have the modulus that is given, and bodies that remember
 !> strains begin anew at rest.
@@ -28,9 +29,10 @@ module dda_equilibrium
    use dda_energy, only: energy_type, add_energy, energy_kinetic, energy_kinetic_damping, &
       energy_algorithmic, energy_strain
    use dda_energy_budget, only: strain_energy
-   use dda_errors, only: error_type, error_convergence, error_interrupted, fail
+   use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
+      error_solver, fail
    use dda_kinematics, only: damp_velocity, farthest_move
-   use dda_model, only: half_size, is_held
+   use dda_model, only: half_size
    use dda_scheme, only: scheme_type
    use dda_settings, only: control_type
    use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
@@ -45,16 +47,20 @@ module dda_equilibrium
    type :: equilibrium_type
       integer :: steps = 0                      !< static steps
       logical :: at_rest = .false.
-      real(wp) :: unbalanced = huge(1.0_wp)     !< largest unbalanced force on a block, N/m
+      real(wp) :: largest = huge(1.0_wp)        !< unbalanced force on a block, N/m
+      integer :: block = 0                      !< with the most over what is allowed of it
+      real(wp) :: unbalanced = huge(1.0_wp)     !< its unbalanced force, N/m
       real(wp) :: allowed = 0.0_wp              !< of it, N/m
-      real(wp) :: weight = 0.0_wp               !< mean weight of a block, N/m
-      integer :: block = 0                      !< with the largest unbalanced force
+      real(wp) :: doubt = 0.0_wp                !< largest share of its weight allowed to a block
+      integer :: doubtful = 0                   !< that block, which nothing holds
       character(len=:), allocatable :: words
    end type equilibrium_type
 
    integer, parameter :: most_steps = 200
    integer(long), parameter :: most_iterations = 20000  !< open–close iterations in all
-   real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the mean weight
+   real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
+   real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces add up to
+   real(wp), parameter :: much = 1.0e-3_wp         !< of the weight, to be left out of balance
    real(wp), parameter :: rounding = 4.0_wp        !< of the last bit of places
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
    real(wp), parameter :: growth = 10.0_wp         !< of Δt after a step that closed easily
@@ -87,12 +93,13 @@ contains
       scheme = simulation%scheme
       time = simulation%time
       step = simulation%step
-      call begin_statics(simulation, equilibrium)
+      call begin_statics(simulation)
       call step_to_rest(simulation, equilibrium, failure)
       call put_in_words(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
       if (allocated(failure)) then
-         if (failure%kind == error_interrupted) call move_alloc(failure, error)
+         if (failure%kind == error_interrupted .or. failure%kind == error_memory) &
+            call move_alloc(failure, error)
       end if
       simulation%resting = .false.
       simulation%iteration%may_stop = .false.
@@ -124,21 +131,13 @@ contains
    end subroutine stop_damping
 
    !> Backward Euler without velocities; what depends on time stays as it is now.
-   subroutine begin_statics(simulation, equilibrium)
+   subroutine begin_statics(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
 
-      associate (control => simulation%model%control, blocks => simulation%blocks, &
-         contact => simulation%model%contact)
-         control%dynamic_factor = 0.0_wp
-         control%adaptive = .false.
-         equilibrium%weight = norm2(control%gravity)*sum(blocks%mass)/blocks%n
-         equilibrium%allowed = max(tolerance*equilibrium%weight, simulation%iteration%noise, &
-            rounding*epsilon(1.0_wp)*half_size(blocks)*simulation%laws%normal_stiffness &
-            *merge(contact%fixed_point_ratio, 1.0_wp, is_held(simulation%model)))
-         simulation%time_step = sqrt(maxval(blocks%mass) &
-            /(first_ratio*simulation%laws%normal_stiffness))
-      end associate
+      simulation%model%control%dynamic_factor = 0.0_wp
+      simulation%model%control%adaptive = .false.
+      simulation%time_step = sqrt(maxval(simulation%blocks%mass) &
+         /(first_ratio*simulation%laws%normal_stiffness))
       simulation%resting = .true.
       simulation%iteration%relaxes = .false.
       simulation%iteration%attempts = 0
@@ -168,18 +167,19 @@ contains
       iterations = simulation%counters%iterations
       way = 0.0_wp
       do
-         call unbalanced_force(simulation, equilibrium%unbalanced, equilibrium%block, error)
+         call find_unbalanced(simulation, equilibrium, error)
          if (allocated(error)) return
          equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed &
             .and. simulation%iteration%closed
-         in_vain = merge(0, in_vain + 1, equilibrium%unbalanced < 0.5_wp*least)
-         least = min(least, equilibrium%unbalanced)
+         in_vain = merge(0, in_vain + 1, equilibrium%largest < 0.5_wp*least)
+         least = min(least, equilibrium%largest)
          if (equilibrium%at_rest .and. (in_vain >= most_in_vain .or. &
             size(simulation%model%boundaries) + size(simulation%model%free_fields) == 0)) return
          if (equilibrium%steps == most_steps) return
          if (way > fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > most_iterations) return
          call static_step(simulation, first, error)
+         if (allocated(error)) equilibrium%at_rest = .false.
          if (allocated(error)) return
          equilibrium%steps = equilibrium%steps + 1
          way = way + farthest_move(simulation%blocks, simulation%system%d)
@@ -198,8 +198,8 @@ contains
          step = simulation%step
          call advance(simulation, error)
          if (.not. allocated(error)) exit
-         if (simulation%step > step .or. simulation%time_step <= shortest*first &
-            .or. error%kind == error_interrupted) return
+         if (simulation%step > step .or. simulation%time_step <= shortest*first .or. &
+            .not. (error%kind == error_convergence .or. error%kind == error_solver)) return
          simulation%time_step = shrink*simulation%time_step
          call exchange_lists(simulation)  ! from the contacts of the last good step
       end do
@@ -235,18 +235,17 @@ contains
          simulation%system%d, unused(1), unused(2))
    end subroutine evaluate_present
 
-   !> The largest unbalanced force on a block: contact laws, stresses and forces of the elements at
-   !> the present places, velocities left out.  Moments and forces on strains count over the radius.
-   subroutine unbalanced_force(simulation, largest, block, error)
+   !> Unbalanced forces on the blocks: contact laws, stresses and forces of the elements at the
+   !> present places, velocities left out.  Moments and forces on strains count over the radius.
+   subroutine find_unbalanced(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< its contacts are listed anew
-      real(wp), intent(out) :: largest  !< N/m
-      integer, intent(out) :: block     !< that it acts on
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp) :: force(6), size_of
-      integer :: b, c
+      integer :: c
 
-      largest = huge(1.0_wp)
-      block = 0
+      equilibrium%largest = huge(1.0_wp)
+      equilibrium%unbalanced = huge(1.0_wp)
+      equilibrium%block = 0
       call evaluate_present(simulation, error)
       if (allocated(error)) return
       associate (contacts => simulation%contacts(simulation%now), system => simulation%system, &
@@ -262,16 +261,63 @@ contains
                   + s*contacts%shear_e(:, c)
             end associate
          end do
-         largest = -1.0_wp
+      end associate
+      call compare_with_allowed(simulation, equilibrium)
+   end subroutine find_unbalanced
+
+   !> The largest force, the block with the most over what is allowed of it, and that of which too
+   !> much is allowed.
+   subroutine compare_with_allowed(simulation, equilibrium)
+      type(simulation_type), intent(in) :: simulation  !< with the unbalanced forces in `system%rhs`
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
+      real(wp) :: force(6), size_of, allowed, weight
+      integer :: b
+
+      equilibrium%largest = 0.0_wp
+      equilibrium%allowed = 1.0_wp
+      equilibrium%doubt = 0.0_wp
+      associate (blocks => simulation%blocks, system => simulation%system)
          do b = 1, blocks%n
             force = system%rhs(:, b)
             size_of = norm2(force(1:2)) + (abs(force(3)) + norm2(force(4:6)))/blocks%radius(b)
-            if (.not. size_of > largest) cycle
-            largest = size_of
-            block = b
+            allowed = allowed_force(simulation, b)
+            if (equilibrium%block == 0 .or. &
+               .not. size_of*equilibrium%allowed <= equilibrium%unbalanced*allowed) then
+               equilibrium%block = b
+               equilibrium%unbalanced = size_of
+               equilibrium%allowed = allowed
+            end if
+            if (.not. size_of <= huge(size_of)) return
+            equilibrium%largest = max(equilibrium%largest, size_of)
+            weight = weight_of(simulation, b)
+            if (system%has_terms(b) .or. allowed <= equilibrium%doubt*weight) cycle
+            equilibrium%doubt = allowed/max(weight, tiny(weight))
+            equilibrium%doubtful = b
          end do
       end associate
-   end subroutine unbalanced_force
+   end subroutine compare_with_allowed
+
+   !> Of an unbalanced force on block b at rest, N/m.
+   pure real(wp) function allowed_force(simulation, b) result(allowed)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      integer, intent(in) :: b  !< number of the block
+
+      associate (iteration => simulation%iteration)
+         allowed = max(tolerance*weight_of(simulation, b), &
+            together*max(iteration%tolerance, iteration%noise))
+      end associate
+      if (simulation%system%has_terms(b)) allowed = max(allowed, rounding*epsilon(1.0_wp) &
+         *half_size(simulation%blocks)*simulation%laws%normal_stiffness &
+         *simulation%model%contact%fixed_point_ratio)
+   end function allowed_force
+
+   !> Weight of block b, N per metre of thickness.
+   pure real(wp) function weight_of(simulation, b)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      integer, intent(in) :: b  !< number of the block
+
+      weight_of = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
+   end function weight_of
 
    !> The outcome.
    subroutine put_in_words(simulation, equilibrium, error)
@@ -280,17 +326,34 @@ contains
       type(error_type), allocatable, intent(in) :: error  !< of the last step, if it failed
 
       if (equilibrium%at_rest) then
-         equilibrium%words = 'at rest after '//to_text(equilibrium%steps)// &
-            ' static steps, largest unbalanced force '//short_text(equilibrium%unbalanced)// &
-            ' N/m, '//short_text(equilibrium%unbalanced/max(equilibrium%weight &
-            *simulation%blocks%n, tiny(1.0_wp)))//' of the weight'
+         equilibrium%words = words_of_rest(simulation, equilibrium)
          return
       end if
       equilibrium%words = 'not at rest after '//to_text(equilibrium%steps)//' static steps'
       if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
          to_text(equilibrium%unbalanced)//' N/m, allowed '//to_text(equilibrium%allowed)
+      if (.not. simulation%iteration%closed) equilibrium%words = equilibrium%words// &
+         ', and the contacts of the last step do not close'
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words
+
+   !> How well it is known that the blocks are at rest.
+   function words_of_rest(simulation, equilibrium) result(words)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(equilibrium_type), intent(in) :: equilibrium  !< at rest
+      character(len=:), allocatable :: words
+      real(wp) :: weight
+
+      words = 'at rest after '//to_text(equilibrium%steps)//' static steps, largest unbalanced '// &
+         'force '//short_text(equilibrium%largest)//' N/m'
+      weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
+      if (.not. weight > 0.0_wp) return
+      words = words//', '//short_text(equilibrium%largest/weight)//' of the weight'
+      if (equilibrium%doubt > much) words = words//'; but rounding in stiff contacts hides '// &
+         'forces up to '//short_text(equilibrium%doubt)//' of the weight of block '// &
+         block_name(simulation, equilibrium%doubtful)//', which may slide (a smaller '// &
+         'normal_stiffness hides less)'
+   end function words_of_rest
 
 end module dda_equilibrium

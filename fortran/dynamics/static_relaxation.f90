@@ -12,15 +12,16 @@
 !> begins with shear forces at their bounds, where a contact whose slip would reverse sticks.  So
 !> blocks between contacts that slide opposite ways are held by springs again.
 module dda_static_relaxation
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, long
    use dda_anderson, only: anderson_type, accelerate
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
-   use dda_errors, only: error_type, error_convergence, error_interrupted, fail
+   use dda_errors, only: error_type, error_convergence, error_interrupted, error_solver, &
+      fail
    use dda_friction, only: laws_type
    use dda_interrupts, only: stop_requested
-   use dda_linear_solver, only: solver_type
+   use dda_linear_solver, only: solver_type, analyse
    use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
       counts_of, evaluate, iterate, solve_assumed, take_states
    use dda_ordered_sums, only: inner_product, parallel_from
@@ -31,6 +32,7 @@ module dda_static_relaxation
 
    integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
    integer, parameter :: most_attempts = 5       !< in vain, in a row, to close steps by iteration
+   integer, parameter :: few_iterations = 40     !< by states, after a step that was relaxed
    integer, parameter :: most_iterations = 21    !< of a relaxed step
    integer, parameter :: depth = 10              !< of the acceleration
    real(wp), parameter :: accuracy = 1.0e-8_wp   !< of the first residual, of each solve
@@ -67,27 +69,53 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: closed
       integer :: before(3)
-      integer, allocatable :: first_states(:)
 
       before = 0
       if (.not. iteration%relaxes .and. iteration%attempts < most_attempts) then
-         first_states = contacts%state(:contacts%n)
-         iteration%most_changes = many_changes
-         call iterate(iteration, system, solver, contacts, laws, closed, error)
-         iteration%most_changes = huge(1)
-         if (closed) iteration%attempts = min(iteration%attempts, 1)
+         call attempt_states(iteration, system, solver, contacts, laws, closed, error)
          if (closed .or. allocated(error)) return
-         if (iteration%iterations > 1 .and. iteration%attempts == 0) then
-            call fail(error, error_convergence, 'the open–close iteration does not converge')
-            return
-         end if
-         iteration%attempts = iteration%attempts + 1
          before = counts_of(iteration)
-         contacts%state(:contacts%n) = first_states
       end if
       call relax(iteration, system, solver, contacts, laws, error)
       call add_counts(iteration, before)
    end subroutine close_static
+
+   !> Iterate by states; in vain where too many change at once, or, in a stage that has been relaxed
+   !> before, where few iterations do not close or the solver fails.
+   subroutine attempt_states(iteration, system, solver, contacts, laws, closed, error)
+      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< plain, not damped
+      logical, intent(out) :: closed  !< else the contacts have the states of before
+      type(error_type), allocatable, intent(out) :: error  !< allocated where the step has failed
+      integer :: most
+      integer(long) :: handed_over
+      integer, allocatable :: states(:)
+
+      states = contacts%state(:contacts%n)
+      most = iteration%max_iterations
+      handed_over = solver%handed_over
+      iteration%most_changes = many_changes
+      if (iteration%attempts > 0) iteration%max_iterations = min(most, few_iterations)
+      call iterate(iteration, system, solver, contacts, laws, closed, error)
+      iteration%max_iterations = most
+      iteration%most_changes = huge(1)
+      if (closed) then
+         iteration%attempts = min(iteration%attempts, 1)
+         return
+      end if
+      if (iteration%attempts == 0 .and. iteration%iterations > 1 .and. .not. allocated(error)) &
+         call fail(error, error_convergence, 'the open–close iteration does not converge')
+      if (allocated(error)) then
+         if (iteration%attempts == 0 .or. error%kind /= error_solver) return
+         deallocate (error)
+      end if
+      iteration%attempts = iteration%attempts + 1
+      contacts%state(:contacts%n) = states
+      if (solver%handed_over > handed_over) call analyse(solver, system%matrix)
+   end subroutine attempt_states
 
    !> Take the contacts nearer to their laws, from d = 0 and the states of the step before.
    subroutine relax(iteration, system, solver, contacts, laws, error)
@@ -160,8 +188,8 @@ contains
       end do
    end subroutine impose_forces
 
-   !> The next d by S, and whether the present one is the best so far.  Of the first, d = 0, it is
-   !> the whole correction; the last may be somewhat worse than the best, since it has slipped on.
+   !> The next d by S, and whether the present one is the best so far.  The first, d = 0, never is:
+   !> that would be no step.  The last may be somewhat worse than the best, since it has slipped on.
    subroutine correct(iterates, i, iteration, system, solver, contacts, laws, error)
       type(iterate_type), intent(inout) :: iterates  !< of the step
       integer, intent(in) :: i  !< iteration
@@ -181,7 +209,7 @@ contains
       iterates%image = iterates%scale*reshape(system%d, [size(d)])
       iterates%correction = inner_product(size(d, 2), iterates%image - iterates%x, &
          iterates%image - iterates%x)
-      if (i > 1 .and. .not. iterates%correction < iterates%least &
+      if (i > 2 .and. .not. iterates%correction < iterates%least &
          *merge(ascent, 1.0_wp, i == most_iterations)) return
       iterates%least = iterates%correction
       iterates%best = d

@@ -18,7 +18,7 @@ module dda_time_step
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_linear_solver, only: weigh_loads
    use dda_model, only: half_size
-   use dda_open_close, only: close_contacts
+   use dda_open_close, only: close_contacts, counts_of, add_counts
    use dda_original_rules, only: close_by_original_rules
    use dda_scheme, only: end_time
    use dda_simulation, only: simulation_type, next_step, exchange_lists
@@ -72,14 +72,13 @@ contains
    subroutine solve_step(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: round, changed, iterations, broken
+      integer :: round, changed, before(3)
 
       associate (contacts => simulation%contacts(simulation%now), counters => simulation%counters)
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
          if (contacts%with_laws) contacts%was_weakened(:contacts%n) = contacts%weakened(:contacts%n)
          call predict(simulation%blocks, simulation%system%d, next_step(simulation))
-         iterations = 0
-         broken = 0
+         before = 0
          do round = 1, most_rounds
             call assemble_linear(simulation%system, simulation%elements, simulation%blocks, &
                next_step(simulation))
@@ -88,8 +87,8 @@ contains
             if (simulation%laws%damped .and. round > 1) call damp_contacts(contacts, &
                simulation%laws, simulation%blocks, next_step(simulation))  ! nothing is hit yet
             call close_step(simulation, error)
-            iterations = iterations + simulation%iteration%iterations
-            broken = broken + simulation%iteration%broken
+            call add_counts(simulation%iteration, before)
+            before = counts_of(simulation%iteration)
             if (allocated(error)) exit
             call revise_elements(simulation%elements, simulation%blocks, simulation%system%d, &
                changed)
@@ -97,8 +96,6 @@ contains
          end do
          if (round > most_rounds) call fail(error, error_convergence, &
             'bolts that yield or go slack find no state')
-         simulation%iteration%iterations = iterations
-         simulation%iteration%broken = broken
          counters%iterations = counters%iterations + simulation%iteration%iterations
          counters%most_iterations = max(counters%most_iterations, simulation%iteration%iterations)
       end associate
@@ -172,8 +169,8 @@ contains
          else
             simulation%iteration%last_resort = .not. (simulation%model%control%adaptive .or. &
                simulation%resting)
-            if (simulation%resting .and. simulation%laws%plain .and. &
-               .not. simulation%laws%damped) then
+            if (simulation%resting .and. simulation%laws%plain .and. .not. &
+               (simulation%laws%damped .or. simulation%laws%augmented)) then
                call close_static(simulation%iteration, simulation%system, simulation%solver, &
                   contacts, simulation%laws, error)
             else

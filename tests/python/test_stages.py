@@ -195,6 +195,35 @@ def test_what_does_not_come_to_rest_is_named(write_input, native):
     assert "not at rest after" in done.stderr
 
 
+@pytest.mark.parametrize(("size", "turned"), [(300.0, 32.0), (1000.0, 45.0)])
+def test_a_small_block_that_slides_on_a_huge_base_is_not_at_rest(size, turned, write_input):
+    """It is out of balance by less than 10⁻⁶ of all weight together."""
+    with pytest.raises(sitedda.ConvergenceError, match="not at rest.*block 2 .brick. has"):
+        sitedda.Simulation(write_input(brick_on_base(size, 1.0, turned)))
+
+
+def test_rest_that_rounding_may_hide_says_so(write_input):
+    """Springs of 10¹² N/m turn a bit of the places into a tenth of a brick of half a square mm."""
+    with sitedda.Simulation(write_input(brick_on_base(0.2, 1e-3, 20.0))) as run:
+        assert "hides forces up to 0.1" in run.summary and "of block 2 'brick'" in run.summary
+    with sitedda.Simulation(write_input(brick_on_base(2.0, 1.0, 20.0))) as run:
+        assert "hides" not in run.summary
+
+
+def brick_on_base(size: float, brick: float, turned: float) -> list:
+    """A brick with φ = 30° on a held base, gravity turned so many degrees from the vertical."""
+    blocks = {
+        "base": rectangle(-0.5 * size, -size, size, size),
+        "brick": rectangle(-0.5 * brick, 0.0, brick, 0.5 * brick),
+    }
+    supports = [("base", x * size, -0.9 * size) for x in (-0.4, 0.4)]
+    supports.append(("base", 0.0, -0.2 * size))
+    angle = math.radians(turned)
+    pull = [GRAVITY * math.sin(angle), -GRAVITY * math.cos(angle)]
+    groups = model(blocks, 30.0, supports, [("top", "brick", 0.0, 0.25 * brick)], gravity=pull)
+    return [*groups, ("contact", {"normal_stiffness": 1e12})]
+
+
 def test_sudden_gravity_is_said(write_input, native, tmp_path):
     file = write_input(changed(column(2), "control", settle=False))
     done = native("run", file, folder=tmp_path)
