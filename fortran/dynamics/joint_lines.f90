@@ -9,7 +9,7 @@ module dda_joint_lines
    use dda_joint_contact, only: closure_of, line_of, response_type, state_of, touch_law
    implicit none
    private
-   public :: begin_lines, renew_lines, break_joint, stiffest_contact
+   public :: begin_lines, renew_lines, break_joint, has_bond, stiffest_contact
 
 contains
 
@@ -45,6 +45,17 @@ contains
             contacts%tangent(c), contacts%normal_free(c))
       end do
    end subroutine renew_lines
+
+   !> Contact c would resist shear or tension without a normal force.
+   pure logical function has_bond(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+
+      associate (law => laws%slot(contacts%joint(c))%law, state => state_of(contacts, c))
+         has_bond = law%strength(state, 0.0_wp) > 0.0_wp .or. law%tension(state) > 0.0_wp
+      end associate
+   end function has_bond
 
    !> The contact loses its peak strength; its bond goes on only where the residual tension holds.
    pure subroutine break_joint(contacts, laws, c)

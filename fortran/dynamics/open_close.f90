@@ -21,7 +21,7 @@ module dda_open_close
    use dda_rank_one, only: forget_changes
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, follow
-   use dda_joint_lines, only: break_joint, renew_lines
+   use dda_joint_lines, only: break_joint, has_bond, renew_lines
    use dda_stopwatch, only: lap, phase_factorise, phase_solve
    use dda_system, only: system_type
    implicit none
@@ -418,21 +418,20 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(out) :: broken  !< bonds that break
+      integer, intent(out) :: broken  !< contacts that lose their peak strength
       integer :: c
 
       broken = 0
       do c = 1, contacts%n
          if (contacts%strength_ratio(c) <= 0.0_wp) cycle
-         if (.not. laws%plain) then
-            call break_joint(contacts, laws, c)
-            broken = broken + 1
-            cycle
-         end if
-         contacts%bonded(c) = .false.
          broken = broken + 1
+         if (laws%plain .or. has_bond(contacts, laws, c)) iteration%broken = iteration%broken + 1
+         if (laws%plain) then
+            contacts%bonded(c) = .false.
+         else
+            call break_joint(contacts, laws, c)
+         end if
       end do
-      iteration%broken = iteration%broken + broken
    end subroutine break_bonds
 
    !> Closed contacts must neither penetrate nor gape beyond the tolerance, if there is one; where

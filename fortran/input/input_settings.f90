@@ -57,7 +57,7 @@ contains
          damping_frequency)
       dynamic_factor = settings%dynamic_factor
       max_displacement_ratio = settings%max_displacement_ratio
-      gravity = 0.0_wp
+      gravity = unset
       settle = settings%settle
       time_step_control = 'fixed'
       analysis = 'plane_stress'
@@ -71,15 +71,15 @@ contains
          least_time_step = 1.0e-6_wp*time_step
       call require(error, place, 'time_step dynamic_factor max_displacement_ratio '// &
          'least_time_step', [time_step, dynamic_factor, max_displacement_ratio, least_time_step])
-      call require_list(error, place, 'gravity', gravity)
+      if (any(is_set(gravity))) call require_list(error, place, 'gravity', gravity)
       solver = current_name(solver)
       call check_choices(error, place, solver, time_step_control, analysis)
       if (.not. staged) call count_steps(error, place, time_step, duration, steps)
       if (staged) call refuse_steps(error, place, duration, settle, steps)
       if (allocated(error)) return
       settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
-         least_time_step=least_time_step, dynamic_factor=dynamic_factor, gravity=gravity, &
-         max_displacement_ratio=max_displacement_ratio, &
+         least_time_step=least_time_step, gravity=merge(gravity, 0.0_wp, is_set(gravity)), &
+         dynamic_factor=dynamic_factor, max_displacement_ratio=max_displacement_ratio, &
          plane_strain=analysis == 'plane_strain', solver=solver(:16), settle=settle)
       call check_integration(error, place, integration, theta, damping_ratio, damping_frequency, &
          settings)

@@ -215,7 +215,9 @@ contains
       type(largest_type) :: slip, opening
       real(wp) :: moved(2)
       integer :: c, slipped, opened, total
+      integer, allocatable :: touched(:)
 
+      touched = touched_edges(simulation)
       slipped = 0
       opened = 0
       total = 0
@@ -225,6 +227,7 @@ contains
                if (blocks%removed(blocks%owner(v)) .or. blocks%removed(blocks%owner(e))) cycle
                total = total + 1
                moved = gap_and_slip(corners, v, e, blocks%next(e), verdict%corners)
+               if (touched(v) == e) moved(1) = min(moved(1), 0.0_wp)  ! lifted by dilation at most
                if (moved(1) > limit) opened = opened + 1
                if (abs(moved(2)) > limit) slipped = slipped + 1
                call take(opening, moved(1), c, 0.0_wp)
@@ -241,8 +244,21 @@ contains
       call note(verdict, 'contacts_opened', real(opened, wp))
       call note(verdict, 'largest_slip_m', slip%value)
       call note(verdict, 'largest_opening_m', max(opening%value, 0.0_wp))
-
    end subroutine judge_contacts
+
+   !> The edge that each vertex presses on, 0 without one.
+   pure function touched_edges(simulation) result(touched)
+      type(simulation_type), intent(in) :: simulation  !< at the time of the last frame
+      integer, allocatable :: touched(:)
+      integer :: c
+
+      allocate (touched(size(simulation%blocks%owner)), source=0)
+      associate (contacts => simulation%contacts(simulation%now))
+         do c = 1, contacts%n
+            if (contacts%normal_force(c) > 0.0_wp) touched(contacts%vertex(c)) = contacts%edge(c)
+         end do
+      end associate
+   end function touched_edges
 
    !> How strongly the measured points that moved were shaken, along the axis of the largest
    !> acceleration.

@@ -180,6 +180,12 @@ CASES = [
     ),
     ("gravity", changed(tower(), "control", gravity=[0.0, np.nan]), "&control", ["gravity", "NaN"]),
     (
+        "one gravity",
+        changed(tower(), "control", gravity=-9.81),
+        "&control",
+        ["gravity", "left out"],
+    ),
+    (
         "stiffness",
         changed(tower(), "contact", normal_stiffness=-1.0),
         "&contact",

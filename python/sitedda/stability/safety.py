@@ -116,7 +116,11 @@ class Safety:
         """Draw the mechanism; matplotlib axes."""
         if self.mechanism is None:
             raise ValueError("there is no mechanism: the model stands without strength")
-        return self.mechanism.draw(axes)
+        axes = self.mechanism.draw(axes)
+        found = f"Factor of safety {self.factor:.4g}" if self.low else "Fails at any strength"
+        at = f"mechanism with strength divided by {self.mechanism.factor:.4g}"
+        axes.set_title(f"{found}; {at}", loc="left")
+        return axes
 
     def to_dict(self) -> dict:
         """Plain values."""
