@@ -9,6 +9,7 @@ module dda_block_file
    use dda_archive, only: archive_type, serialise, write_archive
    use dda_byte_file, only: byte_file_type, close_file, open_file, read_bytes, size_of_file, to_read
    use dda_checksum, only: checksum_of
+   use dda_classic_header, only: has_known_types
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: free_memory
    use dda_input_catalogue, only: most_blocks, most_vertices, usable
@@ -25,6 +26,7 @@ module dda_block_file
    integer, parameter :: name_length = 64
    integer(long), parameter :: bytes_of_number = 8         !< in memory; one at least in a file
    character(len=3), parameter :: mark = 'CDF'             !< of the classic format
+   integer(long), parameter :: longest_header = 2_long**20 !< bytes; ten variables take hundreds
 
    !> The blocks of a file.
    type :: block_file_type
@@ -74,7 +76,7 @@ contains
       type(reader_type), intent(inout) :: reader  !< with the name of its file
       type(error_type), allocatable, intent(out) :: error  !< there is no such file
       type(byte_file_type) :: bytes
-      integer(int8) :: head(len(mark))
+      integer(int8), allocatable :: head(:)
 
       call open_file(bytes, reader%dataset%file, to_read, error)
       if (allocated(error)) then
@@ -82,12 +84,17 @@ contains
          return
       end if
       reader%bytes = size_of_file(bytes)
-      head = 0
+      allocate (head(max(min(reader%bytes, longest_header), int(len(mark), long))), source=0_int8)
       if (reader%bytes >= len(mark)) call read_bytes(bytes, head, error)
       call close_file(bytes, error)
       if (allocated(error)) return
-      if (transfer(head, mark) /= mark) call fail(error, error_input, reader%dataset%file// &
-         ' is not of the classic format of netCDF (NETCDF3_64BIT_OFFSET)')
+      if (transfer(head(:len(mark)), mark) /= mark) then
+         call fail(error, error_input, reader%dataset%file// &
+            ' is not of the classic format of netCDF (NETCDF3_64BIT_OFFSET)')
+      else if (.not. has_known_types(head)) then
+         call fail(error, error_input, reader%dataset%file//' is damaged, or not of the '// &
+            'classic format of netCDF (NETCDF3_64BIT_OFFSET): its header has unknown types')
+      end if
    end subroutine allow
 
    !> All variables; the first thing that is wrong is noted.

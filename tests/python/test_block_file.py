@@ -265,6 +265,19 @@ LIES = {
 }  # fmt: skip
 
 
+def test_a_variable_of_no_type_is_refused(tmp_path):
+    """The library divides by the size of a type, which is 0 for one that there is not."""
+    file = tmp_path / "bad.nc"
+    dataset()(file)
+    data = bytearray(file.read_bytes())
+    head = b"\0\0\0\x08material" + b"\0\0\0\x01"  # length of the name, name, one dimension
+    kind = data.index(head) + len(head) + 4 + 8  # its number, no attributes
+    assert data[kind : kind + 4] == b"\0\0\0\x04"
+    data[kind + 3] = 12
+    file.write_bytes(data)
+    assert "bad.nc is damaged" in refused(tmp_path)
+
+
 def refused(tmp_path) -> str:
     """What is said of an input that names the file."""
     (tmp_path / "model.nml").write_text(
@@ -304,7 +317,7 @@ def test_a_file_that_lies_is_refused_in_one_message(lie, tmp_path):
 def test_a_file_that_is_none_is_refused(tmp_path, native):
     bad = tmp_path / "bad.nc"
     bad.write_bytes(b"CDF\x01")
-    assert "bad.nc: cannot be read as netCDF" in refused(tmp_path)
+    assert "bad.nc is damaged, or not of the classic format" in refused(tmp_path)
     for content in (b"", b"no netCDF", b"\x89HDF\r\n\x1a\n" + b"\0" * 100):
         bad.write_bytes(content)
         assert "bad.nc is not of the classic format of netCDF" in refused(tmp_path)

@@ -1,0 +1,141 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Header of a netCDF file of the classic format, walked through before the library reads it.
+!>
+!> The library (4.9) divides by the size of a variable's type, which is zero for numbers that stand
+!> for no type of this format, and so a damaged file would end the program.  Lists of dimensions,
+!> attributes and variables follow each other (NetCDF Classic Format Specification).
+module dda_classic_header
+   use, intrinsic :: iso_fortran_env, only: int8
+   use dda_kinds, only: long
+   implicit none
+   private
+   public :: has_known_types
+
+   integer(long), parameter :: size_of_type(6) = [1, 1, 2, 4, 4, 8]  !< byte, char, …, double
+
+   !> Where the walk stands.
+   type :: walk_type
+      integer(int8), allocatable :: bytes(:)
+      integer(long) :: at = 5          !< next byte, after the mark and the version
+      integer(long) :: offset_size = 4 !< bytes of the place of a variable
+      logical :: good = .true.
+   end type walk_type
+
+contains
+
+   !> Every attribute and variable of a header has a type of the format, and the header its lists.
+   pure logical function has_known_types(bytes)
+      integer(int8), intent(in) :: bytes(:)  !< of the file from its start, the header among them
+      type(walk_type) :: walk
+      integer(long) :: i, n
+
+      walk%bytes = bytes
+      if (size(bytes) >= 4) then
+         if (bytes(4) == 2) walk%offset_size = 8
+         walk%good = bytes(4) == 1 .or. bytes(4) == 2
+      end if
+      call skip(walk, 4_long)  ! number of records
+      call begin_list(walk, n)
+      do i = 1, n
+         call skip_name(walk)
+         call skip(walk, 4_long)
+      end do
+      call skip_attributes(walk)
+      call begin_list(walk, n)
+      do i = 1, n
+         call skip_variable(walk)
+      end do
+      has_known_types = walk%good
+   end function has_known_types
+
+   !> Name, dimensions, attributes, type, size and place of a variable.
+   pure subroutine skip_variable(walk)
+      type(walk_type), intent(inout) :: walk  !< at a variable, then behind it
+      integer(long) :: dimensions, bytes
+
+      call skip_name(walk)
+      call read_number(walk, dimensions)
+      call skip(walk, 4*dimensions)
+      call skip_attributes(walk)
+      call read_type(walk, bytes)
+      call skip(walk, 4 + walk%offset_size)
+   end subroutine skip_variable
+
+   !> A list of attributes: name, type and values, filled up to four bytes.
+   pure subroutine skip_attributes(walk)
+      type(walk_type), intent(inout) :: walk  !< at a list, then behind it
+      integer(long) :: i, n, bytes, values
+
+      call begin_list(walk, n)
+      do i = 1, n
+         call skip_name(walk)
+         call read_type(walk, bytes)
+         call read_number(walk, values)
+         call skip(walk, filled(bytes*values))
+      end do
+   end subroutine skip_attributes
+
+   !> What kind of list it is, which the library checks, and how many entries it has: no more than
+   !> the file has bytes.
+   pure subroutine begin_list(walk, n)
+      type(walk_type), intent(inout) :: walk  !< at a list, then at its first entry
+      integer(long), intent(out) :: n  !< entries
+
+      call skip(walk, 4_long)
+      call read_number(walk, n)
+      if (n > size(walk%bytes)) walk%good = .false.
+      if (.not. walk%good) n = 0
+   end subroutine begin_list
+
+   !> A name: its length, and letters filled up to four bytes.
+   pure subroutine skip_name(walk)
+      type(walk_type), intent(inout) :: walk  !< at a name, then behind it
+      integer(long) :: letters
+
+      call read_number(walk, letters)
+      call skip(walk, filled(letters))
+   end subroutine skip_name
+
+   !> A type that there is, as the bytes of a value.
+   pure subroutine read_type(walk, bytes)
+      type(walk_type), intent(inout) :: walk  !< at a type, then behind it
+      integer(long), intent(out) :: bytes  !< 0 where there is no such type
+      integer(long) :: kind
+
+      bytes = 0
+      call read_number(walk, kind)
+      walk%good = walk%good .and. kind >= 1 .and. kind <= size(size_of_type)
+      if (walk%good) bytes = size_of_type(kind)
+   end subroutine read_type
+
+   !> A number of four bytes, the greatest first; not negative.
+   pure subroutine read_number(walk, number)
+      type(walk_type), intent(inout) :: walk  !< at the number, then behind it
+      integer(long), intent(out) :: number  !< 0 beyond the end of the file
+      integer :: i
+
+      number = 0
+      call skip(walk, 4_long)
+      if (.not. walk%good) return
+      do i = 4, 1, -1
+         number = 256*number + modulo(int(walk%bytes(walk%at - i), long), 256_long)
+      end do
+   end subroutine read_number
+
+   !> Go on by so many bytes, unless the file ends before.
+   pure subroutine skip(walk, bytes)
+      type(walk_type), intent(inout) :: walk  !< goes on
+      integer(long), intent(in) :: bytes  !< to leave out
+
+      walk%good = walk%good .and. walk%at + bytes <= size(walk%bytes) + 1
+      if (walk%good) walk%at = walk%at + bytes
+   end subroutine skip
+
+   !> So many bytes, filled up to a multiple of four.
+   pure integer(long) function filled(bytes)
+      integer(long), intent(in) :: bytes  !< any
+
+      filled = (bytes + 3)/4*4
+   end function filled
+
+end module dda_classic_header
