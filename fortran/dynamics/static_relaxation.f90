@@ -12,7 +12,7 @@
 !> begins with shear forces at their bounds, where a contact whose slip would reverse sticks.  So
 !> blocks between contacts that slide opposite ways are held by springs again.
 module dda_static_relaxation
-   use dda_kinds, only: wp, long
+   use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -21,7 +21,7 @@ module dda_static_relaxation
       fail
    use dda_friction, only: laws_type
    use dda_interrupts, only: stop_requested
-   use dda_linear_solver, only: solver_type, analyse
+   use dda_linear_solver, only: solver_type
    use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
       counts_of, evaluate, iterate, solve_assumed, take_states
    use dda_ordered_sums, only: inner_product, parallel_from
@@ -32,7 +32,7 @@ module dda_static_relaxation
 
    integer, parameter :: many_changes = 2000     !< of the first iteration: the step is relaxed
    integer, parameter :: most_attempts = 5       !< in vain, in a row, to close steps by iteration
-   integer, parameter :: few_iterations = 40     !< by states, after a step that was relaxed
+   integer, parameter :: few_iterations = 20     !< by states, after a step that was relaxed
    integer, parameter :: most_iterations = 21    !< of a relaxed step
    integer, parameter :: depth = 10              !< of the acceleration
    real(wp), parameter :: accuracy = 1.0e-8_wp   !< of the first residual, of each solve
@@ -91,16 +91,16 @@ contains
       logical, intent(out) :: closed  !< else the contacts have the states of before
       type(error_type), allocatable, intent(out) :: error  !< allocated where the step has failed
       integer :: most
-      integer(long) :: handed_over
       integer, allocatable :: states(:)
 
       states = contacts%state(:contacts%n)
       most = iteration%max_iterations
-      handed_over = solver%handed_over
       iteration%most_changes = many_changes
       if (iteration%attempts > 0) iteration%max_iterations = min(most, few_iterations)
+      solver%may_hand_over = iteration%attempts == 0
       call iterate(iteration, system, solver, contacts, laws, closed, error)
       iteration%max_iterations = most
+      solver%may_hand_over = .true.
       iteration%most_changes = huge(1)
       if (closed) then
          iteration%attempts = min(iteration%attempts, 1)
@@ -114,7 +114,6 @@ contains
       end if
       iteration%attempts = iteration%attempts + 1
       contacts%state(:contacts%n) = states
-      if (solver%handed_over > handed_over) call analyse(solver, system%matrix)
    end subroutine attempt_states
 
    !> Take the contacts nearer to their laws, from d = 0 and the states of the step before.

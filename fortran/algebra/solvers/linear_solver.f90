@@ -42,6 +42,7 @@ module dda_linear_solver
       integer(long) :: solves = 0                 !< systems solved
       integer(long) :: factors = 0                !< factors made
       integer(long) :: iterations = 0             !< of all solves
+      logical :: may_hand_over = .true.           !< to the direct solver, where it fails
       integer(long) :: handed_over = 0            !< solves that the chosen solver could not do
    end type solver_type
 
@@ -103,7 +104,7 @@ contains
       call solver%active%renew(matrix, changes, error)
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
-      if (error%kind /= error_memory) call hand_over(solver, matrix, error)
+      if (error%kind /= error_memory .and. solver%may_hand_over) call hand_over(solver, matrix, error)
    end subroutine renew
 
    !> Jacobi or lagged: by the guaranteed bound at first, then by what the last solve needed.
@@ -183,7 +184,7 @@ contains
          solver%exact = convergence%residual <= accuracy .or. .not. convergence%enough &
             .or. convergence%reduction <= 0.0_wp
          if (convergence%residual <= acceptable .or. convergence%enough) return
-         if (solver%method == 'direct') exit
+         if (solver%method == 'direct' .or. .not. solver%may_hand_over) exit
          call hand_over(solver, matrix, error)
          if (allocated(error)) return
       end do
