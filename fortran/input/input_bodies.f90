@@ -26,6 +26,7 @@ module dda_input_bodies
    real(wp), parameter :: least_side = 1.0e-12_wp
    real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the size
    integer(long), parameter :: block_bytes = 7800  !< a block of a wall with its contacts, measured
+   real(wp), parameter :: buffer_bytes = 2.0_wp**22  !< of output and checkpoints of any model
 
 contains
 
@@ -45,8 +46,9 @@ contains
       end do
       if (outlines%n == 0) call fail(error, error_input, file// &
          ': there are no blocks; give &block, &blocks, &layers, &drums or &wall')
-      call require_memory(real(outlines%n, wp)*block_bytes, file//': the model of '// &
-         to_text(outlines%n)//' blocks', 'use fewer blocks, or a machine with more', error)
+      call require_memory(real(outlines%n, wp)*block_bytes + buffer_bytes, file// &
+         ': the model of '//to_text(outlines%n)//' blocks', &
+         'use fewer blocks, or a machine with more', error)
       if (.not. allocated(error)) call check_sizes(file, groups, outlines, error)
       if (allocated(error)) return
       associate (vertices => outlines%vertices(:, :outlines%n_vertices))

@@ -104,7 +104,8 @@ contains
       call solver%active%renew(matrix, changes, error)
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
-      if (error%kind /= error_memory .and. solver%may_hand_over) call hand_over(solver, matrix, error)
+      if (error%kind /= error_memory .and. solver%may_hand_over) &
+         call hand_over(solver, matrix, error)
    end subroutine renew
 
    !> Jacobi or lagged: by the guaranteed bound at first, then by what the last solve needed.
