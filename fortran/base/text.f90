@@ -61,6 +61,9 @@ contains
 
       if (.not. abs(value) > 0.0_wp .or. abs(value) > huge(value)) then
          text = to_text(value)
+      else if (abs(value) < 1.0e-99_wp .or. abs(value) >= 1.0e99_wp) then
+         write (buffer, '(es24.'//to_text(digits - 1)//'e3)') value
+         text = trim(adjustl(buffer))
       else if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
          write (buffer, '(es24.'//to_text(digits - 1)//')') value
          text = trim(adjustl(buffer))

@@ -13,7 +13,7 @@
 !>
 !> Rest: with all velocities zero and the contact laws evaluated in the present geometry, the
 !> unbalanced force on each block is at most 10⁻⁶ of its own weight, or what the tolerance of
-!> contact forces and the rounding of places are worth in its springs.  Where that is no small part
+!> contact forces and the rounding of coordinates are worth in its springs.  Where that exceeds 10⁻³
 !> of the weight of a block that nothing holds, the outcome says so: it might yet slide.
 !>
 !> Materials do not damp in statics: they have the modulus that is given, and bodies that remember
@@ -60,7 +60,7 @@ module dda_equilibrium
    integer(long), parameter :: most_iterations = 20000  !< open–close iterations in all
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
    real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces add up to
-   real(wp), parameter :: much = 1.0e-3_wp         !< of the weight, to be left out of balance
+   real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< of the weight, to be left unbalanced
    real(wp), parameter :: rounding = 4.0_wp        !< of the last bit of places
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
    real(wp), parameter :: growth = 10.0_wp         !< of Δt after a step that closed easily
@@ -179,8 +179,10 @@ contains
          if (way > fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > most_iterations) return
          call static_step(simulation, first, error)
-         if (allocated(error)) equilibrium%at_rest = .false.
-         if (allocated(error)) return
+         if (allocated(error)) then
+            equilibrium%at_rest = .false.
+            return
+         end if
          equilibrium%steps = equilibrium%steps + 1
          way = way + farthest_move(simulation%blocks, simulation%system%d)
       end do
@@ -290,7 +292,8 @@ contains
             if (.not. size_of <= huge(size_of)) return
             equilibrium%largest = max(equilibrium%largest, size_of)
             weight = weight_of(simulation, b)
-            if (system%has_terms(b) .or. allowed <= equilibrium%doubt*weight) cycle
+            if (blocks%removed(b) .or. system%has_terms(b) .or. &
+               allowed <= equilibrium%doubt*weight) cycle
             equilibrium%doubt = allowed/max(weight, tiny(weight))
             equilibrium%doubtful = b
          end do
@@ -350,10 +353,10 @@ contains
       weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
       if (.not. weight > 0.0_wp) return
       words = words//', '//short_text(equilibrium%largest/weight)//' of the weight'
-      if (equilibrium%doubt > much) words = words//'; but rounding in stiff contacts hides '// &
-         'forces up to '//short_text(equilibrium%doubt)//' of the weight of block '// &
-         block_name(simulation, equilibrium%doubtful)//', which may slide (a smaller '// &
-         'normal_stiffness hides less)'
+      if (equilibrium%doubt > doubtful_share) words = words//'; but forces up to '// &
+         short_text(equilibrium%doubt)//' of the weight of block '// &
+         block_name(simulation, equilibrium%doubtful)//' pass as balanced, and it may slide '// &
+         '(a smaller force_tolerance or normal_stiffness of &contact lets less pass)'
    end function words_of_rest
 
 end module dda_equilibrium

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Header of a netCDF file of the classic format, walked through before the library reads it.
+!> Header of a netCDF file of the classic format, checked before the library reads it.
 !>
 !> The library (4.9) divides by the size of a variable's type, which is zero for numbers that stand
 !> for no type of this format, and so a damaged file would end the program.  Lists of dimensions,
@@ -13,122 +13,122 @@ module dda_classic_header
 
    integer(long), parameter :: size_of_type(6) = [1, 1, 2, 4, 4, 8]  !< byte, char, …, double
 
-   !> Where the walk stands.
-   type :: walk_type
+   !> A place in the header.
+   type :: cursor_type
       integer(int8), allocatable :: bytes(:)
       integer(long) :: at = 5          !< next byte, after the mark and the version
       integer(long) :: offset_size = 4 !< bytes of the place of a variable
       logical :: good = .true.
-   end type walk_type
+   end type cursor_type
 
 contains
 
    !> Every attribute and variable of a header has a type of the format, and the header its lists.
    pure logical function has_known_types(bytes)
       integer(int8), intent(in) :: bytes(:)  !< of the file from its start, the header among them
-      type(walk_type) :: walk
+      type(cursor_type) :: cursor
       integer(long) :: i, n
 
-      walk%bytes = bytes
+      cursor%bytes = bytes
       if (size(bytes) >= 4) then
-         if (bytes(4) == 2) walk%offset_size = 8
-         walk%good = bytes(4) == 1 .or. bytes(4) == 2
+         if (bytes(4) == 2) cursor%offset_size = 8
+         cursor%good = bytes(4) == 1 .or. bytes(4) == 2
       end if
-      call skip(walk, 4_long)  ! number of records
-      call begin_list(walk, n)
+      call skip(cursor, 4_long)  ! number of records
+      call begin_list(cursor, n)
       do i = 1, n
-         call skip_name(walk)
-         call skip(walk, 4_long)
+         call skip_name(cursor)
+         call skip(cursor, 4_long)
       end do
-      call skip_attributes(walk)
-      call begin_list(walk, n)
+      call skip_attributes(cursor)
+      call begin_list(cursor, n)
       do i = 1, n
-         call skip_variable(walk)
+         call skip_variable(cursor)
       end do
-      has_known_types = walk%good
+      has_known_types = cursor%good
    end function has_known_types
 
    !> Name, dimensions, attributes, type, size and place of a variable.
-   pure subroutine skip_variable(walk)
-      type(walk_type), intent(inout) :: walk  !< at a variable, then behind it
+   pure subroutine skip_variable(cursor)
+      type(cursor_type), intent(inout) :: cursor  !< at a variable, then behind it
       integer(long) :: dimensions, bytes
 
-      call skip_name(walk)
-      call read_number(walk, dimensions)
-      call skip(walk, 4*dimensions)
-      call skip_attributes(walk)
-      call read_type(walk, bytes)
-      call skip(walk, 4 + walk%offset_size)
+      call skip_name(cursor)
+      call read_number(cursor, dimensions)
+      call skip(cursor, 4*dimensions)
+      call skip_attributes(cursor)
+      call read_type(cursor, bytes)
+      call skip(cursor, 4 + cursor%offset_size)
    end subroutine skip_variable
 
    !> A list of attributes: name, type and values, filled up to four bytes.
-   pure subroutine skip_attributes(walk)
-      type(walk_type), intent(inout) :: walk  !< at a list, then behind it
+   pure subroutine skip_attributes(cursor)
+      type(cursor_type), intent(inout) :: cursor  !< at a list, then behind it
       integer(long) :: i, n, bytes, values
 
-      call begin_list(walk, n)
+      call begin_list(cursor, n)
       do i = 1, n
-         call skip_name(walk)
-         call read_type(walk, bytes)
-         call read_number(walk, values)
-         call skip(walk, filled(bytes*values))
+         call skip_name(cursor)
+         call read_type(cursor, bytes)
+         call read_number(cursor, values)
+         call skip(cursor, filled(bytes*values))
       end do
    end subroutine skip_attributes
 
    !> What kind of list it is, which the library checks, and how many entries it has: no more than
    !> the file has bytes.
-   pure subroutine begin_list(walk, n)
-      type(walk_type), intent(inout) :: walk  !< at a list, then at its first entry
+   pure subroutine begin_list(cursor, n)
+      type(cursor_type), intent(inout) :: cursor  !< at a list, then at its first entry
       integer(long), intent(out) :: n  !< entries
 
-      call skip(walk, 4_long)
-      call read_number(walk, n)
-      if (n > size(walk%bytes)) walk%good = .false.
-      if (.not. walk%good) n = 0
+      call skip(cursor, 4_long)
+      call read_number(cursor, n)
+      if (n > size(cursor%bytes)) cursor%good = .false.
+      if (.not. cursor%good) n = 0
    end subroutine begin_list
 
    !> A name: its length, and letters filled up to four bytes.
-   pure subroutine skip_name(walk)
-      type(walk_type), intent(inout) :: walk  !< at a name, then behind it
+   pure subroutine skip_name(cursor)
+      type(cursor_type), intent(inout) :: cursor  !< at a name, then behind it
       integer(long) :: letters
 
-      call read_number(walk, letters)
-      call skip(walk, filled(letters))
+      call read_number(cursor, letters)
+      call skip(cursor, filled(letters))
    end subroutine skip_name
 
    !> A type that there is, as the bytes of a value.
-   pure subroutine read_type(walk, bytes)
-      type(walk_type), intent(inout) :: walk  !< at a type, then behind it
+   pure subroutine read_type(cursor, bytes)
+      type(cursor_type), intent(inout) :: cursor  !< at a type, then behind it
       integer(long), intent(out) :: bytes  !< 0 where there is no such type
       integer(long) :: kind
 
       bytes = 0
-      call read_number(walk, kind)
-      walk%good = walk%good .and. kind >= 1 .and. kind <= size(size_of_type)
-      if (walk%good) bytes = size_of_type(kind)
+      call read_number(cursor, kind)
+      cursor%good = cursor%good .and. kind >= 1 .and. kind <= size(size_of_type)
+      if (cursor%good) bytes = size_of_type(kind)
    end subroutine read_type
 
    !> A number of four bytes, the greatest first; not negative.
-   pure subroutine read_number(walk, number)
-      type(walk_type), intent(inout) :: walk  !< at the number, then behind it
+   pure subroutine read_number(cursor, number)
+      type(cursor_type), intent(inout) :: cursor  !< at the number, then behind it
       integer(long), intent(out) :: number  !< 0 beyond the end of the file
       integer :: i
 
       number = 0
-      call skip(walk, 4_long)
-      if (.not. walk%good) return
+      call skip(cursor, 4_long)
+      if (.not. cursor%good) return
       do i = 4, 1, -1
-         number = 256*number + modulo(int(walk%bytes(walk%at - i), long), 256_long)
+         number = 256*number + modulo(int(cursor%bytes(cursor%at - i), long), 256_long)
       end do
    end subroutine read_number
 
    !> Go on by so many bytes, unless the file ends before.
-   pure subroutine skip(walk, bytes)
-      type(walk_type), intent(inout) :: walk  !< goes on
+   pure subroutine skip(cursor, bytes)
+      type(cursor_type), intent(inout) :: cursor  !< goes on
       integer(long), intent(in) :: bytes  !< to leave out
 
-      walk%good = walk%good .and. walk%at + bytes <= size(walk%bytes) + 1
-      if (walk%good) walk%at = walk%at + bytes
+      cursor%good = cursor%good .and. cursor%at + bytes <= size(cursor%bytes) + 1
+      if (cursor%good) cursor%at = cursor%at + bytes
    end subroutine skip
 
    !> So many bytes, filled up to a multiple of four.

@@ -246,7 +246,7 @@ contains
       call note(verdict, 'largest_opening_m', max(opening%value, 0.0_wp))
    end subroutine judge_contacts
 
-   !> The edge that each vertex presses on, 0 without one.
+   !> An edge that each vertex presses on (of two, the last in order), 0 without one.
    pure function touched_edges(simulation) result(touched)
       type(simulation_type), intent(in) :: simulation  !< at the time of the last frame
       integer, allocatable :: touched(:)

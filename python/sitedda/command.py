@@ -184,7 +184,7 @@ def _safety(options: argparse.Namespace) -> int:
     if moving is None:
         return 0
     picture = options.output or Path(f"{options.file.stem}_mechanism.png")
-    moving.draw().figure.savefig(picture, dpi=130)
+    found.draw().figure.savefig(picture, dpi=130)
     if not options.json:
         print(f"\npicture: {picture}")
     return 0
