@@ -3,6 +3,7 @@
 !>
 !> `grow` does nothing if the array is large enough; else the array at least doubles, so that
 !> appending n values one by one copies fewer than 2n.  Or it gets exactly what is asked for.
+!> Old and new array stand side by side only while one is copied into the other.
 module dda_growth
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: wp, long
@@ -24,9 +25,14 @@ contains
       integer, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
       logical, intent(in), optional :: exactly  !< no more than these
+      integer, allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) < least) list = reshape(list, [larger(size(list), least, exactly)], pad=[0])
+      if (size(list) >= least) return
+      allocate (longer(larger(size(list), least, exactly)))
+      longer(:size(list)) = list
+      longer(size(list) + 1:) = 0
+      call move_alloc(longer, list)
    end subroutine grow_integers
 
    !> Double precision.
@@ -34,10 +40,14 @@ contains
       real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
       logical, intent(in), optional :: exactly  !< no more than these
+      real(wp), allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) < least) &
-         list = reshape(list, [larger(size(list), least, exactly)], pad=[0.0_wp])
+      if (size(list) >= least) return
+      allocate (longer(larger(size(list), least, exactly)))
+      longer(:size(list)) = list
+      longer(size(list) + 1:) = 0.0_wp
+      call move_alloc(longer, list)
    end subroutine grow_reals
 
    !> Logicals.
@@ -45,30 +55,42 @@ contains
       logical, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then .false.
       integer, intent(in) :: least  !< elements needed
       logical, intent(in), optional :: exactly  !< no more than these
+      logical, allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) < least) &
-         list = reshape(list, [larger(size(list), least, exactly)], pad=[.false.])
+      if (size(list) >= least) return
+      allocate (longer(larger(size(list), least, exactly)))
+      longer(:size(list)) = list
+      longer(size(list) + 1:) = .false.
+      call move_alloc(longer, list)
    end subroutine grow_logicals
 
    !> Texts of one length.
    pure subroutine grow_texts(list, least)
       character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then blank
       integer, intent(in) :: least  !< elements needed
+      character(len=len(list)), allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) < least) &
-         list = reshape(list, [max(least, 2*size(list))], pad=[repeat(' ', len(list))])
+      if (size(list) >= least) return
+      allocate (longer(larger(size(list), least)))
+      longer(:size(list)) = list
+      longer(size(list) + 1:) = ' '
+      call move_alloc(longer, list)
    end subroutine grow_texts
 
    !> Bytes, of which there may be more than 2³¹.
    pure subroutine grow_bytes(list, least)
       integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer(long), intent(in) :: least  !< elements needed
+      integer(int8), allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list, kind=long) < least) &
-         list = reshape(list, [max(least, 2*size(list, kind=long))], pad=[0_int8])
+      if (size(list, kind=long) >= least) return
+      allocate (longer(max(least, 2*size(list, kind=long))))
+      longer(:size(list, kind=long)) = list
+      longer(size(list, kind=long) + 1:) = 0_int8
+      call move_alloc(longer, list)
    end subroutine grow_bytes
 
    !> Columns of default integers.
@@ -77,10 +99,14 @@ contains
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
       logical, intent(in), optional :: exactly  !< no more than these
+      integer, allocatable :: longer(:,:)
 
       if (.not. allocated(list)) allocate (list(rows, 0))
-      if (size(list, 2) < least) &
-         list = reshape(list, [rows, larger(size(list, 2), least, exactly)], pad=[0])
+      if (size(list, 2) >= least) return
+      allocate (longer(rows, larger(size(list, 2), least, exactly)))
+      longer(:, :size(list, 2)) = list
+      longer(:, size(list, 2) + 1:) = 0
+      call move_alloc(longer, list)
    end subroutine grow_integer_columns
 
    !> Columns of double precision.
@@ -89,10 +115,14 @@ contains
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
       logical, intent(in), optional :: exactly  !< no more than these
+      real(wp), allocatable :: longer(:,:)
 
       if (.not. allocated(list)) allocate (list(rows, 0))
-      if (size(list, 2) < least) &
-         list = reshape(list, [rows, larger(size(list, 2), least, exactly)], pad=[0.0_wp])
+      if (size(list, 2) >= least) return
+      allocate (longer(rows, larger(size(list, 2), least, exactly)))
+      longer(:, :size(list, 2)) = list
+      longer(:, size(list, 2) + 1:) = 0.0_wp
+      call move_alloc(longer, list)
    end subroutine grow_real_columns
 
    !> Size of an array that has become too small.

@@ -7,7 +7,7 @@ module dda_start
    use dda_elements, only: set_elements, match_velocities, update_stored
    use dda_energy, only: add_energy, total_energy, energy_kinetic, energy_initial, energy_input
    use dda_energy_budget, only: start_energy_budget
-   use dda_blocks, only: keep_shapes
+   use dda_blocks, only: begin_motion, keep_shapes
    use dda_bonds, only: bond_contacts
    use dda_crossings, only: find_crossings
    use dda_column_model, only: column_model
@@ -42,6 +42,7 @@ contains
       simulation%model = model
       simulation%blocks = model%blocks
       call keep_shapes(simulation%model%blocks)
+      call begin_motion(simulation%blocks)
       simulation%statics = ''
       simulation%changed_text = ''
       simulation%changes = ''

@@ -21,7 +21,7 @@ module dda_blocks
    use dda_polygon, only: area_of, centroid_of, second_moments
    implicit none
    private
-   public :: blocks_type, set_blocks, keep_shapes, update_geometry, is_convex
+   public :: blocks_type, set_blocks, begin_motion, keep_shapes, update_geometry, is_convex
    public :: mass_matrix, momentum_of, change_material, remove_block, place_of, offset_of, &
       shape_matrix, motion_of, reference_of, stress_of, set_damping, begin_memory, has_memory, &
       memory_strain
@@ -55,7 +55,8 @@ module dda_blocks
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
-      real(wp), allocatable :: acceleration(:,:)   !< [6,n] of the scheme (paper eq. 5)
+      !> [6,n] of the scheme (paper eq. 5); this and the next are of a run, not of a model
+      real(wp), allocatable :: acceleration(:,:)
       !> [6,4,n] d/Δt of the last four steps, the last one first
       real(wp), allocatable :: mean_velocity(:,:,:)
       real(wp), allocatable :: rest_strain(:,:)    !< [3,n] at the end of statics; 0 blocks: no body
@@ -97,7 +98,7 @@ contains
    end subroutine set_blocks
 
    pure subroutine allocate_blocks(blocks, n, vertices)
-      type(blocks_type), intent(inout) :: blocks  !< all arrays are allocated
+      type(blocks_type), intent(inout) :: blocks  !< gets all arrays of a model
       integer, intent(in) :: n, vertices          !< numbers of blocks and of vertices
 
       blocks%n = n
@@ -108,19 +109,24 @@ contains
       allocate (blocks%mixed(n), blocks%radius(n), blocks%area(n), blocks%mass(n), &
          blocks%inertia(4, n), blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
-      allocate (blocks%position(6, n), blocks%velocity(6, n), blocks%acceleration(6, n), &
-         blocks%mean_velocity(6, 4, n), source=0.0_wp)
+      allocate (blocks%position(6, n), blocks%velocity(6, n), source=0.0_wp)
       allocate (blocks%damping(0), blocks%rest_strain(3, 0), blocks%memory(3, 0, 0))
    end subroutine allocate_blocks
 
-   !> Of blocks that are only to be looked up, keep shapes, materials and stresses: half of the
-   !> memory is for steps.
-   pure subroutine keep_shapes(blocks)
+   !> Give the blocks of a model what their steps need besides.
+   pure subroutine begin_motion(blocks)
       type(blocks_type), intent(inout) :: blocks  !< in their first state
 
-      deallocate (blocks%next, blocks%previous, blocks%inertia, blocks%velocity, &
-         blocks%acceleration, blocks%mean_velocity, blocks%axes, blocks%gradient, blocks%along, &
-         blocks%length)
+      allocate (blocks%acceleration(6, blocks%n), blocks%mean_velocity(6, 4, blocks%n), &
+         source=0.0_wp)
+   end subroutine begin_motion
+
+   !> Of blocks that are only to be looked up, keep shapes, materials and stresses.
+   pure subroutine keep_shapes(blocks)
+      type(blocks_type), intent(inout) :: blocks  !< in their first state, before `begin_motion`
+
+      deallocate (blocks%next, blocks%previous, blocks%inertia, blocks%velocity, blocks%axes, &
+         blocks%gradient, blocks%along, blocks%length)
    end subroutine keep_shapes
 
    !> Damping of the materials, from the present strains on.
