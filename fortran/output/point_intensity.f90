@@ -51,11 +51,11 @@ contains
       intensity%time = time
    end subroutine add_motion
 
-   !> The axis of the largest acceleration: 1 x, 2 y.
+   !> The axis of the largest velocity: 1 x, 2 y.
    pure integer function main_axis(intensity)
       type(intensity_type), intent(in) :: intensity  !< of a point
 
-      main_axis = maxloc(intensity%acceleration, 1)
+      main_axis = maxloc(intensity%velocity, 1)
    end function main_axis
 
    !> π/2g ∫a² dt along an axis, m/s.

@@ -12,7 +12,7 @@ module dda_run_verdict
    use dda_model, only: half_size
    use dda_point_intensity, only: intensity_type, new_intensity, add_motion, main_axis, &
       arias_intensity
-   use dda_response_spectrum, only: spectral_acceleration
+   use dda_response_spectrum, only: low_passed_peak, spectral_acceleration
    use dda_simulation, only: simulation_type, ending
    use dda_text, only: to_text, short_text, valid_text
    implicit none
@@ -20,6 +20,7 @@ module dda_run_verdict
    public :: run_verdict_type, verdict_value_type, new_verdict, add_frame, add_corners, &
       add_column, add_samples, conclude
 
+   real(wp), parameter :: spike_share = 0.7_wp  !< of a peak acceleration below 50 Hz: less is said
    real(wp), parameter :: least_movement = 1.0e-5_wp  !< of the model's size: below, none is counted
 
    !> A number of the verdict.
@@ -261,12 +262,12 @@ contains
    end function touched_edges
 
    !> How strongly the measured points that moved were shaken, along the axis of the largest
-   !> acceleration.
+   !> velocity; a peak acceleration that is of higher frequencies is told as such.
    subroutine judge_points(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< of all frames and samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
       character(len=:), allocatable :: name, along
-      real(wp) :: arias, spectral, period
+      real(wp) :: arias, spectral, period, low
       integer :: i, axis
 
       do i = 1, size(verdict%shaken)
@@ -276,13 +277,16 @@ contains
             name = point_label(simulation%model%points(i)%name, i)
             along = 'along '//merge('x', 'y', axis == 1)
             arias = arias_intensity(shaken, axis)
+            low = low_passed_peak(shaken%spectrum(axis))
             call spectral_acceleration(shaken%spectrum(axis), shaken%last(axis), spectral, period)
             call say(verdict, 'point '//name, along//': PGA '// &
                short_text(shaken%acceleration(axis))//' m/s², PGV '// &
-               short_text(shaken%velocity(axis))//' m/s, Arias '//short_text(arias)//' m/s')
+               short_text(shaken%velocity(axis))//' m/s, Arias '//short_text(arias)//' m/s'// &
+               spike_text(shaken%acceleration(axis), low))
             call say(verdict, 'Sa '//name, along//', 5 %: largest '//short_text(spectral)// &
                ' m/s² at '//short_text(period)//' s')
             call note(verdict, 'pga_m_s2['//name//']', shaken%acceleration(axis))
+            call note(verdict, 'pga_below_50_hz_m_s2['//name//']', low)
             call note(verdict, 'pgv_m_s['//name//']', shaken%velocity(axis))
             call note(verdict, 'arias_m_s['//name//']', arias)
             call note(verdict, 'sa_m_s2['//name//']', spectral)
@@ -290,6 +294,17 @@ contains
          end associate
       end do
    end subroutine judge_points
+
+   !> What a peak acceleration is worth that is not of the motion of the ground or a structure.
+   pure function spike_text(peak, low) result(text)
+      real(wp), intent(in) :: peak  !< acceleration, m/s²
+      real(wp), intent(in) :: low   !< after a low-pass at 50 Hz, m/s²
+      character(len=:), allocatable :: text
+
+      text = ''
+      if (low < spike_share*peak) text = '; below 50 Hz the peak is '//short_text(low)// &
+         ' m/s², the rest is of contacts that ring or hit and counts in PGA and Arias'
+   end function spike_text
 
    !> The name of a measured point as names of attributes may hold it, or its number.
    pure function point_label(name, number) result(label)

@@ -9,12 +9,15 @@
 !>
 !> The pseudo-spectral acceleration is the largest ω²|u|, u = Im q/Im λ, the free vibration after
 !> the motion included.  Oscillators that are fast for the sampling are followed between samples.
+!>
+!> With ζ = 1/√2 and ω = 2π 50 Hz, ω²u is the acceleration after a Butterworth low-pass of second
+!> order: what is left of a peak there is of the motion, the rest of contacts that ring or hit.
 module dda_response_spectrum
    use dda_kinds, only: wp, pi
    implicit none
    private
    public :: response_spectrum_type, periods, new_response_spectrum, follow, spectral_acceleration
-   public :: oscillator_peaks
+   public :: oscillator_peaks, low_passed_peak
 
    real(wp), parameter :: damping = 0.05_wp
    real(wp), parameter :: shortest = 0.02_wp, longest = 5.0_wp  !< periods, s
@@ -23,15 +26,15 @@ module dda_response_spectrum
    real(wp), parameter :: same_step = 1.0e-9_wp         !< relative; what rounding of times is worth
    real(wp), parameter :: small_step = 1.0e-2_wp        !< of |z|: below, μ and ρ from their series
 
-   !> Oscillators under one motion.
+   !> Oscillators under one motion; number 0 is the low-pass, as fast as the first.
    type :: response_spectrum_type
       real(wp) :: step = 0.0_wp                         !< that the factors are for, s
-      integer :: parts(periods) = 1                     !< of a step
-      real(wp) :: share(periods) = 1.0_wp               !< of a step in one of its parts
-      real(wp), dimension(periods, 2) :: q = 0.0_wp     !< state, m/s; real and imaginary part
-      real(wp), dimension(periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp  !< factors
-      real(wp) :: weight(periods) = 0.0_wp              !< ω²/Im λ, 1/s
-      real(wp) :: largest(periods) = 0.0_wp             !< of it so far, m/s²
+      integer :: parts(0:periods) = 1                   !< of a step
+      real(wp) :: share(0:periods) = 1.0_wp             !< of a step in one of its parts
+      real(wp), dimension(0:periods, 2) :: q = 0.0_wp   !< state, m/s; real and imaginary part
+      real(wp), dimension(0:periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp
+      real(wp) :: weight(0:periods) = 0.0_wp            !< ω²/Im λ, 1/s
+      real(wp) :: largest(0:periods) = 0.0_wp           !< of it so far, m/s²
    end type response_spectrum_type
 
 contains
@@ -40,17 +43,24 @@ contains
    pure type(response_spectrum_type) function new_response_spectrum() result(spectrum)
       integer :: i
 
-      do i = 1, periods
-         spectrum%weight(i) = 2.0_wp*pi/period(i)/sqrt(1.0_wp - damping**2)
+      do i = 0, periods
+         spectrum%weight(i) = 2.0_wp*pi/period(i)/sqrt(1.0_wp - damping_of(i)**2)
       end do
    end function new_response_spectrum
 
-   !> Period i, s.
+   !> Period of oscillator i, s.
    pure real(wp) function period(i)
-      integer, intent(in) :: i  !< 1 … `periods`
+      integer, intent(in) :: i  !< 0 … `periods`
 
-      period = shortest*(longest/shortest)**(real(i - 1, wp)/(periods - 1))
+      period = shortest*(longest/shortest)**(real(max(i, 1) - 1, wp)/(periods - 1))
    end function period
+
+   !> Damping ratio of oscillator i.
+   pure real(wp) function damping_of(i)
+      integer, intent(in) :: i  !< 0 … `periods`
+
+      damping_of = merge(sqrt(0.5_wp), damping, i == 0)
+   end function damping_of
 
    !> The motion goes on from one acceleration to another.
    pure subroutine follow(spectrum, before, after, step)
@@ -64,7 +74,7 @@ contains
       if (abs(step - spectrum%step) > same_step*step) call set_step(spectrum, step)
       associate (s => spectrum)
          do part = 1, s%parts(1)
-            do i = 1, count(s%parts >= part)  ! parts fall with the period
+            do i = 0, count(s%parts >= part) - 1  ! parts fall with the period
                change = (after - before)*s%share(i)
                one = before + (part - 1)*change
                other = before + part*change
@@ -87,11 +97,11 @@ contains
       integer :: i
 
       spectrum%step = step
-      do i = 1, periods
+      do i = 0, periods
          spectrum%parts(i) = ceiling(samples_per_period*step/period(i))
          spectrum%share(i) = 1.0_wp/spectrum%parts(i)
-         call set_factors(eigenvalue_of(1.0_wp/period(i), damping), step*spectrum%share(i), &
-            decay, before, after)
+         call set_factors(eigenvalue_of(1.0_wp/period(i), damping_of(i)), &
+            step*spectrum%share(i), decay, before, after)
          spectrum%decay(i, :) = parts_of(decay)
          spectrum%before(i, :) = parts_of(before)
          spectrum%after(i, :) = parts_of(after)
@@ -181,8 +191,15 @@ contains
             call follow(free, 0.0_wp, 0.0_wp, free%step)
          end do
       end if
-      largest = maxval(free%largest)
-      at = period(maxloc(free%largest, 1))
+      largest = maxval(free%largest(1:))
+      at = period(maxloc(free%largest(1:), 1))
    end subroutine spectral_acceleration
+
+   !> The largest acceleration after a low-pass at 50 Hz, m/s².
+   pure real(wp) function low_passed_peak(spectrum)
+      type(response_spectrum_type), intent(in) :: spectrum  !< of a motion
+
+      low_passed_peak = spectrum%largest(0)
+   end function low_passed_peak
 
 end module dda_response_spectrum

@@ -194,13 +194,13 @@ def _curves(history) -> list[tuple]:
     found = []
     for name, color in zip(_liveliest(history), COLORS, strict=False):
         point = history.sel(point=name)
-        axis = main_axis(point.displacement)
+        axis = main_axis(point.velocity)
         pair = (point[n].values[:, axis] for n in ("displacement", "acceleration"))
         found.append((f"{name}, {'xy'[axis]}", *pair, {"color": color}))
     seen = []
     for name in history.boundary.values if "boundary" in history.coords else ():
         boundary = history.sel(boundary=name)
-        axis = main_axis(boundary.incoming_displacement)
+        axis = main_axis(boundary.incoming_velocity)
         moved, acceleration = (
             boundary[f"incoming_{n}"].values[:, axis] for n in ("displacement", "acceleration")
         )

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from model_text import changed, flying_block, rectangle, tower
 from PIL import Image
+from scipy.signal import butter, lsim
 from test_view import EVIL, TITLE, sliding_blocks
 
 import sitedda
@@ -300,18 +301,44 @@ def test_the_output_says_how_strongly_points_were_shaken(run):
     attributes = run.history.attrs
     for name in run.history.point.values:
         motion = run.history.sel(point=name)
-        axis = int(np.argmax(abs(motion.acceleration.values).max(axis=0)))
+        axis = int(np.argmax(abs(motion.velocity.values).max(axis=0)))
         acceleration, step = motion.acceleration.values[:, axis], float(motion.time[1])
         expected = {
             "pga_m_s2": abs(acceleration).max(),
+            "pga_below_50_hz_m_s2": pytest.approx(low_passed_peak(motion.time, acceleration), 2e-3),
             "pgv_m_s": abs(motion.velocity.values[:, axis]).max(),
             "arias_m_s": arias_intensity(acceleration, step),
             "sa_m_s2": acceleration_spectrum(acceleration, step).max(),
             "sa_period_s": PERIODS[acceleration_spectrum(acceleration, step).argmax()],
         }
         for measure, value in expected.items():
-            assert attributes[f"{measure}[{name}]"] == pytest.approx(value, rel=1e-9), measure
+            if isinstance(value, float):
+                value = pytest.approx(value, rel=1e-9)
+            assert attributes[f"{measure}[{name}]"] == value, measure
             assert run.verdict.values[f"{measure}[{name}]"] == attributes[f"{measure}[{name}]"]
+
+
+def low_passed_peak(time, acceleration) -> float:
+    """Largest value after a Butterworth low-pass of 50 Hz and second order."""
+    fine = np.linspace(float(time[0]), float(time[-1]), 8 * len(time))
+    low_pass = butter(2, 2 * np.pi * 50.0, analog=True)
+    return abs(lsim(low_pass, np.interp(fine, time, acceleration), fine)[1]).max()
+
+
+def test_a_peak_above_50_hz_is_told_as_such(write_input, tmp_path):
+    """A blow of a millisecond on a block, and a push of thirty."""
+    peaks = {}
+    for ms in (1, 30):
+        groups = changed(flying_block(100), "measured_point", name="top")
+        groups = changed(groups, "control", time_step=5e-4)
+        times = [0.0, 0.005, 0.005 + ms / 2e3, 0.005 + ms / 1e3, 9.0]
+        push = {"x": 1.0, "y": 0.5, "time": times, "force_x": [0.0, 0.0, 5e6, 0.0, 0.0]}
+        push["force_y"] = [0.0] * len(times)
+        run = sitedda.run(write_input([*groups, ("load", push)]), tmp_path / f"{ms}.nc")
+        values = run.verdict.values
+        peaks[ms] = values["pga_below_50_hz_m_s2[top]"] / values["pga_m_s2[top]"]
+        assert ("below 50 Hz the peak is" in str(run.verdict)) == (ms == 1)
+    assert peaks[1] < 0.2 and peaks[30] > 0.8
 
 
 def test_intensities_of_unequal_steps_and_of_names_that_attributes_cannot_have(write_input):
