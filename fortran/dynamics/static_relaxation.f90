@@ -36,8 +36,8 @@ module dda_static_relaxation
    integer, parameter :: most_iterations = 21    !< of a relaxed step
    integer, parameter :: depth = 10              !< of the acceleration
    real(wp), parameter :: accuracy = 1.0e-8_wp   !< of the first residual, of each solve
-   real(wp), parameter :: open_share = 0.1_wp    !< of the springs of an open contact without gap
-   real(wp), parameter :: slide_share = 0.2_wp   !< of the shear spring of a sliding contact
+   real(wp), parameter :: open_share = 0.2_wp    !< of the springs of an open contact without gap
+   real(wp), parameter :: slide_share = 0.3_wp   !< of the shear spring of a sliding contact
    real(wp), parameter :: ascent = 10.0_wp       !< that the last iterate may have, over the best
    real(wp), parameter :: divergence = 1.0e4_wp  !< of the correction, over the least
    real(wp), parameter :: gain = 0.5_wp          !< of the first correction, from step to step
