@@ -62,6 +62,10 @@ def write_movie(
     file = Path(file)
     if scene.frames < 2:
         raise InputError("a movie needs two frames or more; give &output a block_interval")
+    kind = file.suffix.lower()
+    if kind not in (".gif", ".mp4"):
+        raise InputError(f"{file}: a movie is .mp4 or .gif")
+    program = ffmpeg() if kind == ".mp4" else ""
     frames = chosen_frames(scene, round(fps * seconds))
     pictures = tqdm(
         _pictures(scene, frames, color, contacts, deformation),
@@ -69,12 +73,10 @@ def write_movie(
         disable=not progress,
         unit="picture",
     )
-    if file.suffix.lower() == ".gif":
+    if kind == ".gif":
         _write_gif(file, pictures, fps)
-    elif file.suffix.lower() == ".mp4":
-        _write_mp4(file, pictures, fps)
     else:
-        raise InputError(f"{file}: a movie is .mp4 or .gif")
+        _write_mp4(file, pictures, fps, program)
     return file
 
 
@@ -119,11 +121,11 @@ def _write_gif(file: Path, pictures, fps: float) -> None:
     images[0].save(file, save_all=True, loop=0, optimize=True, **more)
 
 
-def _write_mp4(file: Path, pictures, fps: float) -> None:
+def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
     process = None
     for picture in pictures:
         if process is None:
-            process = _start_ffmpeg(file, picture.shape[1], picture.shape[0], fps)
+            process = _start_ffmpeg(program, file, picture.shape[1], picture.shape[0], fps)
         try:
             process.stdin.write(picture.tobytes())
         except BrokenPipeError:
@@ -134,9 +136,11 @@ def _write_mp4(file: Path, pictures, fps: float) -> None:
         raise OutputError(f"{file}: ffmpeg fails: {message.splitlines()[-1:]}")
 
 
-def _start_ffmpeg(file: Path, width: int, height: int, fps: float) -> subprocess.Popen:
+def _start_ffmpeg(
+    program: str, file: Path, width: int, height: int, fps: float
+) -> subprocess.Popen:
     command = [
-        *(ffmpeg(), "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
+        *(program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
         *("-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-", "-an", "-c:v", "libx264"),
         *("-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", f"file:{file}"),
     ]

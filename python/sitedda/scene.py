@@ -18,6 +18,7 @@ from .simulation import Run, Simulation
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
 _LOST = 1.0  # sizes of the first view that a block may be outside of it
+_SLACK = 0.01  # of the duration, that a time asked for may be beyond the frames
 
 
 @dataclass(frozen=True)
@@ -131,8 +132,12 @@ class Scene:
         Raises
         ------
         InputError
-            If there is no frame of such a stage.
+            If there is no frame of such a stage, or the time is not of the run.
         """
+        begin, end = float(self.time[0]), float(self.time[-1])
+        slack = _SLACK * (end - begin)
+        if time is not None and not begin - slack <= time <= end + slack:
+            raise InputError(f"there is no frame at t = {time:g} s: from {begin:g} to {end:g} s")
         among = np.arange(self.frames)
         if stage is not None:
             names = str(self.data.attrs.get("stages", "")).split("\n")

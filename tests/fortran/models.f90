@@ -6,7 +6,7 @@ module models
       energy_friction, energy_gravity, energy_initial, energy_input, energy_kinetic, &
       energy_kinetic_damping, energy_strain, energy_support
    use dda_kinds, only: wp, long, pi
-   use dda_blocks, only: blocks_type, set_blocks
+   use dda_blocks, only: begin_motion, blocks_type, set_blocks
    use dda_energy, only: energy_type, balance
    use dda_errors, only: error_type
    use dda_input, only: read_model
@@ -194,7 +194,7 @@ contains
       copy = vertices + spread(by, 2, size(vertices, 2))
    end function shifted
 
-   !> Blocks of the gathered outlines, all of one material.
+   !> Blocks of the gathered outlines, all of one material, ready for steps.
    subroutine blocks_of(outlines, blocks)
       type(outlines_type), intent(in) :: outlines
       type(blocks_type), intent(out) :: blocks
@@ -205,6 +205,7 @@ contains
       one = 1
       call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, &
          one(:outlines%n), one, rocks, .false.)
+      call begin_motion(blocks)
    end subroutine blocks_of
 
    !> Points and weights that integrate quadratics exactly over a polygon that is star-shaped round

@@ -437,8 +437,24 @@ def test_commands_write_what_they_say(main, run, write_input, tmp_path):
         assert made in done.stdout and (tmp_path / made).stat().st_size > 100
     page = (tmp_path / "t.html").read_text(encoding="utf-8")
     assert "<h2>Check" in page and "highest frequency" in page
+    for command, option, value, message in (
+        ("draw", "-t", "0.5", "from 0 to 0.04 s"),
+        ("movie", "-o", "t.avi", ".mp4 or .gif"),
+    ):
+        refused = main(command, tmp_path / "t.nc", option, value, folder=tmp_path)
+        assert refused.returncode == 1 and message in refused.stderr
     refused = main("draw", tmp_path / "t.png", folder=tmp_path)
     assert refused.returncode == 1 and "t.png" in refused.stderr
+
+
+def test_a_report_checks_the_input_as_it_was_run(main, write_input, tmp_path):
+    """Changes of the command line among it; what is missing is named."""
+    file = write_input(tower(steps=5))
+    words = ("-o", tmp_path / "t.nc", "-q", "--no-plot", "--set", "material.density=1234")
+    assert main("run", file, *words).returncode == 0
+    file.unlink()
+    assert main("report", tmp_path / "t.nc", "-o", tmp_path / "t.html").returncode == 0
+    assert "highest frequency" in (tmp_path / "t.html").read_text(encoding="utf-8")
 
 
 def test_outputs_are_selected_by_names(run):

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +17,6 @@ from ..pictures import draw
 from ..plot import run_picture
 from ..response import amplifications
 from ..scene import Scene
-from ..simulation import Simulation
 from ..verdict import verdict
 from ..view import BUDGET, view
 from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Table
@@ -35,7 +37,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     report : Report, optional
-        The check of the model; checked anew if it is not given and the input is as it was.
+        The check of the model; by default the input that was run is checked.
     discrete : ndarray, optional
         The model's own transfer function for the picture, see `plot.run_picture`.
     """
@@ -44,7 +46,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
     return _model_page(scene, report) if scene.before else _run_page(scene, report, discrete)
 
 
-def _run_page(scene: Scene, report: Report | None, discrete) -> Page:
+def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
     page = Page(scene.title or "Untitled run", _lead(scene))
     page.add("Verdict", Facts(verdict(scene).lines))
@@ -65,7 +67,7 @@ def _run_page(scene: Scene, report: Report | None, discrete) -> Page:
     return page
 
 
-def _model_page(scene: Scene, report: Report | None) -> Page:
+def _model_page(scene: Scene, report: Report | str) -> Page:
     page = Page(scene.title or "Untitled model", "A model before its run.")
     _add_check(page, report)
     page.add("Blocks", view(scene, BUDGET - _PICTURES, "material"))
@@ -94,16 +96,26 @@ def _amplifications(data):
         return []
 
 
-def _checked(scene: Scene, source) -> Report | None:
-    """The check of the input, if it can still be found as it was."""
+@dataclass(frozen=True)
+class _InputOfRun:
+    """An input as it was run, changes of the command line among it; see `opened_input`."""
+
+    file: Path
+    text: str
+
+    @contextmanager
+    def opened(self) -> Iterator[tuple[Path, str]]:
+        yield self.file, self.text
+
+
+def _checked(scene: Scene, source) -> Report | str:
+    """The check of the input that was run, or why there is none."""
     file = Path(str(scene.data.attrs.get("input_file", "") or source))
+    text = str(scene.data.attrs.get("input_text", ""))
     try:
-        with Simulation(file) as simulation:  # joint sets and masonry have become blocks in both
-            if simulation.input_text.strip() != str(scene.data.attrs.get("input_text", "")).strip():
-                return None
-            return check(simulation)
-    except SiteddaError:
-        return None
+        return check(_InputOfRun(file, text) if text else file)
+    except SiteddaError as error:
+        return str(error)
 
 
 def check_table(report: Report) -> Table:
@@ -115,12 +127,9 @@ def check_table(report: Report) -> Table:
     return Table(["verdict", "topic", "finding"], rows)
 
 
-def _add_check(page: Page, report: Report | None) -> None:
-    if report is None:
-        words = (
-            "The check is left out: the input is not where it was, or has changed since the run."
-        )
-        page.add("Check", Paragraph(words))
+def _add_check(page: Page, report: Report | str) -> None:
+    if isinstance(report, str):
+        page.add("Check", Paragraph(f"There is no check of the input: {report}"))
     else:
         page.add("Check", Paragraph(report.conclusion.capitalize() + "."), check_table(report))
 
