@@ -912,7 +912,7 @@
       this.state.decoded = true;
       this.state.decodedMs = performance.now() - begun;
       this.tell();
-      this.show(this.meta.frame ?? 0);
+      this.show(this.meta.frame ?? this.model.frames - 1);
     }
 
     tell() {
