@@ -50,6 +50,7 @@ contains
          ': the model of '//to_text(outlines%n)//' blocks', &
          'use fewer blocks, or a machine with more', error)
       if (.not. allocated(error)) call check_sizes(file, groups, outlines, error)
+      if (allocated(error)) call name_block_files(error, model)
       if (allocated(error)) return
       associate (vertices => outlines%vertices(:, :outlines%n_vertices))
          model%origin = 0.5_wp*(minval(vertices, 2) + maxval(vertices, 2))
@@ -61,7 +62,19 @@ contains
          model%control%plane_strain)
       call stress_by_weight(model, outlines)
       call check_overlap(model, file, groups, outlines%source, error)
+      if (allocated(error)) call name_block_files(error, model)
    end subroutine read_bodies
+
+   !> Blocks that are refused may stand in a block file.
+   subroutine name_block_files(error, model)
+      type(error_type), intent(inout) :: error  !< of the blocks as a whole
+      type(model_type), intent(in) :: model  !< with its block files
+      integer :: i
+
+      do i = 1, size(model%block_files)
+         error%message = error%message//'; block file '//model%block_files(i)%file
+      end do
+   end subroutine name_block_files
 
    !> Vertical stress of buried blocks at first, on top of that of their material.
    pure subroutine stress_by_weight(model, outlines)

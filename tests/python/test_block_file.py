@@ -52,6 +52,14 @@ def test_a_block_file_says_what_the_text_says(tmp_path):
     assert np.array_equal(state(again)[1], state(text)[1])
 
 
+def test_blocks_that_overlap_are_refused_with_the_name_of_their_file(tmp_path):
+    model = two_on_a_base()
+    model.block(rectangle(1, 0, 2, 1), "right")
+    file = model.write(tmp_path / "file.nml", block_file=True)
+    with pytest.raises(sitedda.InputError, match=r"right overlaps block 3.*; block file .*nc$"):
+        sitedda.Simulation(file)
+
+
 def test_groups_keep_their_order(tmp_path):
     model = two_on_a_base()
     model.layers("stack", left=20.0, width=1.0, thickness=1.0, count=2)

@@ -261,7 +261,7 @@ def test_a_run_that_never_closes_and_one_that_is_too_long(write_input, threads):
     assert found.status.values.tolist() == ["complete", "failed"]
     assert "does not converge" in found.message.values[1]
     long = sitedda.study(COLUMN, {"duration": [0.01, 1e6]}, "largest_tilt_rad", executor=threads,
-                         time_limit=5.0)  # fmt: skip
+                         time_limit=12.0)  # fmt: skip
     assert long.status.values.tolist() == ["complete", "failed"]
     assert "time limit of 5 s" in long.message.values[1]
 
