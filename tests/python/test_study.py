@@ -263,7 +263,7 @@ def test_a_run_that_never_closes_and_one_that_is_too_long(write_input, threads):
     long = sitedda.study(COLUMN, {"duration": [0.01, 1e6]}, "largest_tilt_rad", executor=threads,
                          time_limit=12.0)  # fmt: skip
     assert long.status.values.tolist() == ["complete", "failed"]
-    assert "time limit of 5 s" in long.message.values[1]
+    assert "time limit of 12 s" in long.message.values[1]
 
 
 def test_cases_that_fail_in_three_ways_are_named_and_the_rest_is_complete(write_input):
