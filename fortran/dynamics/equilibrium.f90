@@ -61,7 +61,7 @@ module dda_equilibrium
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
    real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces add up to
    real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< of the weight, to be left unbalanced
-   real(wp), parameter :: rounding = 4.0_wp        !< of the last bit of places
+   real(wp), parameter :: rounding = 4.0_wp        !< of the last bit of coordinates
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
    real(wp), parameter :: growth = 10.0_wp         !< of Δt after a step that closed easily
    real(wp), parameter :: slow_growth = 2.0_wp     !< of Δt after one that did not

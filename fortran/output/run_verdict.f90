@@ -20,7 +20,7 @@ module dda_run_verdict
    public :: run_verdict_type, verdict_value_type, new_verdict, add_frame, add_corners, &
       add_column, add_samples, conclude
 
-   real(wp), parameter :: spike_share = 0.7_wp  !< of a peak acceleration below 50 Hz: less is said
+   real(wp), parameter :: low_share = 0.7_wp  !< of a peak acceleration below 50 Hz: less is said
    real(wp), parameter :: least_movement = 1.0e-5_wp  !< of the model's size: below, none is counted
 
    !> A number of the verdict.
@@ -282,7 +282,7 @@ contains
             call say(verdict, 'point '//name, along//': PGA '// &
                short_text(shaken%acceleration(axis))//' m/s², PGV '// &
                short_text(shaken%velocity(axis))//' m/s, Arias '//short_text(arias)//' m/s'// &
-               spike_text(shaken%acceleration(axis), low))
+               low_peak_text(shaken%acceleration(axis), low))
             call say(verdict, 'Sa '//name, along//', 5 %: largest '//short_text(spectral)// &
                ' m/s² at '//short_text(period)//' s')
             call note(verdict, 'pga_m_s2['//name//']', shaken%acceleration(axis))
@@ -295,16 +295,16 @@ contains
       end do
    end subroutine judge_points
 
-   !> What a peak acceleration is worth that is not of the motion of the ground or a structure.
-   pure function spike_text(peak, low) result(text)
+   !> The peak acceleration below 50 Hz, where much of the peak is of higher frequencies.
+   pure function low_peak_text(peak, low) result(text)
       real(wp), intent(in) :: peak  !< acceleration, m/s²
       real(wp), intent(in) :: low   !< after a low-pass at 50 Hz, m/s²
       character(len=:), allocatable :: text
 
       text = ''
-      if (low < spike_share*peak) text = '; below 50 Hz the peak is '//short_text(low)// &
-         ' m/s², the rest is of contacts that ring or hit and counts in PGA and Arias'
-   end function spike_text
+      if (low < low_share*peak) text = '; below 50 Hz the peak is '//short_text(low)// &
+         ' m/s²: higher frequencies, as of impacts and ringing contacts, count in PGA and Arias'
+   end function low_peak_text
 
    !> The name of a measured point as names of attributes may hold it, or its number.
    pure function point_label(name, number) result(label)

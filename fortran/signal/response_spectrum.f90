@@ -11,7 +11,7 @@
 !> the motion included.  Oscillators that are fast for the sampling are followed between samples.
 !>
 !> With ζ = 1/√2 and ω = 2π 50 Hz, ω²u is the acceleration after a Butterworth low-pass of second
-!> order: what is left of a peak there is of the motion, the rest of contacts that ring or hit.
+!> order.  Impacts and contacts that ring are mostly above.
 module dda_response_spectrum
    use dda_kinds, only: wp, pi
    implicit none

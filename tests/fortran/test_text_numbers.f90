@@ -2,6 +2,7 @@
 !> The strict number parser: what is a number, what is not, and that rounding is right.
 module test_text_numbers
    use dda_kinds, only: long, wp
+   use dda_text, only: short_text
    use dda_text_numbers, only: next_number, whole_number, word_at, number_found, number_none, &
       number_bad, number_large
    use testing, only: case, check, check_close
@@ -19,7 +20,18 @@ contains
       call commas_are_counted()
       call rounding_is_right()
       call counts_are_whole()
+      call written_in_four_digits()
    end subroutine text_numbers_suite
+
+   !> Exponents of three digits keep their letter, or what is written could not be read.
+   subroutine written_in_four_digits()
+      call case('written in four digits')
+      call check(short_text(7.66412e305_wp) == '7.664E+305', 'large: '//short_text(7.66412e305_wp))
+      call check(short_text(-1.2e-120_wp) == '-1.200E-120', 'small: '//short_text(-1.2e-120_wp))
+      call check(short_text(1.0e99_wp) == '1.000E+099', 'from 1E99: '//short_text(1.0e99_wp))
+      call check(short_text(2.5e7_wp) == '2.500E+07', 'plain: '//short_text(2.5e7_wp))
+      call check(short_text(12.5_wp) == '12.5', 'short: '//short_text(12.5_wp))
+   end subroutine written_in_four_digits
 
    subroutine numbers_are_read()
       call case('numbers are read')
