@@ -49,7 +49,8 @@ contains
       call require_memory(real(outlines%n, wp)*block_bytes + buffer_bytes, file// &
          ': the model of '//to_text(outlines%n)//' blocks', &
          'use fewer blocks, or a machine with more', error)
-      if (.not. allocated(error)) call check_sizes(file, groups, outlines, error)
+      if (allocated(error)) return
+      call check_sizes(file, groups, outlines, error)
       if (allocated(error)) call name_block_files(error, model)
       if (allocated(error)) return
       associate (vertices => outlines%vertices(:, :outlines%n_vertices))
