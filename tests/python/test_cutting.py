@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtri
 from scipy.stats import kstest, norm
@@ -26,6 +26,7 @@ from sitedda.cutting import (
     slivers,
 )
 from sitedda.cutting.distributions import draw, normal_quantile, uniform
+from sitedda.cutting.network import CORNER, Network, _crossings
 from sitedda.cutting.rings import Rings
 
 SQUARE = [0.0, 0, 10, 0, 10, 10, 0, 10]
@@ -373,6 +374,8 @@ def test_thin_blocks_vanish_with_least_edge_and_sharp_ones_with_least_angle():
     shape=st.sampled_from(["circle", "horseshoe", "rectangle"]),
     place=st.tuples(st.floats(2, 8), st.floats(2, 8)),
 )
+@example(seed=1115, least_edge=0.3, shape="circle", place=(2, 2))
+@example(seed=8980, least_edge=0.1, shape="horseshoe", place=(5.591186665513415, 5.634437216308598))
 def test_outlines_keep_their_shape_when_corners_are_made_one(seed, least_edge, shape, place):
     hole = Tunnel(centre=place, width=1.5, height=2.5, shape=shape, sides=16)  # of short sides
     joints = [
@@ -384,6 +387,44 @@ def test_outlines_keep_their_shape_when_corners_are_made_one(seed, least_edge, s
     blocks = cut([Region(outline=CONCAVE)], joints, holes=[hole], settings=policy)
     outline = shapely.Polygon(np.reshape(CONCAVE, (-1, 2)))
     check_partition(blocks, outline.difference(shapely.Polygon(hole.outline)).area)
+
+
+def pairs_of_edges(ends):
+    """A network of edges two by two, from their ends, shape (pairs, 4, 2)."""
+    edges = np.arange(2 * ends.shape[0] * 2).reshape(-1, 2)
+    nodes = ends.reshape(-1, 2)
+    kinds, labels = np.full(len(nodes), CORNER), np.zeros(len(edges), dtype=int)
+    return Network(nodes, kinds, edges, labels, labels == 0)
+
+
+def random_lines(count, seed):
+    """A place, a direction and the direction across it for each line, shape (count, 2)."""
+    random = np.random.default_rng(seed)
+    angle = random.uniform(0, 2 * np.pi, count)
+    along = np.column_stack([np.cos(angle), np.sin(angle)])
+    return random, random.uniform(-10, 10, (count, 2)), along, along[:, ::-1] * [-1, 1]
+
+
+def crossings_found(ends):
+    """Of the pairs of edges, how many are found to cross when each is looked at alone."""
+    network = pairs_of_edges(ends)
+    one = 2 * np.arange(len(ends))
+    return len(_crossings(network, one, one + 1, np.ones(len(one), dtype=bool))[0])
+
+
+def test_edges_of_one_side_do_not_cross_by_rounding():
+    random, foot, along, _ = random_lines(200_000, 1)
+    share = np.sort(random.uniform(-5, 5, (len(foot), 4)), axis=1)
+    assert crossings_found(foot[:, None] + share[:, :, None] * along[:, None]) == 0
+
+
+@pytest.mark.parametrize("angle", [1e-9, 1e-6, 1e-3, 1.0])
+def test_edges_that_cross_at_a_small_angle_do(angle):
+    random, foot, along, across = random_lines(2_000, 2)
+    reach = random.uniform(2, 5, (len(foot), 4, 1)) * [[-1], [1], [-1], [1]]
+    turned = np.cos(angle) * along + np.sin(angle) * across
+    arms = np.stack([along, along, turned, turned], axis=1)
+    assert crossings_found(foot[:, None] + reach * arms) == len(foot)
 
 
 def test_slivers_of_foreign_polygons_are_named():

@@ -24,6 +24,7 @@ _PASSES = 40
 # each other than the tolerance cannot both lie that close to the edge from a third to the other,
 # which would split the two edges in turn without end.
 _BESIDE = 0.7
+_ROUNDING = 16 * np.finfo(float).eps  # of the size of the regions: of places and their products
 _CANDIDATES = 1_000_000  # pairs of segments looked at together
 MOST_CANDIDATES = 400_000_000
 
@@ -226,8 +227,20 @@ def _crossings(network, one, other, wanted):
     parallel = sine == 0
     sine = np.where(parallel, 1.0, sine)
     t, u = _cross(between, s) / sine, _cross(between, r) / sine
-    hit = np.flatnonzero(~parallel & (t > 0) & (t < 1) & (u > 0) & (u < 1))
+    apart = ~(_collinear(r, c - a, network) & _collinear(r, d - a, network))
+    apart &= ~(_collinear(s, a - c, network) & _collinear(s, b - c, network))
+    hit = np.flatnonzero(~parallel & apart & (t > 0) & (t < 1) & (u > 0) & (u < 1))
     return pairs[hit], t[hit], u[hit], a[hit] + t[hit, None] * r[hit]
+
+
+def _collinear(along, to, network) -> np.ndarray:
+    """Whether a place lies on the line of an edge but for the rounding of places.
+
+    Edges of one side of an outline are no more parallel than that; the shares at which they would
+    cross are rounding over rounding.
+    """
+    rounding = _ROUNDING * abs(network.nodes).max()
+    return abs(_cross(along, to)) <= rounding * (np.hypot(*along.T) + np.hypot(*to.T))
 
 
 def _split(network, edge, share, node, places, kinds, moved, targets) -> Network:
