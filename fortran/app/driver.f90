@@ -2,9 +2,9 @@
 !> The commands of the native executable.
 module dda_driver
    use dda_arguments, only: arguments_type, resume_command, usage
-   use dda_check_report, only: report_type, report_text, verdict_fail
+   use dda_check_report, only: report_type, report_text, add_notes, verdict_fail
    use dda_check_simulation, only: check_simulation
-   use dda_diagnostics, only: audit_warning
+   use dda_diagnostics, only: audit_warning, state_warnings
    use dda_errors, only: error_type, error_check, error_interrupted, fail
    use dda_input, only: read_model_file
    use dda_interrupts, only: stop_requested
@@ -57,8 +57,8 @@ contains
 
       call read_model_file(model, arguments%file, error, arguments%changes)
       if (allocated(error)) return
-      call say_notes(model)
       allocate (simulation, report)
+      call add_notes(report, model_notes(model))
       call begin_simulation(simulation, model, error)
       if (.not. allocated(error)) call check_simulation(simulation, report, error)
       if (allocated(error)) return
@@ -145,6 +145,7 @@ contains
 
       if (simulation%stop%reason /= '') call say(ending(simulation))
       call say(summary(simulation))
+      if (state_warnings(simulation) /= '') call warn('warning: '//state_warnings(simulation))
       if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
       if (team_words() /= '') call say('note: '//team_words())
       call say('output: '//simulation%model%output%file)

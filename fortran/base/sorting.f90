@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Insertion sort, stable: for short lists, such as the crossings of an edge.
+!> Stable orders: by insertion for short lists, such as the crossings of an edge; by merging for
+!> long ones.
 module dda_sorting
    use dda_kinds, only: wp
    implicit none
    private
-   public :: ascending_order
+   public :: ascending_order, merged_order
 
 contains
 
@@ -24,5 +25,39 @@ contains
          order(j + 1) = i
       end do
    end function ascending_order
+
+   !> The same for long lists.
+   pure recursive function merged_order(key) result(order)
+      real(wp), intent(in) :: key(:)  !< [any] what to sort by
+      integer :: order(size(key))
+      integer :: lower(size(key)/2), upper(size(key) - size(key)/2), i, k, l
+
+      associate (half => size(lower))
+         if (half == 0) then
+            order = 1
+            return
+         end if
+         lower = merged_order(key(:half))
+         upper = merged_order(key(half + 1:)) + half
+      end associate
+      k = 1
+      l = 1
+      do i = 1, size(order)
+         if (l > size(upper)) then
+            order(i) = lower(k)
+         else if (k > size(lower)) then
+            order(i) = upper(l)
+         else
+            order(i) = merge(lower(k), upper(l), key(lower(k)) <= key(upper(l)))
+         end if
+         if (k <= size(lower)) then
+            if (order(i) == lower(k)) then
+               k = k + 1
+               cycle
+            end if
+         end if
+         l = l + 1
+      end do
+   end function merged_order
 
 end module dda_sorting

@@ -12,7 +12,7 @@ module dda_check_report
    use dda_unresolved, only: unresolved_type
    implicit none
    private
-   public :: report_type, line_type, add_line, verdict_names, verdict_ok, verdict_warn, &
+   public :: report_type, line_type, add_line, add_notes, verdict_names, verdict_ok, verdict_warn, &
       verdict_fail, report_text, advice_if
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
@@ -31,7 +31,7 @@ module dda_check_report
    !> All findings, and the numbers behind them.
    type :: report_type
       integer :: n = 0
-      type(line_type) :: line(24)
+      type(line_type), allocatable :: line(:)
       integer :: worst = verdict_ok
       type(omega_max_type) :: highest
       type(modes_type) :: modes
@@ -56,10 +56,22 @@ contains
       !> nothing
       character(len=*), intent(in) :: what, found, source, advice
 
+      if (report%n == 0) allocate (report%line(0))
       report%n = report%n + 1
-      report%line(report%n) = line_type(verdict, what, found, source, advice)
+      report%line = [report%line, line_type(verdict, what, found, source, advice)]
       report%worst = max(report%worst, verdict)
    end subroutine add_line
+
+   !> Append the notes on a model, probable mistakes.
+   subroutine add_notes(report, notes)
+      type(report_type), intent(inout) :: report  !< check report
+      character(len=*), intent(in) :: notes(:)    !< a line each
+      integer :: i
+
+      do i = 1, size(notes)
+         call add_line(report, verdict_warn, 'input', trim(notes(i)), 'model', '')
+      end do
+   end subroutine add_notes
 
    !> An advice where one is needed, else blank.
    pure function advice_if(needed, advice) result(text)

@@ -41,7 +41,7 @@ contains
    !> Check a started simulation; it stays as it is.
    subroutine check_simulation(simulation, report, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(report_type), intent(out) :: report  !< check report
+      type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: linear, stiff
 

@@ -22,7 +22,7 @@ module dda_linear_model
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, stretch_of, &
       add_to_matrix, coupled_blocks, scale_penalty, at_theta, at_end, end_dashpot, instants, &
-      term_normal, term_shear, term_boundary, term_tie, term_bolt, term_kinds, term_names
+      term_normal, term_shear, term_kinds, term_names, term_labels
    use dda_scheme, only: scheme_type
    use dda_simulation, only: simulation_type, next_step
    use dda_support, only: point_type
@@ -389,21 +389,8 @@ contains
       character(len=:), allocatable :: label
 
       associate (term => linear%terms%term(i))
-         select case (term%kind)
-         case (term_normal)
-            label = 'the normal contact spring between '
-         case (term_shear)
-            label = 'the shear contact spring between '
-         case (term_boundary)
-            label = 'a dashpot of the boundary of '
-         case (term_tie)
-            label = 'a tie of the sides of '
-         case (term_bolt)
-            label = 'a bolt between '
-         case default
-            label = 'fixed point '//to_text(term%source)//' of '
-         end select
-         label = label//block_label(linear, term%block_a)
+         label = trim(term_labels(term%kind))//merge(' between ', ' of      ', term%block_b > 0)
+         label = trim(label)//' '//block_label(linear, term%block_a)
          if (term%block_b > 0) label = label//' and '//block_label(linear, term%block_b)
          label = label//' at ('//to_text(term%place(1) + linear%origin(1))//', '// &
             to_text(term%place(2) + linear%origin(2))//') m'

@@ -6,7 +6,7 @@
 !> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].
 module dda_barton_bandis
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type
    use dda_material, only: joint_type
    implicit none
    private
@@ -30,6 +30,7 @@ module dda_barton_bandis
       procedure :: closure
       procedure :: stored
       procedure :: strength
+      procedure :: reduced
    end type barton_bandis_type
 
 contains
@@ -135,5 +136,15 @@ contains
       angle = max(law%residual_angle, min(steepest, angle))
       strength = normal_force*tan(angle*pi/180.0_wp)/law%reduction
    end function strength
+
+   !> The shear strength has a divisor of its own.
+   pure function reduced(law, joint, factor) result(strengths)
+      class(barton_bandis_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(in) :: joint         !< that it was made of
+      real(wp), intent(in) :: factor                !< above 0
+      type(strength_type), allocatable :: strengths(:)
+
+      strengths = [strength_type('strength_reduction', factor*joint%strength_reduction)]
+   end function reduced
 
 end module dda_barton_bandis

@@ -8,10 +8,13 @@
 !> what it has of its own.  Stiffness is that of a contact, or per area: times the tributary length
 !> of the contact.
 module dda_joint_law
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, pi
+   use dda_material, only: joint_type
    implicit none
    private
-   public :: joint_law_type, joint_state_type
+   public :: joint_law_type, joint_state_type, strength_type, reduced_angle
+
+   real(wp), parameter :: steepest = 89.0_wp  !< friction angle that an input may have, degrees
 
    !> What a contact of a joint remembers.
    type :: joint_state_type
@@ -19,6 +22,12 @@ module dda_joint_law
       real(wp) :: slip_path  !< slip beyond the elastic one, both ways added up, m
       real(wp) :: weakened   !< 0: peak strength, 1: residual strength
    end type joint_state_type
+
+   !> A variable of &joint that strength depends on.
+   type :: strength_type
+      character(len=32) :: name    !< in the input
+      real(wp) :: value            !< in its unit there
+   end type strength_type
 
    !> The parameters of one joint material.
    type, abstract :: joint_law_type
@@ -37,6 +46,7 @@ module dda_joint_law
       procedure :: closure => linear_closure
       procedure :: stored => linear_energy
       procedure(strength_at), deferred :: strength
+      procedure(reduced_strength), deferred :: reduced
       procedure :: tension => no_tension
       procedure :: weakened_by => never_weakened
       procedure :: lift => no_lift
@@ -51,9 +61,26 @@ module dda_joint_law
          type(joint_state_type), intent(in) :: state  !< of the contact
          real(wp), intent(in) :: normal_force         !< compression positive, N/m
       end function strength_at
+
+      !> The variables of &joint with which all strength is divided by a factor.
+      pure function reduced_strength(law, joint, factor) result(strengths)
+         import :: joint_law_type, joint_type, strength_type, wp
+         class(joint_law_type), intent(in) :: law  !< of the joint
+         type(joint_type), intent(in) :: joint     !< that it was made of
+         real(wp), intent(in) :: factor            !< above 0
+         type(strength_type), allocatable :: strengths(:)
+      end function reduced_strength
    end interface
 
 contains
+
+   !> Friction angle whose tangent is divided by a factor, degrees.
+   pure real(wp) function reduced_angle(angle, factor)
+      real(wp), intent(in) :: angle   !< degrees
+      real(wp), intent(in) :: factor  !< above 0
+
+      reduced_angle = min(steepest, atan(tan(angle*(pi/180.0_wp))/factor)*(180.0_wp/pi))
+   end function reduced_angle
 
    !> Normal stiffness at no closure, N/m.
    pure real(wp) function initial_spring(law, state) result(spring)

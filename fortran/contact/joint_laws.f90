@@ -19,7 +19,7 @@ contains
 
    !> The law of a joint material.  Here a new law is registered.
    pure subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
-      type(law_slot_type), intent(out) :: slot  !< gets the law
+      type(law_slot_type), intent(out) :: slot  !< gets the law; stays empty if it is not known
       type(joint_type), intent(in) :: joint     !< as checked
       real(wp), intent(in) :: normal_stiffness  !< k_n of contacts without one of their own, N/m
       real(wp), intent(in) :: shear_ratio       !< k_n/k_s, likewise
@@ -27,8 +27,10 @@ contains
       select case (joint%law)
       case ('barton_bandis')
          allocate (slot%law, source=new_barton_bandis(joint))
-      case default
+      case ('coulomb', 'mohr_coulomb')
          allocate (slot%law, source=new_mohr_coulomb(joint))
+      case default
+         return  ! the reader of the input refuses it
       end select
       associate (law => slot%law)
          law%normal_per_area = joint%normal_stiffness > 0.0_wp

@@ -8,7 +8,7 @@
 !> from N = k_n [x + tan ψ (t − τ/k_s)], τ = c L + N tan φ, at a trial stretch t.
 module dda_mohr_coulomb
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
    use dda_material, only: joint_type
    implicit none
    private
@@ -24,6 +24,7 @@ module dda_mohr_coulomb
       real(wp) :: dilation_slip = huge(1.0_wp)    !< s_max, m
    contains
       procedure :: strength
+      procedure :: reduced
       procedure :: tension
       procedure :: weakened_by
       procedure :: lift
@@ -62,6 +63,24 @@ contains
       strength = between(law%friction, state%weakened)*max(normal_force, 0.0_wp) &
          + between(law%cohesion, state%weakened)*state%length
    end function strength
+
+   !> tan φ, c, T, tan ψ divided by a factor.
+   pure function reduced(law, joint, factor) result(strengths)
+      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(in) :: joint        !< that it was made of
+      real(wp), intent(in) :: factor               !< above 0
+      type(strength_type), allocatable :: strengths(:)
+
+      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
+         strength_type('cohesion', joint%cohesion/factor), &
+         strength_type('tensile_strength', joint%tensile_strength/factor)]
+      if (joint%law == 'coulomb') return  ! has nothing after the peak
+      strengths = [strengths, strength_type('residual_friction_angle', &
+         reduced_angle(joint%residual_friction_angle, factor)), &
+         strength_type('residual_cohesion', joint%residual_cohesion/factor), &
+         strength_type('residual_tensile_strength', joint%residual_tensile_strength/factor), &
+         strength_type('dilation_angle', reduced_angle(joint%dilation_angle, factor))]
+   end function reduced
 
    !> Largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)

@@ -7,15 +7,17 @@ module dda_diagnostics
    use dda_errors, only: error_type, error_convergence, error_memory, fail
    use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
-   use dda_text, only: to_text
+   use dda_text, only: short_text, to_text
    implicit none
    private
-   public :: explain, check_state, audit_warning
+   public :: explain, check_state, audit_warning, state_warnings
 
    !> of half the model size, from its middle: beyond, a block is lost
    real(wp), parameter :: most_away = 1.0e4_wp
    !> of the energy that changed hands: tolerance of the audit
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
+   real(wp), parameter :: most_strain = 0.02_wp  !< that counts as small
+   real(wp), parameter :: deepest = 0.05_wp      !< contact, of the smaller block's size
    !> of the same, given to the springs between steps
    real(wp), parameter :: most_geometric = 1.0e-2_wp
 
@@ -116,6 +118,63 @@ contains
             ' J/m between steps; try a smaller time_step'
       end if
    end function audit_warning
+
+   !> Strains and depths of contacts in the present state that are beyond what the method is for:
+   !> 'topic: sentence', a line each.
+   pure function state_warnings(simulation) result(text)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      character(len=:), allocatable :: text
+      real(wp) :: strain(simulation%blocks%n)
+      integer :: b
+
+      text = ''
+      associate (blocks => simulation%blocks)
+         do b = 1, blocks%n
+            strain(b) = merge(0.0_wp, largest_strain(blocks%position(4:6, b)), blocks%removed(b))
+         end do
+         b = maxloc(strain, 1)
+         if (strain(b) > most_strain) text = 'strain: block '//block_name(simulation, b)// &
+            ' is strained by '//short_text(100*strain(b))//' %, beyond the '// &
+            short_text(100*most_strain)//' % of small strains'//new_line('a')
+      end associate
+      text = text//depth_warning(simulation)
+      if (text /= '') text = text(:len(text) - 1)
+   end function state_warnings
+
+   !> The larger of the principal strains, by size.
+   pure real(wp) function largest_strain(strain)
+      real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
+
+      largest_strain = 0.5_wp*(abs(strain(1) + strain(2)) + norm2([strain(1) - strain(2), &
+         strain(3)]))
+   end function largest_strain
+
+   !> The deepest contact as a share of the size of the smaller block, if it is too deep.
+   pure function depth_warning(simulation) result(text)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      character(len=:), allocatable :: text
+      real(wp) :: share, most
+      integer :: c, worst
+
+      text = ''
+      most = deepest
+      worst = 0
+      associate (contacts => simulation%contacts(simulation%now), blocks => simulation%blocks)
+         do c = 1, contacts%n
+            share = -(contacts%new_gap(c) + contacts%offset(c)) &
+               /sqrt(min(blocks%area(contacts%block_v(c)), blocks%area(contacts%block_e(c))))
+            if (share <= most) cycle
+            most = share
+            worst = c
+         end do
+         if (worst == 0) return
+         text = 'penetration: a vertex of block '//block_name(simulation, contacts%block_v(worst)) &
+            //' is '//short_text(-contacts%new_gap(worst) - contacts%offset(worst))// &
+            ' m deep in block '//block_name(simulation, contacts%block_e(worst))//', '// &
+            short_text(100*most)//' % of the size of the smaller of the two, limit '// &
+            short_text(100*deepest)//' %'//new_line('a')
+      end associate
+   end function depth_warning
 
    !> What rounding of places leaves open, J/m: work of the weight over it in all steps, of the
    !> forces that it makes in contacts over the path, and velocities.  A model at rest, or without

@@ -6,13 +6,14 @@
 !> open at once, in one thread.
 module sitedda
    use dda_kinds, only: wp, long
-   use dda_check_report, only: report_type, report_text, verdict_fail
+   use dda_check_report, only: report_type, report_text, add_notes, verdict_fail
    use dda_check_simulation, only: check_simulation
    use dda_errors, only: error_type, error_input, error_check, error_convergence, error_solver, &
       error_file, error_interrupted, error_memory, error_checkpoint, exit_status, fail
    use dda_input, only: read_model_file
    use dda_measure, only: measure_point
    use dda_model, only: model_type
+   use dda_model_notes, only: model_notes
    use dda_output_reader, only: read_output => read_history
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_simulation, only: simulation_type
@@ -65,6 +66,7 @@ contains
       call require(allocated(analysis%model), 'no input has been read', error)
       if (allocated(error)) return
       allocate (simulation, found)
+      call add_notes(found, model_notes(analysis%model))
       call begin_simulation(simulation, analysis%model, error)
       if (.not. allocated(error)) call check_simulation(simulation, found, error)
       if (allocated(error)) return

@@ -20,15 +20,34 @@ module dda_input_boundaries
    use dda_model, only: model_type
    use dda_namelist_groups, only: group_type
    use dda_support, only: fixed_point_type, point_type
-   use dda_text, only: to_text
+   use dda_text, only: quoted, to_text
    use dda_tie, only: tie_faces
    implicit none
    private
-   public :: read_boundaries, check_rest
+   public :: read_boundaries, check_rest, kind_type, boundary_kinds
+
+   !> What a kind of boundary is.
+   type :: kind_type
+      character(len=16) :: name
+      character(len=16) :: at_rest  !< the kind that acts like it in models of static stages alone
+      logical :: holds              !< becomes fixed points
+      logical :: absorbs            !< by a half-space with dashpots along the edges
+      logical :: moves              !< may have a motion
+   end type kind_type
+
+   !> Here a new kind is registered.
+   type(kind_type), parameter :: boundary_kinds(6) = [ &
+      kind_type('fixed', 'fixed', .true., .false., .true.), &
+      kind_type('roller', 'roller', .true., .false., .false.), &
+      kind_type('viscous', 'fixed', .false., .true., .false.), &
+      kind_type('compliant', 'fixed', .false., .true., .true.), &
+      kind_type('tied', 'tied', .false., .false., .false.), &
+      kind_type('free_field', 'roller', .false., .false., .false.)]
 
    !> A group as read.
    type :: reading_type
       character(len=name_length) :: name = '', kind = '', direction = '', motion_is = ''
+      type(kind_type) :: is                    !< what its kind is
       character(len=name_length) :: motion(2) = ''
       real(wp) :: density = unset, shear_velocity = unset, pressure_velocity = unset
       type(edge_choice_type) :: choice
@@ -79,8 +98,7 @@ contains
    pure logical function is_held(reading)
       type(reading_type), intent(in) :: reading  !< as read
 
-      is_held = reading%kind == 'fixed' .or. reading%kind == 'roller' .or. &
-         reading%motion_is == 'within'
+      is_held = reading%is%holds .or. reading%motion_is == 'within'
    end function is_held
 
    !> What stands on dashpots would sink for ever under a weight that comes on in a dynamic stage.
@@ -133,7 +151,14 @@ contains
       call check_read(error, place, status, message)
       if (kind == '') call input_error(error, place, 'kind is missing')
       call require_choice(error, place, 'kind', kind)
-      reading = reading_type(name, kind, direction, motion_is, [motion_x, motion_y], density, &
+      if (allocated(error)) return
+      if (all(boundary_kinds%name /= kind)) then
+         call input_error(error, place, 'kind = '//quoted(kind)//' is not registered in '// &
+            'dda_input_boundaries')
+         return
+      end if
+      reading = reading_type(name, kind, direction, motion_is, boundary_kinds(findloc( &
+         boundary_kinds%name == kind, .true., 1)), [motion_x, motion_y], density, &
          shear_velocity, pressure_velocity, edge_choice_type(side, along, blocks, edges))
    end subroutine read_boundary
 
@@ -143,15 +168,12 @@ contains
       type(place_type), intent(in) :: place  !< of the group
       type(model_type), intent(in) :: model  !< with its motions
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      logical :: absorbs, moves
 
-      absorbs = reading%kind == 'viscous' .or. reading%kind == 'compliant'
-      moves = reading%kind == 'fixed' .or. reading%kind == 'compliant'
       if (any(is_set([reading%density, reading%shear_velocity, reading%pressure_velocity])) &
-         .and. .not. absorbs) call input_error(error, place, &
+         .and. .not. reading%is%absorbs) call input_error(error, place, &
          'density, shear_velocity and pressure_velocity are those of the half-space behind a '// &
          "boundary of kind = 'viscous' or 'compliant'")
-      if (any(reading%motion /= '') .and. .not. moves) call input_error(error, place, &
+      if (any(reading%motion /= '') .and. .not. reading%is%moves) call input_error(error, place, &
          "a motion needs kind = 'compliant', or 'fixed', which follows it")
       if (reading%motion_is /= '' .and. (reading%kind /= 'compliant' .or. all(reading%motion &
          == ''))) call input_error(error, place, 'motion_is says what the motion of a '// &
@@ -166,10 +188,10 @@ contains
       if (reading%direction == 'normal' .and. any(reading%motion /= '') .and. &
          (reading%kind == 'fixed' .or. reading%motion_is == 'within')) call input_error(error, &
          place, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
-      if (absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, place, &
-         'dashpots need velocities: dynamic_factor of &control must be 1')
-      if (absorbs .and. any(model%control%base_motion > 0)) call input_error(error, place, &
-         'dashpots stand still in the frame of a base that base_motion_x and base_motion_y of '// &
+      if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, &
+         place, 'dashpots need velocities: dynamic_factor of &control must be 1')
+      if (reading%is%absorbs .and. any(model%control%base_motion > 0)) call input_error(error, &
+         place, 'dashpots stand still in the frame of a base that base_motion_x and base_motion_y of '// &
          "&control accelerate: give the motion to a boundary of kind = 'compliant'")
    end subroutine check_words
 
@@ -306,6 +328,8 @@ contains
          model%fixed_points = [model%fixed_points, points]
          return
       end if
+      if (.not. reading%is%absorbs) call input_error(error, place, 'kind = '// &
+         quoted(reading%kind)//' neither holds nor absorbs: add_boundary does not know it')
       new%name = reading%name
       new%kind = reading%kind
       new%piece = pieces

@@ -4,13 +4,16 @@ module dda_input_joint
    use dda_kinds, only: wp
    use dda_barton_bandis, only: closure_of_joint
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, check_read, require, require_given, &
-      require_choice, value_or, unset, is_set, name_length
+   use dda_input_group, only: place_type, input_error, check_read, place_of_group, require, &
+      require_given, require_choice, value_or, unset, is_set, name_length
+   use dda_joint_law, only: strength_type
+   use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
+   use dda_namelist_groups, only: group_type, split_groups
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_joint
+   public :: read_joint, reduced_strengths
 
 contains
 
@@ -66,6 +69,27 @@ contains
          dilation_slip], [jrc, jcs, compressive_strength, max_closure, strength_reduction])
    end subroutine read_joint
 
+   !> The variables of a group &joint with which all strength is divided by a factor, as its law
+   !> says.
+   subroutine reduced_strengths(file, text, factor, strengths, error)
+      character(len=*), intent(in) :: file  !< path, for messages
+      character(len=*), intent(in) :: text  !< one group &joint
+      real(wp), intent(in) :: factor        !< above 0
+      type(strength_type), allocatable, intent(out) :: strengths(:)  !< names and values
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(group_type), allocatable :: groups(:)
+      type(joint_type) :: joint
+      type(law_slot_type) :: slot
+
+      allocate (strengths(0))
+      call split_groups(file, text, groups, error)
+      if (allocated(error)) return
+      call read_joint(groups(1)%text, place_of_group(file, groups(1)), joint, error)
+      if (allocated(error)) return
+      call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
+      strengths = slot%law%reduced(joint, factor)
+   end subroutine reduced_strengths
+
    !> What impacts leave of a velocity, and the dashpot.
    subroutine read_damping(error, place, new, restitution, damping)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -89,7 +113,11 @@ contains
       real(wp), intent(in) :: strength(2)     !< cohesion, tensile strength, as given
       real(wp), intent(in) :: after(6)        !< residual strength, weakening, dilation, as given
       real(wp), intent(in) :: rough(5)        !< JRC, JCS, σ_c, V_m, reduction, as given
+      type(law_slot_type) :: slot
 
+      call new_joint_law(slot, new, 1.0_wp, 1.0_wp)
+      if (.not. allocated(slot%law)) call input_error(error, place, 'law = '// &
+         quoted(trim(new%law))//' is not registered in dda_joint_laws')
       if (new%law == 'barton_bandis') then
          call refuse(error, place, new%law, 'coulomb', 'cohesion tensile_strength', strength)
          call read_rough(error, place, new, rough(1), rough(2), rough(3), rough(4))

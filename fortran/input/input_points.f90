@@ -45,6 +45,10 @@ contains
          call input_error(error, place, point//' lies outside every block')
          return
       end if
+      do b = 1, blocks%n  ! of several blocks of that name, the one that holds the point
+         if (names(b) /= wanted) cycle
+         if (holds(blocks, b, [x, y])) return
+      end do
       b = findloc(names == wanted, .true., 1)
       if (b == 0) then
          read (wanted, *, iostat=status) b

@@ -4,7 +4,7 @@ module dda_input_settings
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
-      require_choice, unset, is_set, name_length
+      require_choice, value_or, unset, is_set, name_length
    use dda_input_integration, only: check_integration
    use dda_linear_solver, only: current_name
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
@@ -77,10 +77,10 @@ contains
       if (.not. staged) call count_steps(error, place, time_step, duration, steps)
       if (staged) call refuse_steps(error, place, duration, settle, steps)
       if (allocated(error)) return
-      settings = control_type(time_step, int(steps, long), time_step_control == 'adaptive', &
-         least_time_step=least_time_step, gravity=merge(gravity, 0.0_wp, is_set(gravity)), &
-         dynamic_factor=dynamic_factor, max_displacement_ratio=max_displacement_ratio, &
-         plane_strain=analysis == 'plane_strain', solver=solver(:16), settle=settle)
+      settings = control_type(time_step, value_or(duration, 0.0_wp), int(steps, long), &
+         time_step_control == 'adaptive', least_time_step=least_time_step, gravity=merge( &
+         gravity, 0.0_wp, is_set(gravity)), dynamic_factor=dynamic_factor, &
+         max_displacement_ratio=max_displacement_ratio, plane_strain=analysis == 'plane_strain', solver=solver(:16), settle=settle)
       call check_integration(error, place, integration, theta, damping_ratio, damping_frequency, &
          settings)
       base_motion = [base_motion_x, base_motion_y]

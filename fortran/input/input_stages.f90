@@ -64,6 +64,7 @@ contains
             stage%static = .false.
             stage%time_step = control%time_step
             stage%steps = control%steps
+            stage%duration = control%duration
             stage%integration = control%integration
             stage%theta = control%theta
             stage%zero_displacements = control%settle
@@ -259,6 +260,7 @@ contains
       if (allocated(error)) return
       stage%time_step = own%time_step
       stage%steps = int(steps, long)
+      if (is_set(duration)) stage%duration = duration
       stage%integration = own%integration
       stage%theta = own%theta
    end subroutine set_stepping

@@ -7,7 +7,7 @@ module dda_input_stop
       value_or, unset, is_set, name_length
    use dda_input_names, only: list_length, mark_names
    use dda_model, only: model_type, half_size
-   use dda_text, only: to_text
+   use dda_text, only: quoted, to_text
    implicit none
    private
    public :: read_stop
@@ -49,6 +49,11 @@ contains
          call mark_names(blocks, 'blocks', model%block_names, place, settings%watched, error)
          if (reference /= '' .and. .not. allocated(error)) call require_name(error, place, &
             'reference', reference, model%block_names, 'block', settings%reference)
+         associate (same => count(model%block_names == reference))
+            if (settings%reference > 0 .and. same > 1) call input_error(error, place, &
+               'reference = '//quoted(reference)//' is the name of '//to_text(same)// &
+               ' blocks: give the one that is meant a name of its own')
+         end associate
          if (allocated(error)) return
          if (settings%reference > 0) settings%watched(settings%reference) = .false.
          settings%displacement = value_or(displacement, 0.0_wp)

@@ -9,6 +9,7 @@ module dda_settings
    !> Time stepping and the frame of the analysis (group &control).
    type :: control_type
       real(wp) :: time_step = 0.0_wp               !< Δt, s; the largest one when adaptive
+      real(wp) :: duration = 0.0_wp                !< as given, s; 0: `steps` are
       integer(long) :: steps = 0                   !< of `time_step`, of the present stage
       logical :: adaptive = .false.                !< Δt may shrink and recover
       character(len=16) :: integration = 'dda'     !< member of the family of `dda_scheme`, by name

@@ -14,6 +14,7 @@ module dda_stage
       logical :: static = .false.            !< to rest at once; else steps of Δt
       real(wp) :: time_step = 0.0_wp         !< Δt, s, of a dynamic stage
       integer(long) :: steps = 0             !< of a dynamic stage, of its Δt
+      real(wp) :: duration = 0.0_wp          !< of it as given, s; 0: `steps` are
       character(len=16) :: integration = ''  !< of a dynamic stage
       real(wp) :: theta = 0.75_wp            !< of integration 'theta'
       logical :: zero_displacements = .false. !< measured displacements count from its beginning

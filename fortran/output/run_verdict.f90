@@ -7,7 +7,7 @@
 !> are uniform.
 module dda_run_verdict
    use dda_kinds, only: wp, pi
-   use dda_diagnostics, only: audit_warning
+   use dda_diagnostics, only: audit_warning, state_warnings
    use dda_energy, only: balance
    use dda_model, only: half_size
    use dda_point_intensity, only: intensity_type, new_intensity, add_motion, main_axis, &
@@ -166,6 +166,8 @@ contains
          call note(verdict, 'bonds_broken', real(simulation%counters%broken, wp))
       end if
       call judge_points(verdict, simulation)
+      if (state_warnings(simulation) /= '') verdict%words = verdict%words//new_line('a')// &
+         state_warnings(simulation)
       if (audit_warning(simulation) == '') then
          write (left, '(es8.1e2)') balance(simulation%energy)
          call say(verdict, 'energy', 'balances, '//trim(adjustl(left))//' J/m left over')

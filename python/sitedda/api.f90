@@ -6,7 +6,7 @@
 module api
    use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_int
    use dda_advice, only: penalty_type, penalty_for_frequency, penalty_for_shift
-   use dda_check_report, only: report_type, report_text
+   use dda_check_report, only: report_type, report_text, add_notes
    use dda_check_simulation, only: check_simulation
    use dda_contact, only: contacts_type
    use dda_damping, only: damping_type, fit_body, most_mechanisms
@@ -16,13 +16,16 @@ module api
    use dda_blocks, only: stress_of
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
+   use dda_input_boundaries, only: boundary_kinds
    use dda_input_catalogue, only: variable_type, input_groups, all_variables, range_of, &
       built_groups
+   use dda_input_joint, only: reduced_strengths
+   use dda_joint_law, only: strength_type
    use dda_measure, only: measure_point
    use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
-   use dda_model_notes, only: model_notes
+   use dda_model_notes, only: model_notes, note_length
    use dda_modes, only: modes_type, find_modes
    use dda_process, only: process_id
    use dda_peak_check, only: peak_warning
@@ -53,7 +56,7 @@ module api
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
    public :: spectrum_of, amplification_of, peak_of, oscillator_peaks_of
-   public :: engine_version, engine_commit, engine_names, input_catalogue
+   public :: engine_version, engine_commit, engine_names, input_catalogue, reduced_joint
 
    integer, parameter :: most_runs = 65536
 
@@ -61,6 +64,8 @@ module api
    type :: slot_type
       type(run_type), pointer :: run => null()
       integer(c_int) :: process = 0   !< that opened it
+      !> on the model as it was read, a line each
+      character(len=note_length), allocatable :: notes(:)
    end type slot_type
 
    type(slot_type) :: slots(most_runs)
@@ -118,6 +123,7 @@ contains
       if (.not. allocated(error)) then
          allocate (slots(handle)%run)
          slots(handle)%process = process_id()
+         slots(handle)%notes = model_notes(model)
          if (writes == 2) then
             call resume_run(slots(handle)%run, model, error)
          else
@@ -281,7 +287,7 @@ contains
             case ('ending')
                text = ending(run%simulation)
             case ('notes')
-               text = joined(model_notes(model), new_line('a'))
+               text = joined(slots(handle)%notes, new_line('a'))
             case ('threads')
                text = team_words()
             case ('warning')
@@ -656,7 +662,7 @@ contains
    !> decay), memory (bytes) and duration (s) of the run, about.
    subroutine check_run(handle, text, worst, numbers, status, message)
       integer(c_int), intent(in) :: handle
-      character(len=8192), intent(out) :: text
+      character(len=16384), intent(out) :: text
       integer(c_int), intent(out) :: worst
       real(c_double), intent(out) :: numbers(10)
       integer(c_int), intent(out) :: status
@@ -670,7 +676,10 @@ contains
       numbers = 0.0_c_double
       allocate (found)
       call find_run(handle, run, error)
-      if (.not. allocated(error)) call check_simulation(run%simulation, found, error)
+      if (.not. allocated(error)) then
+         call add_notes(found, slots(handle)%notes)
+         call check_simulation(run%simulation, found, error)
+      end if
       if (.not. allocated(error)) then
          text = report_text(found)
          worst = found%worst
@@ -977,6 +986,10 @@ contains
          names = joined(phase_names, ' ')
       case ('counts')
          names = 'steps iterations searches solves factors solver_iterations handed_over broken'
+      case ('boundary kinds')
+         names = joined(boundary_kinds%name, ' ')
+      case ('boundary kinds at rest')
+         names = joined(boundary_kinds%at_rest, ' ')
       case ('groups')
          names = joined(input_groups%name, ' ')
       case ('built groups')
@@ -1001,5 +1014,23 @@ contains
             trim(v%default)//tab//range_of(v)//tab//trim(v%meaning)
       end associate
    end subroutine input_catalogue
+
+   !> The variables of a group &joint with which all its strength is divided by a factor.
+   subroutine reduced_joint(text, factor, names, values, status, message)
+      character(len=*), intent(in) :: text
+      real(c_double), intent(in) :: factor
+      character(len=2048), intent(out) :: names  !< with blanks between
+      real(c_double), intent(out) :: values(32)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(strength_type), allocatable :: strengths(:)
+      type(error_type), allocatable :: error
+
+      call reduced_strengths('model', text, factor, strengths, error)
+      names = joined(strengths%name, ' ')
+      values = 0
+      values(:size(strengths)) = strengths%value
+      call report(error, status, message)
+   end subroutine reduced_joint
 
 end module api

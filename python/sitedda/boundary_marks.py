@@ -9,13 +9,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 
+from .errors import InputError
 from .scene import Scene
 
 HELD, MOVED, ABSORBS, GOES_ON = "#22262b", "#0072b2", "#00796b", "#8e5a00"
 _SPACING, _DEPTH = 0.03, 0.018  # of the size of the model: of signs along an edge, and outwards
 _TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 # By kind: words, colour, and the lines of a sign: places along the edge and outwards, in depths.
-_KINDS = {
+SIGNS = {
     "fixed": ("fixed", HELD, [[[0.5, 0.0], [-0.2, 1.0]], [[-0.2, 0.0], [-0.9, 1.0]]]),
     "roller": ("roller", HELD, [np.column_stack([np.cos(_TURN), 1 + np.sin(_TURN)]) / 2]),
     "viscous": (
@@ -53,9 +54,12 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
     """
     shown = {}
     for boundary in scene.boundaries(frame):
-        words, color, sign = _KINDS[boundary["kind"]]
+        kind = boundary["kind"]
+        if kind not in SIGNS:
+            raise InputError(f"boundary of kind {kind!r} has no sign in {__name__}.SIGNS")
+        words, color, sign = SIGNS[kind]
         if boundary["moved"]:
-            held = boundary["kind"] == "fixed"
+            held = kind == "fixed"
             words += ", moved" if held else ", a wave comes in"
             color = MOVED if held else color
         look = {"colors": color, "capstyle": "round", "zorder": 5}

@@ -155,7 +155,7 @@ def _tell(words: str) -> None:
 
 def _check(options: argparse.Namespace) -> int:
     with Simulation(options.file, changes=dict(options.set)) as simulation:
-        notes = _notes(simulation)
+        notes = simulation.block_notes()
         found = check(simulation)
     if getattr(options, "json", False):
         print(json.dumps(found.to_dict(), indent=1))

@@ -23,6 +23,7 @@ __all__ = [
     "commit",
     "engine_names",
     "input_catalogue",
+    "reduced_joint",
     "version",
 ]
 
@@ -78,7 +79,8 @@ def engine_names(what: str) -> tuple[str, ...]:
     ----------
     what : str
         ``'energies'``, ``'phases'``, ``'counts'``; ``'groups'`` of the input, ``'single groups'``
-        those that may appear only once.
+        those that may appear only once; ``'boundary kinds'``, and ``'boundary kinds at rest'``,
+        which act like these in models of static stages alone.
     """
     return tuple(api.engine_names(what).decode().split())
 
@@ -88,3 +90,17 @@ def input_catalogue() -> tuple[InputVariable, ...]:
     """All variables that an input may set, group by group."""
     rows = takewhile(bool, (api.input_catalogue(i).decode().rstrip() for i in count(1)))
     return tuple(InputVariable(*row.split("\t")) for row in rows)
+
+
+def reduced_joint(text: str, factor: float) -> dict[str, float]:
+    """The variables of a group &joint with which all its strength is divided by a factor.
+
+    Parameters
+    ----------
+    text : str
+        The group, as in a namelist.
+    factor : float
+        Above 0.
+    """
+    names, values = checked(*api.reduced_joint(text.encode(), factor))
+    return dict(zip(names.decode().split(), map(float, values), strict=False))

@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
 from lattices import lattice
 
 import sitedda
+from sitedda.boundary_marks import SIGNS
 from sitedda.command import main
+from sitedda.engine import engine_names, input_catalogue, reduced_joint
 from sitedda.model import Model
 from sitedda.stability import bisect
 from sitedda.stability.strength import static_model
@@ -146,3 +149,71 @@ def test_free_field_sides_are_rollers_at_rest():
     still = np.ravel([[j + 0.5] * 3 for j in range(3)])
     assert (still - sag[0]).min() > 0
     np.testing.assert_allclose(sag[1] - still, sag[0] - still, rtol=1e-3)
+
+
+# --- Kinds answer for themselves -----------------------------------------------------------------
+
+OF_LAWS = {
+    "coulomb": "friction_angle = 30, cohesion = 4e4, tensile_strength = 2e4",
+    "mohr_coulomb": "friction_angle = 30, cohesion = 4e4, tensile_strength = 2e4, "
+    "residual_friction_angle = 20, residual_cohesion = 1e3, residual_tensile_strength = 500, "
+    "weakening_slip = 1e-3, dilation_angle = 10, dilation_slip = 0.1",
+    "barton_bandis": "friction_angle = 30, jrc = 10, jcs = 1e8, compressive_strength = 1.5e8, "
+    "strength_reduction = 1.5",
+}
+
+
+def choices(group: str, name: str) -> list[str]:
+    """The words that a variable may be, by the catalogue."""
+    row = next(v for v in input_catalogue() if (v.group, v.name) == (group, name))
+    return re.findall("'([^']+)'", row.range)
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 2.5])
+def test_every_law_says_what_of_it_a_factor_divides(factor):
+    assert choices("joint", "law") == list(OF_LAWS)
+    divided = {
+        law: reduced_joint(f"&joint name = 'j', law = '{law}', {values} /", factor)
+        for law, values in OF_LAWS.items()
+    }
+    for law, values in OF_LAWS.items():
+        given = {k: float(v) for k, v in (one.split(" = ") for one in values.split(", "))}
+        if law == "barton_bandis":
+            assert divided[law] == {"strength_reduction": 1.5 * factor}
+            continue
+        of_slip = {"weakening_slip", "dilation_slip"}
+        assert divided[law].keys() == given.keys() - of_slip
+        for name, value in divided[law].items():
+            if name.endswith("angle"):
+                expected = np.degrees(np.arctan(np.tan(np.radians(given[name])) / factor))
+            else:
+                expected = given[name] / factor
+            assert value == pytest.approx(expected, rel=1e-14), name
+
+
+def test_a_friction_angle_stays_below_a_right_angle():
+    found = reduced_joint("&joint name = 'j' friction_angle = 80 /", 1e-3)
+    assert found == {"friction_angle": 89.0, "cohesion": 0.0, "tensile_strength": 0.0}
+
+
+def test_a_joint_that_is_none_is_refused_by_its_variable():
+    with pytest.raises(sitedda.InputError, match="friction_angle = 95"):
+        reduced_joint("&joint name = 'j' friction_angle = 95 /", 2.0)
+
+
+def test_every_kind_of_boundary_has_a_sign_and_a_kind_at_rest():
+    kinds = choices("boundary", "kind")
+    assert list(engine_names("boundary kinds")) == kinds == list(SIGNS)
+    at_rest = engine_names("boundary kinds at rest")
+    assert set(at_rest) <= set(kinds) and len(at_rest) == len(kinds)
+
+
+def test_a_boundary_without_a_sign_is_refused_by_its_kind(monkeypatch, tmp_path):
+    model = sitedda.Model(time_step=1e-3, steps=1)
+    model.material("rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=30.0)
+    model.block([0, 0, 2, 0, 2, 1, 0, 1], name="floor")
+    model.boundary("base", "roller", side="bottom")
+    monkeypatch.delitem(SIGNS, "roller")
+    with pytest.raises(sitedda.InputError, match="boundary of kind 'roller' has no sign"):
+        sitedda.draw(model.write(tmp_path / "m.nml"))

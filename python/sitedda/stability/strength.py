@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..changes import changed_input
+from ..engine import engine_names, reduced_joint
 from ..errors import ConvergenceError, SolverError
+from ..groups import group_text
 from ..model import Group, Model
 from ..simulation import Simulation
 
@@ -23,7 +24,6 @@ _TIME_ZERO = {
 }  # groups that change in time: their variables, and whether the ends hold outside
 _DAMPING = ("damping_ratio", "reference_frequency", "damping_band", "mechanisms")  # of materials
 _DAMPING += ("rayleigh_alpha", "rayleigh_beta", "rayleigh_frequencies")
-_STEEPEST = 89.0  # degrees, the largest friction angle that an input may have
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,9 @@ def _fix(boundary: Group) -> None:
     Level ground at rest beyond a side lets nothing through and does not shear: rollers.
     """
     boundary(motion_x=None, motion_y=None, motion_is=None)
-    held = {"viscous": "fixed", "compliant": "fixed", "free_field": "roller"}.get(boundary.kind)
-    if held:
+    kinds = engine_names("boundary kinds"), engine_names("boundary kinds at rest")
+    held = dict(zip(*kinds, strict=True)).get(boundary.kind, boundary.kind)
+    if held != boundary.kind:
         boundary(kind=held, density=None, shear_velocity=None, pressure_velocity=None)
 
 
@@ -126,25 +127,16 @@ def _hold(load: Group, names: tuple[str, ...], ends: bool) -> None:
 
 
 def weakened(model: Model, factor: float) -> Model:
-    """A copy of a model with tan φ, c and T of all joints divided by a factor."""
+    """A copy of a model with the strengths of all joints divided by a factor."""
     weak = model.copy()
     for joint in weak["joint"]:
-        joint(**_divided(joint.as_dict(), factor))
+        joint(**_divided(joint, factor))
     return weak
 
 
-def _divided(joint: dict, factor: float) -> dict:
-    """Strengths of a joint divided by a factor."""
-    if joint.get("law") == "barton_bandis":
-        return {"strength_reduction": factor * joint.get("strength_reduction", 1.0)}
-    new = {}
-    for name, value in joint.items():
-        if "friction_angle" in name or name == "dilation_angle":
-            angle = math.degrees(math.atan(math.tan(math.radians(value)) / factor))
-            new[name] = min(angle, _STEEPEST)
-        elif "cohesion" in name or "tensile_strength" in name:
-            new[name] = value / factor
-    return new
+def _divided(joint: Group, factor: float) -> dict:
+    """The strengths of a joint divided by a factor, as its law has them."""
+    return reduced_joint(group_text("joint", joint.as_dict()), factor)
 
 
 def come_to_rest(model: Model, factor: float) -> Rest:
@@ -191,7 +183,7 @@ def released(model: Model, factor: float, held: float | None, time_step: float, 
         for joint in moving["joint"]:
             weak = f"{joint.name} weaker"
             names.append(f"{joint.name} -> {weak}")
-            values = _divided(joint.as_dict(), factor / held)
+            values = _divided(joint, factor / held)
             moving.joint(**joint.as_dict() | values | {"name": weak})
     stage = {"change_joints": ", ".join(names)} if names else {}
     moving.stage(name="strength is lost", steps=steps, **stage)

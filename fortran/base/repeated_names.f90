@@ -1,0 +1,56 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Names that a list has more than once, found in a time in proportion to its length.
+module dda_repeated_names
+   use dda_kinds, only: long
+   implicit none
+   private
+   public :: find_repeated
+
+contains
+
+   !> The first name that appears before, blanks aside, and how many other names do.
+   pure subroutine find_repeated(names, first, more)
+      character(len=*), intent(in) :: names(:)  !< [any] blank ones do not count
+      integer, intent(out) :: first             !< place of the first that appears before; 0: none
+      integer, intent(out) :: more              !< other names that appear more than once
+      integer, allocatable :: slot(:)           ! open addressing, at most half full
+      logical, allocatable :: known(:)          ! the name at this place is known to be repeated
+      integer :: i, at
+
+      first = 0
+      more = -1
+      allocate (slot(0:2*size(names)), source=0)
+      allocate (known(size(names)), source=.false.)
+      do i = 1, size(names)
+         if (names(i) == '') cycle
+         at = hash(names(i), size(slot))
+         do while (slot(at) > 0)
+            if (names(slot(at)) == names(i)) exit
+            at = modulo(at + 1, size(slot))
+         end do
+         if (slot(at) == 0) then
+            slot(at) = i
+         else if (.not. known(slot(at))) then
+            known(slot(at)) = .true.
+            more = more + 1
+            if (first == 0) first = i
+         end if
+      end do
+      more = max(more, 0)
+   end subroutine find_repeated
+
+   !> Place of a name among so many.
+   pure integer function hash(name, slots)
+      character(len=*), intent(in) :: name  !< any
+      integer, intent(in) :: slots          !< places, from 0
+      integer(long) :: value
+      integer :: i
+
+      value = 0
+      do i = 1, len_trim(name)
+         value = modulo(257*value + iachar(name(i:i)), 2147483647_long)
+      end do
+      hash = int(modulo(value, int(slots, long)))
+   end function hash
+
+end module dda_repeated_names

@@ -1,0 +1,109 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Which blocks something holds along gravity, as the elements of a model say: springs to the ground
+!> that resist that direction in static stages, from the first stage on or from a later one.
+module dda_held_blocks
+   use dda_kinds, only: wp
+   use dda_elements, only: elements_type, set_elements, freeze_elements, linear_terms_of
+   use dda_linear_terms, only: linear_terms_type, at_theta, at_end, blocks_in, block_of
+   use dda_model, only: model_type, contact_distance
+   use dda_neighbours, only: neighbours_type, find_near_pairs
+   use dda_overburden, only: overburden_type
+   use dda_scheme, only: step_type, scheme_type
+   implicit none
+   private
+   public :: find_held, find_supported
+
+   real(wp), parameter :: least_share = 1.0e-6_wp  !< of a spring along gravity: rounding is less
+
+contains
+
+   !> Blocks that springs to the ground hold along gravity, and the springs of the model.
+   subroutine find_held(model, held, terms)
+      type(model_type), intent(in) :: model  !< as read from the input
+      logical, allocatable, intent(out) :: held(:)  !< [blocks]
+      type(linear_terms_type), intent(out) :: terms !< springs of elements in static stages
+      type(model_type) :: staged
+      type(elements_type) :: elements
+      real(wp) :: down(2)
+      integer :: i
+
+      staged = model
+      do i = 1, size(staged%fixed_points)
+         associate (point => staged%fixed_points(i))
+            point%held = point%held .or. point%waiting
+         end associate
+      end do
+      call set_elements(elements, staged, model%blocks, 0.0_wp)
+      call freeze_elements(elements, model%blocks, 0.0_wp)
+      call linear_terms_of(elements, model%blocks, step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, &
+         1.0_wp), terms)
+      down = model%control%gravity/norm2(model%control%gravity)
+      allocate (held(model%blocks%n), source=.false.)
+      do i = 1, terms%n
+         associate (term => terms%term(i))
+            if (term%block_b > 0 .or. all(term%instant /= [at_theta, at_end])) cycle
+            if (abs(dot_product(term%row_a(1:2), down)) > least_share) held(term%block_a) = .true.
+         end associate
+      end do
+   end subroutine find_held
+
+   !> Blocks that stand, directly or through others, on what is held: they touch, are joined by
+   !> springs, or fall on one that does.
+   subroutine find_supported(model, held, terms, overburden, supported)
+      type(model_type), intent(in) :: model  !< as read from the input
+      logical, intent(in) :: held(:)         !< [blocks] springs to the ground hold them
+      type(linear_terms_type), intent(in) :: terms        !< springs of elements
+      type(overburden_type), intent(in) :: overburden     !< with pairs of blocks
+      logical, allocatable, intent(out) :: supported(:)   !< [blocks] all if pairs are too many
+      type(neighbours_type) :: near
+      integer :: part(model%blocks%n), i, k
+      logical :: changed
+
+      part = [(i, i=1, model%blocks%n)]
+      supported = held
+      call find_near_pairs(near, model%blocks, contact_distance(model))
+      if (near%crowded) supported = .true.
+      if (near%crowded) return
+      do i = 1, near%n_pairs
+         call join(part, near%pair(1, i), near%pair(2, i))
+      end do
+      do i = 1, terms%n
+         do k = 2, blocks_in(terms%term(i))
+            call join(part, terms%term(i)%block_a, block_of(terms%term(i), k))
+         end do
+      end do
+      do i = 1, size(part)
+         part(i) = part(part(i))  ! a root comes before its members
+         if (held(i)) supported(part(i)) = .true.
+      end do
+      changed = .true.
+      do while (changed)
+         changed = .false.
+         do i = overburden%pairs, 1, -1
+            associate (above => part(overburden%pair(1, i)), below => part(overburden%pair(2, i)))
+               if (supported(above) .or. .not. supported(below)) cycle
+               supported(above) = .true.
+               changed = .true.
+            end associate
+         end do
+      end do
+      supported = supported(part)
+   end subroutine find_supported
+
+   !> Two blocks are of one part; the smaller of the two roots becomes that of both.
+   pure subroutine join(part, a, b)
+      integer, intent(inout) :: part(:)  !< [blocks] a block of the same part, or itself
+      integer, intent(in) :: a, b        !< blocks
+      integer :: root(2), i
+
+      root = [a, b]
+      do i = 1, 2
+         do while (part(root(i)) /= root(i))
+            part(root(i)) = part(part(root(i)))
+            root(i) = part(root(i))
+         end do
+      end do
+      part(maxval(root)) = minval(root)
+   end subroutine join
+
+end module dda_held_blocks

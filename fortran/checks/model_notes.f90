@@ -1,0 +1,266 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Probable mistakes in a model: it may be run, but not without a word.
+module dda_model_notes
+   use dda_kinds, only: wp, pi
+   use dda_held_blocks, only: find_held, find_supported
+   use dda_linear_terms, only: linear_terms_type
+   use dda_model, only: model_type
+   use dda_overburden, only: overburden_type, find_overburden
+   use dda_repeated_names, only: find_repeated
+   use dda_text, only: quoted, short_text, to_text
+   implicit none
+   private
+   public :: model_notes, note_length
+
+   integer, parameter :: note_length = 320  !< bytes
+   !> kg/m³: lighter than any material of blocks, geofoam included; a number in g/cm³ is below
+   real(wp), parameter :: least_density = 10.0_wp
+   !> degrees: angles of 3 to 90 degrees in radians; below, friction is meant to be next to none
+   real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
+   real(wp), parameter :: most_rounding = 0.01_wp  !< of a duration
+   real(wp), parameter :: most_strain = 0.02_wp    !< that counts as small
+   real(wp), parameter :: deepest = 0.05_wp        !< of the smaller side of a block
+
+contains
+
+   !> Notes on a model, one line of each kind.
+   function model_notes(model) result(notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable :: notes(:)
+
+      allocate (notes(0))
+      call note_densities(model, notes)
+      call note_angles(model, notes)
+      call note_durations(model, notes)
+      call note_names(model, notes)
+      if (model%control%gravity(2) > 0.0_wp) then
+         call add(notes, 'gravity = '//to_text(model%control%gravity(1))//', '// &
+            to_text(model%control%gravity(2))//' m/s² points upwards: weight needs a negative '// &
+            'second value')
+      else if (norm2(model%control%gravity) > 0.0_wp) then
+         call note_weights(model, notes)
+      end if
+      call note_motions(model, notes)
+   end function model_notes
+
+   !> Append a note.
+   pure subroutine add(notes, words)
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=*), intent(in) :: words  !< a line
+
+      notes = [character(len=note_length) :: notes, words]
+   end subroutine add
+
+   !> ' (and 3 more)', blank where there are none.
+   pure function others(number) result(words)
+      integer, intent(in) :: number  !< how many besides the one that is named
+      character(len=:), allocatable :: words
+
+      words = ''
+      if (number > 0) words = ' (and '//to_text(number)//' more)'
+   end function others
+
+   !> Densities that may be meant in g/cm³.
+   pure subroutine note_densities(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      integer :: first
+
+      first = findloc(model%materials%density < least_density, .true., 1)
+      if (first == 0) return
+      associate (material => model%materials(first))
+         call add(notes, 'density = '//to_text(material%density)//' kg/m³ of &material '// &
+            quoted(material%name)//others(count(model%materials%density < least_density) - 1)// &
+            ': is it meant in g/cm³? Water has 1000 kg/m³')
+      end associate
+   end subroutine note_densities
+
+   !> Friction angles that may be meant in radians.
+   pure subroutine note_angles(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      integer :: first
+
+      associate (angle => model%joints%friction_angle)
+         associate (small => angle >= radians(1) .and. angle < radians(2))
+            first = findloc(small, .true., 1)
+            if (first > 0) call add(notes, 'friction_angle = '//to_text(angle(first))// &
+               '° of &joint '//quoted(model%joints(first)%name)//others(count(small) - 1)// &
+               ': is it meant in radians? '//to_text(angle(first))//' rad are '// &
+               short_text(angle(first)*180.0_wp/pi)//'°')
+         end associate
+      end associate
+   end subroutine note_angles
+
+   !> Durations that are no whole number of steps, nor nearly.
+   pure subroutine note_durations(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      real(wp) :: length
+      integer :: s
+
+      do s = 1, size(model%stages)
+         associate (stage => model%stages(s))
+            if (.not. stage%duration > 0.0_wp) cycle
+            length = real(stage%steps, wp)*stage%time_step
+            if (abs(length - stage%duration) <= most_rounding*stage%duration) cycle
+            call add(notes, 'duration = '//to_text(stage%duration)//' s of stage '// &
+               quoted(stage%name)//' is no whole number of steps of time_step = '// &
+               to_text(stage%time_step)//' s: '//to_text(stage%steps)//' of them make '// &
+               to_text(length)//' s')
+            return
+         end associate
+      end do
+   end subroutine note_durations
+
+   !> Blocks of one name.
+   pure subroutine note_names(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      integer :: first, more
+
+      call find_repeated(model%block_names, first, more)
+      if (first == 0) return
+      call add(notes, to_text(count(model%block_names == model%block_names(first)))// &
+         ' blocks are named '//quoted(model%block_names(first))//others(more)// &
+         ': a list of names means all of them')
+   end subroutine note_names
+
+   !> What the weight does to a model: what nothing holds, strains, depth of contacts.
+   subroutine note_weights(model, notes)
+      type(model_type), intent(in) :: model  !< with gravity
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      type(linear_terms_type) :: terms
+      type(overburden_type) :: overburden
+      logical, allocatable :: held(:), supported(:)
+      integer :: first
+
+      call find_held(model, held, terms)
+      if (.not. any(held)) then
+         call add(notes, 'nothing holds the blocks against gravity: no &fixed_point and no '// &
+            '&boundary holds one in that direction')
+         return
+      end if
+      call find_overburden(model%blocks, model%control%gravity, held, overburden)
+      call find_supported(model, held, terms, overburden, supported)
+      first = findloc(supported, .false., 1)
+      if (first > 0) call add(notes, 'nothing holds '//label(model, first)// &
+         others(count(.not. supported) - 1)//' against gravity, and there is nothing to fall on')
+      call note_strain(model, overburden, notes)
+      call note_depth(model, overburden, held, notes)
+   end subroutine note_weights
+
+   !> The largest strain that the weight above a block and half of its own give, σ/E; where blocks
+   !> begin with stresses, these carry the weight.
+   pure subroutine note_strain(model, overburden, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(overburden_type), intent(in) :: overburden  !< weights
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      real(wp) :: stress(model%blocks%n), strain(model%blocks%n)
+      integer :: b
+
+      associate (blocks => model%blocks, g => norm2(model%control%gravity))
+         if (any(abs(blocks%initial_stress) > 0.0_wp)) return
+         stress = (overburden%weight - 0.5_wp*g*blocks%mass)/overburden%width
+         strain = stress/model%materials(blocks%material)%young_modulus
+         b = maxloc(strain, 1)
+         if (strain(b) <= most_strain) return
+         call add(notes, 'the weight strains '//label(model, b)//' by about '// &
+            short_text(100*strain(b))//' %, beyond the '//short_text(100*most_strain)// &
+            ' % of small strains: '//short_text(stress(b))//' Pa over young_modulus = '// &
+            to_text(model%materials(blocks%material(b))%young_modulus)//' Pa')
+      end associate
+   end subroutine note_strain
+
+   !> The largest depth to which the weight presses a block into what it stands on, as a share of
+   !> its smaller side.
+   pure subroutine note_depth(model, overburden, held, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(overburden_type), intent(in) :: overburden  !< weights
+      logical, intent(in) :: held(:)         !< [blocks] the ground carries them
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      real(wp) :: depth, share, most
+      integer :: b, worst
+
+      if (model%contact%penetration_tolerance > 0.0_wp) return
+      if (any(abs(model%blocks%initial_stress) > 0.0_wp)) return
+      most = deepest
+      worst = 0
+      do b = 1, model%blocks%n
+         if (held(b) .or. overburden%beneath(b) == 0) cycle
+         share = depth_of(model, overburden, b)/smaller_side(model, b)
+         if (share <= most) cycle
+         most = share
+         worst = b
+      end do
+      if (worst == 0) return
+      depth = depth_of(model, overburden, worst)
+      call add(notes, 'the weight presses '//label(model, worst)//' about '// &
+         short_text(depth)//' m into what it stands on, '//short_text(100*most)// &
+         ' % of its smaller side: contacts of normal_stiffness = '// &
+         to_text(model%contact%normal_stiffness)//' N/m, or of its joint, are soft')
+   end subroutine note_depth
+
+   !> Two contacts with each block beneath, or the area, of the stiffest of a block's joints, m.
+   pure real(wp) function depth_of(model, overburden, b) result(depth)
+      type(model_type), intent(in) :: model  !< as read from the input
+      type(overburden_type), intent(in) :: overburden  !< weights
+      integer, intent(in) :: b               !< block
+      real(wp) :: one
+      integer :: v
+
+      depth = huge(1.0_wp)
+      do v = model%blocks%first(b), model%blocks%first(b + 1) - 1
+         associate (joint => model%joints(model%blocks%joint(v)))
+            one = overburden%weight(b)/(2*overburden%beneath(b)*model%contact%normal_stiffness)
+            if (joint%normal_stiffness > 0.0_wp) one = overburden%weight(b) &
+               /(overburden%width(b)*joint%normal_stiffness)
+            if (joint%max_closure > 0.0_wp) one = min(one, joint%max_closure)
+            depth = min(depth, one)
+         end associate
+      end do
+   end function depth_of
+
+   !> The smaller side of the box round a block, m.
+   pure real(wp) function smaller_side(model, b) result(side)
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer, intent(in) :: b               !< block
+
+      associate (shape => model%blocks%vertex(:, model%blocks%first(b): &
+         model%blocks%first(b + 1) - 1))
+         side = minval(maxval(shape, 2) - minval(shape, 2))
+      end associate
+   end function smaller_side
+
+   !> Motions that nothing follows.
+   pure subroutine note_motions(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      logical :: used(0:size(model%motions))
+      integer :: i
+
+      used = .false.
+      used(model%control%base_motion) = .true.
+      do i = 1, size(model%fixed_points)
+         used(model%fixed_points(i)%motion) = .true.
+      end do
+      do i = 1, size(model%boundaries)
+         used(model%boundaries(i)%motion) = .true.
+      end do
+      i = findloc(used(1:), .false., 1)
+      if (i > 0) call add(notes, '&motion '//quoted(model%motions(i)%name)// &
+         others(count(.not. used(1:)) - 1)//' moves nothing: no motion_x, motion_y, '// &
+         'base_motion_x or base_motion_y names it')
+   end subroutine note_motions
+
+   !> A block by its name, or its number.
+   pure function label(model, b)
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer, intent(in) :: b               !< number of the block
+      character(len=:), allocatable :: label
+
+      label = 'block '//to_text(b)
+      if (model%block_names(b) /= '') label = 'block '//quoted(model%block_names(b))
+   end function label
+
+end module dda_model_notes

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Probable mistakes in a model: one line in run, native run and check; none that is not true."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from model_text import changed, rectangle, without
+
+import sitedda
+from sitedda.command import main
+
+ROCK = {"name": "rock", "density": 2500.0, "young_modulus": 1e9, "poisson_ratio": 0.2}
+GRAVITY = 9.81
+
+
+def pile(*blocks, supports="xy", **control) -> list:
+    """A floor of 4 m x 1 m that is held, and a brick of 1 m on it, or other blocks."""
+    bricks = blocks or (("brick", rectangle(0.0, 0.0, 1.0, 1.0)),)
+    timing = {} if "duration" in control else {"steps": 3}
+    return [
+        ("control", {"time_step": 1e-3, "gravity": [0.0, -GRAVITY], **timing, **control}),
+        ("contact", {"normal_stiffness": 1e9}),
+        ("material", dict(ROCK)),
+        ("joint", {"name": "dry", "friction_angle": 30.0}),
+        ("block", {"name": "floor", "vertices": rectangle(-2.0, -1.0, 4.0, 1.0)}),
+        *(("block", {"name": name, "vertices": shape}) for name, shape in blocks or bricks),
+        *(
+            ("fixed_point", {"x": x, "y": -0.5, "block": "floor", "direction": supports})
+            for x in (-1.5, 1.5)
+        ),
+    ]
+
+
+def notes_of(groups, write_input) -> list[str]:
+    with sitedda.Simulation(write_input(groups)) as run:
+        return run.notes.splitlines()
+
+
+PILLAR = [(f"drum {i}", rectangle(0.0, float(i), 1.0, 1.0)) for i in range(4)]
+ODD = {
+    "strain": (
+        changed(pile(*PILLAR), "material", young_modulus=1e6),
+        r"the weight strains block 'drum 0' by about 8.584 %, beyond the 2 % of small strains: 85838 ",
+    ),
+    "depth": (
+        changed(pile(), "contact", normal_stiffness=1e4),
+        r"the weight presses block 'brick' about 1.226 m into what it stands on, 122\.6 %",
+    ),
+    "gravity": (pile(gravity=[0.0, GRAVITY]), r"gravity = 0, 9.81 m/s² points upwards"),
+    "radians": (
+        changed(pile(), "joint", friction_angle=0.52),
+        r"friction_angle = 0.52° of &joint 'dry': is it meant in radians\? .* 29.79°",
+    ),
+    "duration": (
+        pile(duration=7e-4),
+        r"duration = 7\S* s of stage 'run' is no whole number of steps .* 1 of them make 0.001 s",
+    ),
+    "no support": (
+        without(pile(), "fixed_point"),
+        r"nothing holds the blocks against gravity: no &fixed_point and no &boundary",
+    ),
+    "support across gravity": (pile(supports="x"), r"nothing holds the blocks against gravity"),
+    "beside the floor": (
+        pile(("brick", rectangle(5.0, 0.0, 1.0, 1.0)), ("tile", rectangle(7.0, 3.0, 1.0, 1.0))),
+        r"nothing holds block 'brick' \(and 1 more\) against gravity",
+    ),
+    "names": (
+        pile(("twin", rectangle(0.0, 0.0, 0.5, 0.5)), ("twin", rectangle(1.0, 0.0, 0.5, 0.5))),
+        r"2 blocks are named 'twin': a list of names means all of them",
+    ),
+}
+
+
+@pytest.fixture(params=["python", "native"])
+def said(request, native, tmp_path, capsys, monkeypatch):
+    """What a command line says; that of Python within this process, which takes no time."""
+
+    def call(*words: str) -> str:
+        if request.param == "native":
+            done = native(*words, folder=tmp_path)
+            return done.stdout + done.stderr
+        monkeypatch.chdir(tmp_path)
+        main([*map(str, words), *(["--no-plot"] if words[0] == "run" else [])])
+        return "".join(capsys.readouterr())
+
+    return call
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_what_is_seldom_meant_is_one_line(said, name, write_input):
+    groups, words = ODD[name]
+    file = write_input(groups)
+    rows = [line for line in said("run", file, "-q").splitlines() if line.startswith("note: ")]
+    assert len(rows) == 1 and re.search(words, rows[0]), rows
+    report = re.sub(r"\n {24}(?!->)", " ", said("check", file))  # its lines are wrapped
+    rows = [line for line in report.splitlines() if line.startswith("warn  input")]
+    assert len(rows) == 1 and re.search(words, rows[0]), rows
+    assert "nothing to do" not in report
+
+
+MEANT = {
+    "as drawn": pile(),
+    "no friction": changed(pile(), "joint", friction_angle=0.0),
+    "next to no friction": changed(pile(), "joint", friction_angle=0.01),
+    "little friction": changed(pile(), "joint", friction_angle=5.0),
+    "a falling block": pile(("brick", rectangle(0.0, 3.0, 1.0, 1.0))),
+    "a falling heap": pile(*((n, [x, y + 2, *[x + 1, y + 2], x + 1, y + 3, x, y + 3]) for n, x, y in
+                            (("a", -1.0, 0.0), ("b", 0.0, 0.0), ("c", -0.5, 1.0)))),
+    "a pillar": pile(*PILLAR),
+    "whole steps": pile(duration=3e-3),
+    "many steps and a bit": pile(duration=0.2004),
+    "no weight": without(pile(gravity=[0.0, 0.0]), "fixed_point"),
+    "weight sideways": pile(gravity=[3.0, -GRAVITY]),
+    "held along gravity alone": pile(supports="y"),
+    "nameless twins": pile(("", rectangle(0.0, 0.0, 0.5, 0.5)), ("", rectangle(1.0, 0.0, 0.5, 0.5))),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MEANT)
+def test_what_is_meant_is_not_spoken_of(name, write_input):
+    assert notes_of(MEANT[name], write_input) == []
+
+
+def test_what_hangs_on_a_bolt_is_held(write_input):
+    """The bolt joins the block to the floor, beside which it hangs; without it nothing does."""
+    hung = pile(("hung", rectangle(3.0, -1.0, 1.0, 1.0)))
+    bolt = (
+        "bolt",
+        {  # fmt: skip
+            "name": "bolt",
+            "from": [1.5, -0.5],
+            "to": [3.5, -0.5],
+            "axial_stiffness": 1e8,
+        },
+    )
+    assert "nothing holds block 'hung' against gravity" in notes_of(hung, write_input)[0]
+    assert notes_of([*hung, bolt], write_input) == []
+
+
+def test_a_point_that_begins_to_hold_later_counts(write_input):
+    groups = pile(supports="none")
+    for at, (name, values) in enumerate(groups):
+        if name == "fixed_point":
+            groups[at] = (name, values | {"name": "grip", "direction": "xy"})
+    groups[0][1].pop("steps")
+    stages = [
+        ("stage", {"name": "fall", "steps": 2}),
+        ("stage", {"name": "hold", "steps": 2, "hold": "grip"}),
+    ]
+    assert notes_of([*groups, *stages], write_input) == []
+
+
+def test_rollers_hold_along_their_normals(write_input):
+    """Upright edges carry no weight, an inclined one does."""
+    model = sitedda.Model(time_step=1e-3, steps=2, gravity=(0, -GRAVITY))
+    model.material("rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=30.0)
+    model.block([0, 0, 2, 0, 2, 1, 1, 1], name="wedge")
+    model.boundary("side", "roller", along=[2.0, 0.0, 2.0, 1.0])
+    with sitedda.Simulation(write_input(model.to_namelist())) as run:
+        assert "nothing holds the blocks against gravity" in run.notes
+    model.boundary("slope", "roller", along=[0.0, 0.0, 1.0, 1.0])
+    with sitedda.Simulation(write_input(model.to_namelist())) as run:
+        assert run.notes == ""
+
+
+def test_the_name_of_two_blocks_means_the_one_at_the_point(write_input):
+    twins = pile(("twin", rectangle(0.0, 0.0, 0.5, 0.5)), ("twin", rectangle(1.0, 0.0, 0.5, 0.5)))
+    point = ("measured_point", {"name": "right", "x": 1.25, "y": 0.25, "block": "twin"})
+    with sitedda.Simulation(write_input([*twins, point])) as run:
+        assert run.notes.count("\n") == 0
+
+
+def test_the_reference_of_stop_is_one_block(write_input):
+    twins = pile(("twin", rectangle(0.0, 0.0, 0.5, 0.5)), ("twin", rectangle(1.0, 0.0, 0.5, 0.5)))
+    stop = ("stop", {"displacement": 1.0, "reference": "twin"})
+    with pytest.raises(sitedda.InputError, match="'twin' is the name of 2 blocks"):
+        sitedda.Simulation(write_input([*twins, stop]))
+
+
+# --- What has happened ---------------------------------------------------------------------------
+
+
+def test_large_strains_and_deep_contacts_are_said_at_the_end(said, write_input):
+    """Rest by hand: a brick of weight W sinks W/2k into the floor."""
+    soft = changed(pile(settle=True), "contact", normal_stiffness=1e5)
+    words = said("run", write_input(soft), "-q")
+    row = next(line for line in words.splitlines() if "deep in block" in line)
+    depth = float(re.search(r"is (\S+) m deep in block", row)[1])
+    assert depth == pytest.approx(2500 * GRAVITY / 2 / 1e5, rel=1e-3), row
+    assert re.search(r"12\.2\d* % of the size .* limit 5 %", row) and "strained by" not in words
+
+    weak = changed(pile(settle=True), "material", young_modulus=2e5)
+    words = said("run", write_input(weak), "-q")
+    assert re.search("block .* is strained by .* %, beyond the 2 % of small strains", words)
+    assert "deep in block" not in words
+
+
+def test_small_strains_and_depths_are_not_said(said, write_input):
+    words = said("run", write_input(pile()), "-q")
+    assert "strained by" not in words and "deep in block" not in words
