@@ -145,11 +145,24 @@ contains
 
       if (simulation%stop%reason /= '') call say(ending(simulation))
       call say(summary(simulation))
-      if (state_warnings(simulation) /= '') call warn('warning: '//state_warnings(simulation))
+      call warn_of_state(state_warnings(simulation))
       if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
       if (team_words() /= '') call say('note: '//team_words())
       call say('output: '//simulation%model%output%file)
    end subroutine print_summary
+
+   !> What is beyond the method in the last state, line by line.
+   subroutine warn_of_state(lines)
+      character(len=*), intent(in) :: lines  !< 'topic: sentence', with line ends between
+      integer :: first, last
+
+      first = 1
+      do while (first <= len(lines))
+         last = first + index(lines(first:)//new_line('a'), new_line('a')) - 2
+         call warn('warning: '//lines(first:last))
+         first = last + 2
+      end do
+   end subroutine warn_of_state
 
    !> The peaks of the amplifications that an input asks for, from its output, and how
    !> they stand to the exact ones.

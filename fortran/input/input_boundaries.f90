@@ -191,8 +191,9 @@ contains
       if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, &
          place, 'dashpots need velocities: dynamic_factor of &control must be 1')
       if (reading%is%absorbs .and. any(model%control%base_motion > 0)) call input_error(error, &
-         place, 'dashpots stand still in the frame of a base that base_motion_x and base_motion_y of '// &
-         "&control accelerate: give the motion to a boundary of kind = 'compliant'")
+         place, 'dashpots stand still in the frame of a base that base_motion_x and '// &
+         'base_motion_y of &control accelerate: give the motion to a boundary of '// &
+         "kind = 'compliant'")
    end subroutine check_words
 
    !> The left side meets the right side, a width away.

@@ -72,15 +72,15 @@ contains
       call require(error, place, 'time_step dynamic_factor max_displacement_ratio '// &
          'least_time_step', [time_step, dynamic_factor, max_displacement_ratio, least_time_step])
       if (any(is_set(gravity))) call require_list(error, place, 'gravity', gravity)
-      solver = current_name(solver)
-      call check_choices(error, place, solver, time_step_control, analysis)
+      call check_choices(error, place, current_name(solver), time_step_control, analysis)
       if (.not. staged) call count_steps(error, place, time_step, duration, steps)
       if (staged) call refuse_steps(error, place, duration, settle, steps)
       if (allocated(error)) return
       settings = control_type(time_step, value_or(duration, 0.0_wp), int(steps, long), &
          time_step_control == 'adaptive', least_time_step=least_time_step, gravity=merge( &
          gravity, 0.0_wp, is_set(gravity)), dynamic_factor=dynamic_factor, &
-         max_displacement_ratio=max_displacement_ratio, plane_strain=analysis == 'plane_strain', solver=solver(:16), settle=settle)
+         max_displacement_ratio=max_displacement_ratio, settle=settle, &
+         plane_strain=analysis == 'plane_strain', solver=current_name(solver))
       call check_integration(error, place, integration, theta, damping_ratio, damping_frequency, &
          settings)
       base_motion = [base_motion_x, base_motion_y]

@@ -38,11 +38,14 @@ def notes_of(groups, write_input) -> list[str]:
         return run.notes.splitlines()
 
 
+TWINS = [("twin", rectangle(x, 0.0, 0.5, 0.5)) for x in (0.0, 1.0)]
+HEAP = {"left": (-1.0, 2.0), "right": (0.0, 2.0), "upper": (-0.5, 3.0)}
+FALLING = [(name, rectangle(*place, 1.0, 1.0)) for name, place in HEAP.items()]
 PILLAR = [(f"drum {i}", rectangle(0.0, float(i), 1.0, 1.0)) for i in range(4)]
 ODD = {
     "strain": (
         changed(pile(*PILLAR), "material", young_modulus=1e6),
-        r"the weight strains block 'drum 0' by about 8.584 %, beyond the 2 % of small strains: 85838 ",
+        r"the weight strains block 'drum 0' by about 8.584 %, beyond the 2 % .*: 85838 Pa over",
     ),
     "depth": (
         changed(pile(), "contact", normal_stiffness=1e4),
@@ -67,7 +70,7 @@ ODD = {
         r"nothing holds block 'brick' \(and 1 more\) against gravity",
     ),
     "names": (
-        pile(("twin", rectangle(0.0, 0.0, 0.5, 0.5)), ("twin", rectangle(1.0, 0.0, 0.5, 0.5))),
+        pile(*TWINS),
         r"2 blocks are named 'twin': a list of names means all of them",
     ),
 }
@@ -106,16 +109,15 @@ MEANT = {
     "next to no friction": changed(pile(), "joint", friction_angle=0.01),
     "little friction": changed(pile(), "joint", friction_angle=5.0),
     "a falling block": pile(("brick", rectangle(0.0, 3.0, 1.0, 1.0))),
-    "a falling heap": pile(*((n, [x, y + 2, *[x + 1, y + 2], x + 1, y + 3, x, y + 3]) for n, x, y in
-                            (("a", -1.0, 0.0), ("b", 0.0, 0.0), ("c", -0.5, 1.0)))),
+    "a falling heap": pile(*FALLING),
     "a pillar": pile(*PILLAR),
     "whole steps": pile(duration=3e-3),
     "many steps and a bit": pile(duration=0.2004),
     "no weight": without(pile(gravity=[0.0, 0.0]), "fixed_point"),
     "weight sideways": pile(gravity=[3.0, -GRAVITY]),
     "held along gravity alone": pile(supports="y"),
-    "nameless twins": pile(("", rectangle(0.0, 0.0, 0.5, 0.5)), ("", rectangle(1.0, 0.0, 0.5, 0.5))),
-}  # fmt: skip
+    "nameless twins": pile(*(("", shape) for _, shape in TWINS)),
+}
 
 
 @pytest.mark.parametrize("name", MEANT)
@@ -167,14 +169,14 @@ def test_rollers_hold_along_their_normals(write_input):
 
 
 def test_the_name_of_two_blocks_means_the_one_at_the_point(write_input):
-    twins = pile(("twin", rectangle(0.0, 0.0, 0.5, 0.5)), ("twin", rectangle(1.0, 0.0, 0.5, 0.5)))
+    twins = pile(*TWINS)
     point = ("measured_point", {"name": "right", "x": 1.25, "y": 0.25, "block": "twin"})
     with sitedda.Simulation(write_input([*twins, point])) as run:
         assert run.notes.count("\n") == 0
 
 
 def test_the_reference_of_stop_is_one_block(write_input):
-    twins = pile(("twin", rectangle(0.0, 0.0, 0.5, 0.5)), ("twin", rectangle(1.0, 0.0, 0.5, 0.5)))
+    twins = pile(*TWINS)
     stop = ("stop", {"displacement": 1.0, "reference": "twin"})
     with pytest.raises(sitedda.InputError, match="'twin' is the name of 2 blocks"):
         sitedda.Simulation(write_input([*twins, stop]))
@@ -201,3 +203,10 @@ def test_large_strains_and_deep_contacts_are_said_at_the_end(said, write_input):
 def test_small_strains_and_depths_are_not_said(said, write_input):
     words = said("run", write_input(pile()), "-q")
     assert "strained by" not in words and "deep in block" not in words
+
+
+@pytest.mark.parametrize("name", ["column", "dam", "rocking_blocks", "toppling", "wedge",
+                                  "tunnel_roof_bolted", "layered_site"])  # fmt: skip
+def test_shipped_inputs_have_no_probable_mistakes(name, root):
+    with sitedda.Simulation(root / "inputs" / f"{name}.nml") as run:
+        assert run.notes == ""
