@@ -56,17 +56,30 @@ _MOST_POINTS = 1_000_000
 # Complex modulus
 # ---------------------------------------------------------------------------------------------
 
-# name: (factor G*/G of the damping ratio D, largest D for which it is defined)
+# name: (factor G*/G of the damping ratio D, largest D for which it is defined, modulus of G*)
 _CONVENTIONS = {
-    "shake": (lambda d: 1 + 2j * d, np.inf),
-    "shake91": (lambda d: 1 - 2 * d**2 + 2j * d * np.sqrt(1 - d**2), 1.0),
-    "kramer": (lambda d: 1 - d**2 + 2j * d, 1.0),
-    "dormieux": (lambda d: np.sqrt(1 - 4 * d**2) + 2j * d, 0.5),
+    "shake": (lambda d: 1 + 2j * d, np.inf, "G √(1 + 4D²)"),
+    "shake91": (lambda d: 1 - 2 * d**2 + 2j * d * np.sqrt(1 - d**2), 1.0, "G"),
+    "kramer": (lambda d: 1 - d**2 + 2j * d, 1.0, "G (1 + D²)"),
+    "dormieux": (lambda d: np.sqrt(1 - 4 * d**2) + 2j * d, 0.5, "G"),
 }
+DEFAULT_CONVENTION = "dormieux"  # as pystrata: the modulus is G, and the loss πD of ½ |G*| γ²
+
+
+def largest_damping(convention: str) -> float:
+    """Largest damping ratio for which a convention of :func:`complex_modulus` is defined."""
+    return _CONVENTIONS[_one_of("convention", convention, _CONVENTIONS)][1]
+
+
+def convention_words(convention: str) -> str:
+    """What a convention of :func:`complex_modulus` makes of modulus and damping ratio, in words."""
+    _, largest, modulus = _CONVENTIONS[_one_of("convention", convention, _CONVENTIONS)]
+    limit = "" if np.isinf(largest) else f", D up to {largest:g}"
+    return f"complex modulus '{convention}', |G*| = {modulus}{limit}"
 
 
 def complex_modulus(
-    shear_modulus: ArrayLike, damping: ArrayLike, convention: str = "shake"
+    shear_modulus: ArrayLike, damping: ArrayLike, convention: str = DEFAULT_CONVENTION
 ) -> NDArray[np.complex128]:
     """Complex shear modulus G* of a linear hysteretic material.
 
@@ -78,6 +91,9 @@ def complex_modulus(
     ``kramer``    G (1 - D² + 2iD)                    G (1 + D²)      [3]_
     ``dormieux``  G (√(1 - 4D²) + 2iD)                G               [4]_
     ============  ==================================  ==============  =======
+
+    The imaginary part is 2DG in all but ``shake91``; ``dormieux`` has no G* for D > ½, ``shake91``
+    and ``kramer`` none for D > 1.
 
     Parameters
     ----------
@@ -98,15 +114,26 @@ def complex_modulus(
     ValueError
         If the convention is unknown or the damping ratio lies outside its range.
     """
-    factor, largest = _CONVENTIONS[_one_of("convention", convention, _CONVENTIONS)]
+    factor, largest, _ = _CONVENTIONS[_one_of("convention", convention, _CONVENTIONS)]
     ratio = np.asarray(damping, dtype=float)
     inside = (ratio >= 0) & (ratio <= largest) & np.isfinite(ratio)
     if not np.all(inside):
         raise ValueError(
             f"damping must be in 0 ... {largest:g} for convention '{convention}',"
-            f" got {first_of(ratio, ~inside):g}"
+            f" got {first_of(ratio, ~inside):g}{_wider(convention, ratio[~inside])}"
         )
     return np.asarray(shear_modulus, dtype=float) * factor(ratio).astype(complex)
+
+
+def _wider(convention: str, damping: NDArray[np.float64]) -> str:
+    """Conventions that are defined for damping ratios that this one is not, for its message."""
+    most = np.max(damping)
+    others = [
+        f"'{name}'"
+        for name, (_, largest, _) in _CONVENTIONS.items()
+        if name != convention and np.min(damping) >= 0 and most <= largest and np.isfinite(most)
+    ]
+    return f"; for such a ratio: {', '.join(others)}" if others else ""
 
 
 # ---------------------------------------------------------------------------------------------
@@ -296,7 +323,8 @@ class Column:
     base : 'rigid' or HalfSpace
         What the lowest layer rests on.
     convention : str
-        Meaning of the damping ratio, see :func:`complex_modulus`.
+        Meaning of the damping ratio, see :func:`complex_modulus`; by default ``dormieux``, which
+        keeps the modulus as it is given, for ratios up to ½.
 
     Raises
     ------
@@ -308,12 +336,12 @@ class Column:
     >>> soil = Layer(15.0, density=2643.0, shear_modulus=1.9152e9, damping=0.022)
     >>> peak = Column([soil]).peak()
     >>> print(f"{peak.amplitude:.2f} at {peak.frequency:.3f} Hz")
-    28.95 at 14.191 Hz
+    28.92 at 14.184 Hz
     """
 
     layers: Sequence[Layer]
     base: HalfSpace | str = "rigid"
-    convention: str = "shake"
+    convention: str = DEFAULT_CONVENTION
 
     def __post_init__(self) -> None:
         layers = tuple(self.layers)

@@ -115,43 +115,122 @@ def test_profile_holds_the_peaks_of_the_histories():
     )
 
 
-def test_as_pystrata_does(record):
-    """Equivalent-linear with Darendeli's curves: moduli, damping and transfer function."""
-    pystrata = pytest.importorskip("pystrata")
-    convention = "dormieux"  # that of pystrata
-    velocities = np.linspace(150.0, 350.0, 6)
-    layers = [Layer(3.0, density=1800.0, shear_velocity=v) for v in velocities]
-    rock = HalfSpace(density=2200.0, shear_velocity=800.0, damping=0.01)
-    stresses = [1e3 + 12e3 * 3.0 * (i + 0.5) for i in range(6)]
-    curves = [darendeli(stress, 15.0) for stress in stresses]
-    fitted = equivalent_linear(Column(layers, rock, convention), curves, record, tolerance=1e-5)
+PROFILES = 6
+BED = HalfSpace(density=2200.0, shear_velocity=900.0, damping=0.01)
+STRENGTHS = (0.05, 0.6, 4.0, 15.0)  # m/s², peaks of the records: strains of 0.001 % to 1 %
 
-    step = float(record.time[1] - record.time[0])
-    motion = pystrata.motion.TimeSeriesMotion("", "", step, record.acceleration.values / 9.80665)
-    weight = 9.80665e-3
-    soils = [
-        pystrata.site.DarendeliSoilType(
-            1800.0 * weight, 15.0, 1.0, stress / 1e3, strains=curves[0].strain
-        )
-        for stress in stresses
-    ]
-    for soil, mine in zip(soils, curves, strict=True):
-        assert mine.reduction == pytest.approx(soil.mod_reduc.values, rel=1e-6)
-        assert mine.damping == pytest.approx(soil.damping.values, rel=1e-3)
-    bed = pystrata.site.SoilType("", 2200.0 * weight, None, 0.01)
-    profile = pystrata.site.Profile(
-        [pystrata.site.Layer(s, 3.0, v) for s, v in zip(soils, velocities, strict=True)]
-        + [pystrata.site.Layer(bed, 0.0, 800.0)]
+
+def outcrops(record):
+    """Four motions of peak 1: a part of a record, a pulse, a sweep, and noise; and their steps."""
+    time = STEP * np.arange(2000)
+    noise = np.fft.rfft(np.random.default_rng(1).normal(size=time.size))
+    frequency = np.fft.rfftfreq(time.size, STEP)
+    noise *= frequency**2 / (1 + frequency**2) / (1 + (frequency / 12) ** 4)
+    window = np.sin(np.pi * time / time[-1]) ** 2
+    parts = (
+        record.acceleration.values[400:2400],
+        ricker(2.0, time.size, 1.5),
+        sweep(),
+        window * np.fft.irfft(noise),
     )
-    other = pystrata.propagation.EquivalentLinearCalculator(tolerance=1e-5, max_iterations=60)
-    outcrop, surface = profile.location("outcrop", index=-1), profile.location("within", depth=0.0)
-    other(motion, profile, outcrop)
-    theirs = np.abs(other.calc_accel_tf(outcrop, surface))[1:]
-    mine = np.abs(fitted.response.transfer(np.asarray(motion.freqs)[1:]))
-    assert mine == pytest.approx(theirs, abs=2e-3 * theirs.max())
-    strains = [float(np.ravel(layer.strain)[0]) for layer in profile[:-1]]
-    assert fitted.strain == pytest.approx(strains, rel=2e-3)
-    assert re.search(r"\d+ iterations", str(fitted))
+    step = float(record.time[1] - record.time[0])
+    return [(p / abs(p).max(), step if i == 0 else STEP) for i, p in enumerate(parts)]
+
+
+def soil_profile(seed):
+    """Thicknesses, velocities and densities of 4 to 9 layers, and their curves."""
+    chance = np.random.default_rng(seed + 10)
+    count = 4 + seed
+    thickness = chance.uniform(1.5, 6.0, count)
+    velocity = np.sort(chance.uniform(120.0, 450.0, count))
+    density = chance.uniform(1700.0, 2100.0, count)
+    if seed % 2:
+        curves = [hyperbolic(1e-3 * (1 + i / 3), 0.92, 0.01) for i in range(count)]
+    else:
+        middles = np.cumsum(thickness) - thickness / 2
+        curves = [darendeli(1e3 + 12e3 * z, 10.0 * (seed + 1)) for z in middles]
+    return thickness, velocity, density, curves
+
+
+def by_pystrata(profile, acceleration, step, samples):
+    """G/G_max, damping ratios and surface acceleration (m/s²) of its iteration, converged."""
+    pystrata = pytest.importorskip("pystrata")
+    site, gravity = pystrata.site, 9.80665
+    soils = [
+        site.SoilType(
+            "",
+            density * gravity / 1e3,
+            site.NonlinearProperty("", c.strain, c.reduction, "mod_reduc"),
+            site.NonlinearProperty("", c.strain, c.damping, "damping"),
+        )
+        for density, c in zip(profile[2], profile[3], strict=True)
+    ]
+    bed = site.SoilType("", BED.density * gravity / 1e3, None, BED.damping)
+    layers = [site.Layer(*one) for one in zip(soils, profile[0], profile[1], strict=True)]
+    ground = site.Profile([*layers, site.Layer(bed, 0.0, BED.shear_velocity)])
+    motion = pystrata.motion.TimeSeriesMotion("", "", step, acceleration / gravity, 2 * samples)
+    calculator = pystrata.propagation.EquivalentLinearCalculator(
+        tolerance=1e-7, max_iterations=1000, strain_limit=None
+    )
+    outcrop, surface = ground.location("outcrop", index=-1), ground.location("within", depth=0.0)
+    calculator(motion, ground, outcrop)
+    assert max(ground.max_error) < 1e-7
+    above = motion.calc_time_series(calculator.calc_accel_tf(outcrop, surface))
+    names = ("shear_mod_reduc", "damping")
+    reduction, damping = (
+        np.array([float(np.ravel(getattr(one, name))[0]) for one in layers]) for name in names
+    )
+    return reduction, damping, gravity * above[:samples]
+
+
+def test_as_pystrata_does(record):
+    """By default settings: G within 0.2 %, Sa within 0.5 %, over strains of 0.001 to 1 %."""
+    periods = np.geomspace(0.05, 3.0, 12)
+    strains = []
+    for seed in range(PROFILES):
+        profile = soil_profile(seed)
+        column = Column(
+            [
+                Layer(h, density=rho, shear_velocity=v)
+                for h, v, rho in zip(*profile[:3], strict=True)
+            ],
+            BED,
+        )
+        for number in (seed % 4, (seed + 1 + seed // 4) % 4):
+            shape, step = outcrops(record)[number]
+            motion = STRENGTHS[(seed + seed // 2 + number) % len(STRENGTHS)] * shape
+            fitted = equivalent_linear(column, profile[3], motion, step)
+            reduction, damping, surface = by_pystrata(profile, motion, step, motion.size)
+            assert fitted.reduction == pytest.approx(reduction, rel=2e-3)
+            assert fitted.damping == pytest.approx(damping, rel=2e-3)
+            expected = spectral_acceleration(surface, step, periods)
+            assert fitted.response.spectrum(periods) == pytest.approx(expected, rel=5e-3)
+            strains.append(fitted.strain.max())
+    assert min(strains) < 2e-5 and max(strains) > 8e-3
+    assert re.search(r"\d+ iterations.*\n.*'dormieux', \|G\*\| = G", str(fitted))
+
+
+def test_curves_of_darendeli_are_those_of_pystrata():
+    pystrata = pytest.importorskip("pystrata")
+    for stress, plasticity in ((19e3, 15.0), (200e3, 0.0), (80e3, 60.0)):
+        mine = darendeli(stress, plasticity)
+        theirs = pystrata.site.DarendeliSoilType(
+            18.0, plasticity, 1.0, stress / 1e3, strains=mine.strain
+        )
+        assert mine.reduction == pytest.approx(theirs.mod_reduc.values, rel=1e-6)
+        assert mine.damping == pytest.approx(theirs.damping.values, rel=1e-3)
+
+
+def test_damping_beyond_the_convention_is_an_error():
+    """Masing's damping tends to 2/π; 'dormieux' has no modulus above ½, 'shake91' up to 1 has."""
+    layers = [Layer(10.0, density=1800.0, shear_velocity=120.0)]
+    curves, strong = [hyperbolic(2e-4)], 40.0 * ricker(2.0, 2000, 1.5)
+    with pytest.raises(ValueError, match=r"layer 1 has a damping ratio of 0\.5\d+ .*'shake91'"):
+        equivalent_linear(Column(layers, ROCK), curves, strong, STEP)
+    other = equivalent_linear(Column(layers, ROCK, "shake91"), curves, strong, STEP)
+    assert other.damping[0] > 0.5
+    weak = equivalent_linear(Column(layers, ROCK), curves, 0.01 * strong, STEP)
+    assert weak.damping[0] < 0.5
 
 
 def test_small_motion_is_linear(record):

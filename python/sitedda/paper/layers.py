@@ -251,7 +251,7 @@ def _stiff_frequency() -> float:
 
 def _notes(done: Study, found: dict) -> None:
     uniform, column = (found[(table, "displacement")]["column"] for table in _TABLES)
-    turned = Column([replace(layer, damping=_damping(2)) for layer in reversed(column.layers)])
+    turned = _shake_column(replace(column, layers=column.layers[::-1]), _damping(2))
     right = _shake_column(column, _damping(2)).peak()
     done.notes += [
         "DDA resonates lower than SHAKE because the contact springs, two at each of 15 joints, add"

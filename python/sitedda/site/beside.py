@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..column import Column
+from ..column import Column, convention_words
 from ..response import amplifications, layered_twin
 from ..scheme import Scheme
 from ..signals import spectral_acceleration
@@ -160,7 +160,8 @@ def _response(column: Column, ground, step: float, scheme: Scheme, damping: floa
     damped = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
     return (
         ColumnResponse.of(damped, ground, step, kind="within"),
-        f"damping ratio {100 * damping:g} % at all frequencies",
+        f"damping ratio {100 * damping:g} % at all frequencies, "
+        + convention_words(damped.convention),
     )
 
 

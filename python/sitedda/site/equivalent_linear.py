@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..column import Column
+from ..column import Column, convention_words, largest_damping
 from ..errors import ConvergenceError
 from .curves import SoilCurves
 from .motion import Motion
@@ -51,6 +51,7 @@ class EquivalentLinear:
                 f"{depth:13.4g} m {100 * strain:15.4g} % {reduction:8.4f} {100 * damping:7.3f} %"
             )
         lines.append(f"{self.iterations} iterations, last change {100 * self.change:.2g} %")
+        lines.append(convention_words(self.response.column.convention))
         return "\n".join(lines)
 
 
@@ -63,8 +64,8 @@ def equivalent_linear(
     bottom: float | None = None,
     kind: str = "outcrop",
     strain_ratio: float = 0.65,
-    tolerance: float = 0.01,
-    most_iterations: int = 50,
+    tolerance: float = 1e-4,
+    most_iterations: int = 500,
 ) -> EquivalentLinear:
     """Fit moduli and damping ratios of the layers to their strains under a motion.
 
@@ -85,7 +86,8 @@ def equivalent_linear(
     strain_ratio : float
         Effective over largest strain; 0.65 or (magnitude − 1)/10.
     tolerance : float
-        Relative change of moduli and damping ratios at which the iteration ends.
+        Relative error of moduli and damping ratios at which the iteration ends, estimated from the
+        last change c and the one before: c r/(1 − r) with their ratio r, and c at least.
     most_iterations : int
 
     Returns
@@ -95,7 +97,8 @@ def equivalent_linear(
     Raises
     ------
     ValueError
-        If an argument is out of range.
+        If an argument is out of range, or a damping ratio at the end is larger than the convention
+        of the column allows.
     ConvergenceError
         If the iteration does not end.
     """
@@ -110,6 +113,7 @@ def equivalent_linear(
     reduction, damping = _properties(curves, np.zeros(len(linear)), linear)
     _, interfaces = column.cut_at([])
     middles = (interfaces[:-1] + interfaces[1:]) / 2
+    before = 0.0
     for iteration in range(1, most_iterations + 1):
         fitted = _with(column, curves, reduction, damping)
         response = ColumnResponse.of(fitted, ground, bottom=bottom, kind=kind)
@@ -119,9 +123,12 @@ def equivalent_linear(
             float(np.max(np.abs(new - old) / np.maximum(new, 1e-12)))
             for new, old in zip(wanted, (reduction, damping), strict=True)
         )
-        if change <= tolerance:
+        # An iteration leaves the share r of the error; no word on it from a single change.
+        left = change / before if before else 1.0
+        if change == 0 or (left < 1 and change * max(1.0, left / (1 - left)) <= tolerance):
+            _check_damping(fitted, damping, strain)
             return EquivalentLinear(response, strain, reduction, damping, iteration, change)
-        reduction, damping = wanted
+        reduction, damping, before = *wanted, change
     raise ConvergenceError(
         f"the equivalent-linear iteration does not end: after {most_iterations} iterations moduli "
         f"or damping ratios still change by {100 * change:.3g} %; try a larger tolerance"
@@ -137,7 +144,21 @@ def _properties(curves, strain, linear):
     return tuple(np.array(values, dtype=float) for values in zip(*pairs, strict=True))
 
 
+def _check_damping(column: Column, damping, strain) -> None:
+    """Refuse damping ratios that the convention has no complex modulus for."""
+    largest = largest_damping(column.convention)
+    for number, (ratio, at) in enumerate(zip(damping, strain, strict=True), start=1):
+        if ratio > largest:
+            raise ValueError(
+                f"layer {number} has a damping ratio of {ratio:.4g} at its strain of "
+                f"{100 * at:.4g} %, but convention '{column.convention}' ends at {largest:g}: try "
+                "Column(convention='shake91'), or curves for large strains"
+            )
+
+
 def _with(column: Column, curves, reduction, damping) -> Column:
+    """The column with these moduli; iterates that are damped beyond the convention, at its end."""
+    damping = np.minimum(damping, largest_damping(column.convention))
     layers = [
         layer
         if curve is None

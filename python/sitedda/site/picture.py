@@ -59,7 +59,7 @@ def response_figure(response) -> Figure:
     axes["strain"].set(xlabel="peak shear strain (%)", xlim=(0, None))
     for name in ("acceleration", "strain"):
         axes[name].set(ylabel="depth (m)", ylim=(response.column.depth, 0))
-    figure.suptitle(response.words, fontsize=10)
+    figure.suptitle("\n".join(filter(None, (response.words, response.convention))), fontsize=10)
     return figure
 
 

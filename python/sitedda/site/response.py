@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..column import Column, HalfSpace, Waves
+from ..column import Column, HalfSpace, Waves, convention_words
+from ..damping import MaterialDamping
 from ..scheme import Scheme
 from ..signals import running_integral, spectral_acceleration
 from .field import field
@@ -188,9 +189,18 @@ class ColumnResponse:
             return f"outcrop motion (twice the upgoing wave) at {self.bottom:g} m depth"
         return f"within motion (up- and downgoing waves) at {self.bottom:g} m depth"
 
+    @property
+    def convention(self) -> str:
+        """How damping ratios count, in words; '' where no medium has one."""
+        base = [self.column.base] if isinstance(self.column.base, HalfSpace) else []
+        ratios = [medium.damping for medium in (*self.column.layers, *base)]
+        plain = [one for one in ratios if one and not isinstance(one, MaterialDamping)]
+        return convention_words(self.column.convention) if plain and self.scheme is None else ""
+
     def __str__(self) -> str:
         reference = intensity(self.motion.acceleration, self.motion.time_step)
-        return f"{self.words}\nreference: {reference}\nsurface:   {self.intensity()}"
+        words = f"{self.words}; {self.convention}" if self.convention else self.words
+        return f"{words}\nreference: {reference}\nsurface:   {self.intensity()}"
 
     def plot(self):
         """Surface and reference motion, spectra, and profiles.
