@@ -11,6 +11,7 @@ module dda_driver
    use dda_kinds, only: long
    use dda_messages, only: say, warn
    use dda_model, only: model_type
+   use dda_model_description, only: model_description
    use dda_model_notes, only: model_notes
    use dda_output_file, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
@@ -95,11 +96,16 @@ contains
       call print_amplifications(run%simulation, run%was_complete, error)
    end subroutine run_input
 
-   !> What is seldom meant of a model.
+   !> What a model takes for granted, and what is seldom meant.
    subroutine say_notes(model)
       type(model_type), intent(in) :: model  !< as read from the input
       integer :: i
 
+      associate (lines => model_description(model))
+         do i = 1, size(lines)
+            call say(trim(lines(i)))
+         end do
+      end associate
       associate (notes => model_notes(model))
          do i = 1, size(notes)
             call say('note: '//trim(notes(i)))

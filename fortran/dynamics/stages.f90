@@ -18,7 +18,7 @@ module dda_stages
       energy_removed, energy_changed, energy_zeroed
    use dda_energy_budget, only: start_energy_budget
    use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present
-   use dda_errors, only: error_type, error_interrupted
+   use dda_errors, only: error_type, error_input, error_interrupted, fail
    use dda_friction, only: accept_contacts
    use dda_model, only: model_type
    use dda_scheme, only: scheme_named
@@ -27,7 +27,7 @@ module dda_stages
    use dda_start, only: start
    use dda_stop_rule, only: begin_stop_rule
    use dda_support, only: point_type
-   use dda_text, only: quoted, to_text
+   use dda_text, only: quoted, short_text, to_text
    implicit none
    private
    public :: begin_simulation, begin_first_stage, begin_next_stage, restore_stages, book, &
@@ -79,18 +79,44 @@ contains
          if (changes_model(stage) .or. s > 1) call change_model(simulation, s, error)
          if (allocated(error)) return
          if (stage%zero_displacements) call zero_displacements(simulation)
-         if (stage%static) call settle(simulation, error)
+         if (stage%static) call refuse_moving_supports(simulation, error)
+         if (stage%static .and. .not. allocated(error)) call settle(simulation, error)
       end associate
       if (allocated(error)) error%message = simulation%model%file//': stage '// &
          quoted(trim(simulation%model%stages(s)%name))//unsettled(error)
    end subroutine begin_next_stage
+
+   !> What a support that goes on moving carries does not rest.
+   subroutine refuse_moving_supports(simulation, error)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      type(error_type), allocatable, intent(out) :: error  !< names the motion
+      integer :: i, m
+
+      associate (model => simulation%model)
+         do m = 1, size(model%motions)
+            associate (curve => model%motions(m)%curve)
+               if (.not. abs(curve%velocity_after) > 0.0_wp .or. simulation%time &
+                  < curve%start + curve%duration) cycle
+               if (.not. any([(any(model%fixed_points(i)%motion == m .and. &
+                  model%fixed_points(i)%held), i=1, size(model%fixed_points)), &
+                  (any(model%boundaries(i)%motion == m), i=1, size(model%boundaries))])) cycle
+               call fail(error, error_input, quoted(trim(model%motions(m)%name))//' of &'// &
+                  'motion goes on with '//short_text(curve%velocity_after)//' m/s after its '// &
+                  'record, and a static stage needs supports that stand: give it '// &
+                  "after_end = 'hold'")
+               return
+            end associate
+         end do
+      end associate
+   end subroutine refuse_moving_supports
 
    !> Why a stage is not at rest, and what to do.
    pure function unsettled(error) result(words)
       type(error_type), intent(in) :: error  !< of its static steps
       character(len=:), allocatable :: words
 
-      words = ' does not settle: '//error%message//'; look at supports, joints and gaps'
+      words = ' does not settle: '//error%message
+      if (error%kind /= error_input) words = words//'; look at supports, joints and gaps'
       if (error%kind == error_interrupted) words = ' has been interrupted on its way to rest; '// &
          'resume begins it anew'
    end function unsettled

@@ -8,6 +8,7 @@
 module dda_stop_rule
    use dda_kinds, only: wp, pi
    use dda_edge_load, only: history_of
+   use dda_model, only: model_type, drift_velocity
    use dda_simulation, only: simulation_type, block_name
    use dda_stage, only: never
    use dda_text, only: to_text
@@ -95,18 +96,21 @@ contains
    end function degrees
 
    !> No vertex has moved since the beginning of the window, in the last stage, after all motions
-   !> and loads.
+   !> and loads; but with supports that all go on with one velocity after their records.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp) :: moved(3)
+      real(wp) :: moved(3), carried(2)
       integer :: b
 
       associate (settings => simulation%model%stop, state => simulation%stop, &
          blocks => simulation%blocks)
          if (settings%rest_time <= 0.0_wp) return
+         carried = drift_velocity(simulation%model)*(simulation%time - max(state%since, &
+            quiet_from(simulation)))
          do b = 1, blocks%n
             if (.not. settings%watched(b) .or. blocks%removed(b)) cycle
             moved = blocks%position(1:3, b) - state%window(:, b)
+            moved(:2) = moved(:2) - carried
             if (norm2(moved(:2)) + abs(moved(3))*blocks%radius(b) > settings%rest_movement) then
                call begin_window(simulation)
                return

@@ -3,13 +3,13 @@
 !> taken at t₀ + θΔt.
 module dda_body_force
    use dda_kinds, only: wp
-   use dda_baseline, only: acceleration_at
+   use dda_baseline, only: step_acceleration
    use dda_blocks, only: blocks_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_gravity, energy_input
    use dda_motion, only: motion_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
-   use dda_scheme, only: step_type, load_time
+   use dda_scheme, only: step_type, end_time, load_time
    implicit none
    private
    public :: body_force_type
@@ -37,7 +37,8 @@ contains
       force = 0.0_wp
       do axis = 1, 2
          if (self%base_motion(axis) == 0) cycle
-         force(axis) = -acceleration_at(motions(self%base_motion(axis))%curve, load_time(step))
+         force(axis) = -step_acceleration(motions(self%base_motion(axis))%curve, step%time, &
+            end_time(step), load_time(step))
       end do
    end function base_force
 

@@ -17,7 +17,7 @@ module dda_input
    use dda_input_materials, only: read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
    use dda_input_settings, only: read_run, read_control, read_contact, read_output, &
-      check_output_times
+      check_output_times, require_analysis
    use dda_input_stages, only: read_stages
    use dda_input_stop, only: read_stop
    use dda_material, only: joint_type
@@ -208,6 +208,8 @@ contains
             case ('material')
                m = m + 1
                call read_material(text, place, model%materials(m), error)
+               if (model%materials(m)%has_velocities) call require_analysis(error, place, &
+                  model%control, 'shear_velocity and pressure_velocity')
                call check_new_name(place, model%materials(:m)%name, error)
             case ('joint')
                j = j + 1
@@ -322,6 +324,13 @@ contains
          if (base_motion(axis) == '') cycle
          call require_name(error, place, 'base_motion_'//merge('x', 'y', axis == 1), &
             base_motion(axis), model%motions%name, 'motion', model%control%base_motion(axis))
+         if (allocated(error)) return
+         associate (motion => model%motions(model%control%base_motion(axis)))
+            if (motion%stops .and. .not. motion%curve%ends_at_rest) call input_error(error, place, &
+               'base_motion_'//merge('x', 'y', axis == 1)//': as body force nothing stops the '// &
+               'base at the end of the record: leave after_end of &motion '// &
+               quoted(trim(motion%name))//' out, or move supports by it')
+         end associate
       end do
    end subroutine resolve_base_motion
 

@@ -16,6 +16,7 @@ module dda_input_boundaries
       require_choice, require_name, unset, is_set, name_length
    use dda_input_free_field, only: find_column, check_plain
    use dda_input_names, only: list_length
+   use dda_input_settings, only: require_analysis
    use dda_material, only: material_type, elasticity
    use dda_model, only: model_type
    use dda_namelist_groups, only: group_type
@@ -188,12 +189,14 @@ contains
       if (reading%direction == 'normal' .and. any(reading%motion /= '') .and. &
          (reading%kind == 'fixed' .or. reading%motion_is == 'within')) call input_error(error, &
          place, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
+      if (reading%is%absorbs) call require_analysis(error, place, model%control, &
+         'dashpots for waves')
       if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, &
          place, 'dashpots need velocities: dynamic_factor of &control must be 1')
       if (reading%is%absorbs .and. any(model%control%base_motion > 0)) call input_error(error, &
          place, 'dashpots stand still in the frame of a base that base_motion_x and '// &
-         'base_motion_y of &control accelerate: give the motion to a boundary of '// &
-         "kind = 'compliant'")
+         'base_motion_y of '// &
+         "&control accelerate: give the motion to a boundary of kind = 'compliant'")
    end subroutine check_words
 
    !> The left side meets the right side, a width away.
@@ -264,6 +267,7 @@ contains
          "bonded joints do: contact_rules = 'original' of &contact has none")
       if (model%control%dynamic_factor < 1.0_wp) call input_error(error, place, &
          'dashpots need velocities: dynamic_factor of &control must be 1')
+      call require_analysis(error, place, model%control, 'the waves of a free field')
       call choose_edges(reading%choice, place, model%blocks, model%block_names, model%origin, &
          pieces, error)
       if (allocated(error)) return

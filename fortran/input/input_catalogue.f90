@@ -118,7 +118,8 @@ module dda_input_catalogue
       'real list', 'm/s²', '0, 0', 'acceleration of gravity, x and y'), variable_type('settle', &
       'logical', '', '.false.', 'the model is brought to rest under gravity and the loads of '// &
       'time 0 before the first '//'step; displacements count from there'), &
-      variable_type('analysis', 'text', '', "'plane_stress'", 'elastic law of the blocks', &
+      variable_type('analysis', 'text', '', "'plane_stress'", 'elastic law of the blocks; '// &
+      'required where materials have velocities, or a boundary absorbs or has a free field', &
       allowed="'plane_stress', 'plane_strain'"), variable_type('base_motion_x', 'text', '', &
       'none', 'motion whose acceleration acts as body force along x, in the frame of the base', &
       allowed='the name of a &motion'), variable_type('base_motion_y', 'text', '', 'none', &
@@ -228,7 +229,7 @@ module dda_input_catalogue
          'normal dashpot of each of its closed, unbonded contacts, per metre of thickness; its '// &
          'force is never tensile', 0.0_wp, 1.0e18_wp)]
 
-   type(variable_type), parameter :: motion_variables(11) = [ &
+   type(variable_type), parameter :: motion_variables(12) = [ &
       variable_type('name', 'text', '', 'required', &
          'name that fixed points and base motions refer to', allowed='any, used once'), &
       variable_type('file', 'text', '', 'this or values', &
@@ -250,7 +251,11 @@ module dda_input_catalogue
       variable_type('drift_order', 'integer', '', '2 for accelerations, else 0', &
          'order of the least-squares polynomial taken from the velocity', 0.0_wp, 2.0_wp), &
       variable_type('channel', 'integer', '', '1', &
-         'section of a COSMOS file, of those of the quantity', 1.0_wp)]
+         'section of a COSMOS file, of those of the quantity', 1.0_wp), &
+      variable_type('after_end', 'text', '', "'continue' if a velocity is left", &
+         'after the record the support goes on with the velocity that is left, or is held; '// &
+         "'continue' leaves the end free where drift is removed or displacements are joined", &
+         allowed="'continue', 'hold'")]
 
    type(variable_type), parameter :: block_variables(2) = [ variable_type('vertices', 'real list', &
       'm', 'required', 'x, y, x, y … counter-clockwise, of any simple polygon; at most 512 '// &

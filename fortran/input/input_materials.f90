@@ -26,14 +26,14 @@ contains
       character(len=*), intent(in) :: folder
       type(motion_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, format, quantity, unit
+      character(len=name_length) :: name, format, quantity, unit, after_end
       character(len=1024) :: file
       real(wp) :: time_step, values(most_values), scale, taper
       integer :: drift_order, channel, status
       character(len=256) :: message
       type(record_type) :: record
       namelist /motion/ name, file, format, quantity, unit, time_step, values, scale, taper, &
-         drift_order, channel
+         drift_order, channel, after_end
 
       name = ''
       file = ''
@@ -46,6 +46,7 @@ contains
       taper = 0.0_wp
       drift_order = -1
       channel = 1
+      after_end = ''
       read (group, nml=motion, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
 
@@ -53,6 +54,7 @@ contains
       call require(error, place, 'scale taper', [scale, taper])
       if (drift_order /= -1) call require(error, place, 'drift_order', [real(drift_order, wp)])
       if (is_set(time_step)) call require(error, place, 'time_step', [time_step])
+      if (after_end /= '') call require_choice(error, place, 'after_end', after_end)
       if ((file == '') .eqv. .not. is_set(values(1))) call input_error(error, place, &
          'give either file or values')
       if (allocated(error)) return
@@ -65,7 +67,9 @@ contains
          call take_values(place, values, time_step, trim(quantity), trim(unit), record, error)
       end if
       if (allocated(error)) return
-      call make_motion(place, record, drift_order, taper, scale, new, error)
+      new%stops = after_end == 'hold'
+      call make_motion(place, record, drift_order, baseline_type(taper=taper, scale=scale, &
+         after_end=after_end(:8)), new, error)
    end subroutine read_motion
 
    !> A path of the input, relative to the working folder.
@@ -122,18 +126,17 @@ contains
 
    !> Acceleration, velocity and displacement from the record; drift is removed from accelerations
    !> unless the input says otherwise.
-   subroutine make_motion(place, record, drift_order, taper, scale, new, error)
+   subroutine make_motion(place, record, drift_order, wanted, new, error)
       type(place_type), intent(in) :: place  !< of the group
       type(record_type), intent(in) :: record  !< as read
       integer, intent(in) :: drift_order  !< of the polynomial; −1: by the quantity
-      real(wp), intent(in) :: taper, scale  !< share of the record; factor
+      type(baseline_type), intent(in) :: wanted  !< what else is done to the record
       type(motion_type), intent(inout) :: new  !< gets its curves
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(error_type), allocatable :: failure
       type(baseline_type) :: baseline
 
-      baseline%taper = taper
-      baseline%scale = scale
+      baseline = wanted
       baseline%order = drift_order
       if (drift_order == -1) baseline%order = merge(2, 0, record%quantity == 'acceleration')
       call make_motion_curve(new%curve, record%quantity, record%values, record%time_step, failure, &

@@ -12,7 +12,8 @@ module dda_input_settings
    use dda_text, only: to_text
    implicit none
    private
-   public :: read_run, read_control, read_contact, read_output, check_output_times, count_steps
+   public :: read_run, read_control, read_contact, read_output, check_output_times, count_steps, &
+      require_analysis
 
    integer, parameter :: no_interval = -huge(1)  !< stands in an interval that is not given
 
@@ -60,7 +61,7 @@ contains
       gravity = unset
       settle = settings%settle
       time_step_control = 'fixed'
-      analysis = 'plane_stress'
+      analysis = ''
       solver = settings%solver
       base_motion_x = ''
       base_motion_y = ''
@@ -72,15 +73,16 @@ contains
       call require(error, place, 'time_step dynamic_factor max_displacement_ratio '// &
          'least_time_step', [time_step, dynamic_factor, max_displacement_ratio, least_time_step])
       if (any(is_set(gravity))) call require_list(error, place, 'gravity', gravity)
-      call check_choices(error, place, current_name(solver), time_step_control, analysis)
+      solver = current_name(solver)
+      call check_choices(error, place, solver, time_step_control, analysis)
       if (.not. staged) call count_steps(error, place, time_step, duration, steps)
       if (staged) call refuse_steps(error, place, duration, settle, steps)
       if (allocated(error)) return
       settings = control_type(time_step, value_or(duration, 0.0_wp), int(steps, long), &
          time_step_control == 'adaptive', least_time_step=least_time_step, gravity=merge( &
          gravity, 0.0_wp, is_set(gravity)), dynamic_factor=dynamic_factor, &
-         max_displacement_ratio=max_displacement_ratio, settle=settle, &
-         plane_strain=analysis == 'plane_strain', solver=current_name(solver))
+         max_displacement_ratio=max_displacement_ratio, plane_strain=analysis == 'plane_strain', &
+         analysis_given=analysis /= '', solver=solver(:16), settle=settle)
       call check_integration(error, place, integration, theta, damping_ratio, damping_frequency, &
          settings)
       base_motion = [base_motion_x, base_motion_y]
@@ -94,8 +96,20 @@ contains
 
       call require_choice(error, place, 'solver', solver)
       call require_choice(error, place, 'time_step_control', time_step_control)
-      call require_choice(error, place, 'analysis', analysis)
+      if (analysis /= '') call require_choice(error, place, 'analysis', analysis)
    end subroutine check_choices
+
+   !> Where waves count, plane strain or plane stress is chosen: it decides on their velocities.
+   pure subroutine require_analysis(error, place, control, what)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(place_type), intent(in) :: place        !< of the group that asks for it
+      type(control_type), intent(in) :: control    !< as read
+      character(len=*), intent(in) :: what         !< about waves in that group
+
+      if (.not. control%analysis_given) call input_error(error, place, what//' ask for a '// &
+         "choice of analysis in &control: 'plane_strain' (ground, which goes on across the "// &
+         "plane) or 'plane_stress' (a plate between free faces, with slower P waves)")
+   end subroutine require_analysis
 
    !> Numbers that the input may leave out.
    pure subroutine leave_unset(a, b, c, d, e, f, g)

@@ -15,6 +15,7 @@ module dda_material
       real(wp) :: poisson_ratio = 0.0_wp       !< –
       real(wp) :: initial_stress(3) = 0.0_wp   !< σx, σy, τxy at the start, Pa, tension positive
       real(wp) :: initial_velocity(3) = 0.0_wp !< u̇, v̇ (m/s), ṙ (rad/s) at the start
+      logical :: has_velocities = .false.      !< moduli from those of S and P waves
       type(damping_type) :: damping
    end type material_type
 
@@ -54,6 +55,7 @@ contains
          material%poisson_ratio = 0.5_wp*(p - 2.0_wp*s)/(p - s)
          material%young_modulus = 2.0_wp*material%density*s*(1.0_wp + material%poisson_ratio)
       end associate
+      material%has_velocities = .true.
    end subroutine set_velocities
 
    !> Coulomb friction with springs of the contacts: the only law in most models.

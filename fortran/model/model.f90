@@ -18,7 +18,8 @@ module dda_model
    implicit none
    private
    public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
-      force_noise, run_steps, run_duration, block_sources, is_held
+      force_noise, run_steps, run_duration, block_sources, is_held, &
+      drift_velocity
 
    !> A file that blocks come from.
    type :: block_source_type
@@ -81,6 +82,34 @@ contains
 
       is_held = size(model%fixed_points) > 0 .or. size(model%boundaries) > 0
    end function is_held
+
+   !> Velocity with which all supports and boundaries go on after their motions, m/s along x and y;
+   !> zero where they do not go on together.
+   pure function drift_velocity(model) result(velocity)
+      type(model_type), intent(in) :: model  !< as read from the input
+      real(wp) :: velocity(2)
+      real(wp) :: own, after(0:size(model%motions))
+      logical :: found
+      integer :: i, axis
+
+      after = [0.0_wp, (model%motions(i)%curve%velocity_after, i=1, size(model%motions))]
+      do axis = 1, 2
+         found = .false.
+         velocity(axis) = 0.0_wp
+         do i = 1, size(model%fixed_points) + size(model%boundaries)
+            if (i <= size(model%fixed_points)) then
+               if (.not. model%fixed_points(i)%held(axis)) cycle
+               own = after(model%fixed_points(i)%motion(axis))
+            else
+               own = after(model%boundaries(i - size(model%fixed_points))%motion(axis))
+            end if
+            if (found .and. own /= velocity(axis)) velocity = 0.0_wp
+            if (found .and. own /= velocity(axis)) return
+            found = .true.
+            velocity(axis) = own
+         end do
+      end do
+   end function drift_velocity
 
    !> Steps of all stages, without those that are repeated.
    pure integer(long) function run_steps(model)

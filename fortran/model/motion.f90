@@ -13,6 +13,7 @@ module dda_motion
       !> record file and what was done to it, for provenance
       character(len=:), allocatable :: source
       type(motion_curve_type) :: curve
+      logical :: stops = .false.               !< the input says that it is held after its end
    end type motion_type
 
 end module dda_motion

@@ -19,6 +19,7 @@ module dda_settings
       real(wp) :: max_displacement_ratio = 0.01_wp !< of half the model size, per step
       real(wp) :: gravity(2) = 0.0_wp              !< m/s²
       logical :: plane_strain = .false.            !< else plane stress
+      logical :: analysis_given = .false.          !< the input says which
       !> motions of the base as body force, x and y; 0 none
       integer :: base_motion(2) = 0
       logical :: settle = .false.                  !< begin at rest under gravity

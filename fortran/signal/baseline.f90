@@ -8,9 +8,12 @@
 !> acceleration is still piecewise linear and integrates exactly.  A higher order would break that
 !> and remove long periods of the motion.
 !>
-!> After the record nothing moves, so a velocity left at the last sample would stop within one time
-!> step, an impact on the model.  Unless told otherwise the polynomial passes through the last
-!> velocity, so that the corrected motion ends at rest, at the displacement then reached.  The
+!> Unless told otherwise the polynomial passes through the last velocity, so that the corrected
+!> motion ends at rest, at the displacement then reached.  Where a velocity is left, the motion goes
+!> on with it: stopped within one time step it would be an impact on the model.  Up to 10⁻⁴ of the
+!> largest velocity is none: the sum of samples that are rounded to five digits leaves some 10⁻⁵.
+!> Stopped, that is an acceleration of at most 10⁻⁴ PGV/Δt for one step; gone on with, it would be a
+!> drift for ever.  A record of displacement ends at rest unless it is to go on.  The
 !> acceleration may still jump at both ends; a cosine taper of the record before the fit (an option)
 !> smooths that.  The first sample of a record of velocity is taken as it is: if it is not zero, the
 !> motion starts with that jump unless it is tapered.
@@ -21,13 +24,14 @@ module dda_baseline
    use dda_text, only: to_text, quoted
    use dda_taper, only: cosine_taper
    use dda_motion_curve, only: motion_curve_type, displacement_at, velocity_at, acceleration_at, &
-      join_accelerations, join_velocities, join_displacements
+      step_acceleration, join_accelerations, join_velocities, join_displacements
    implicit none
    private
    public :: baseline_type, make_motion_curve
-   public :: motion_curve_type, displacement_at, velocity_at, acceleration_at
+   public :: motion_curve_type, displacement_at, velocity_at, acceleration_at, step_acceleration
 
    real(wp), parameter :: largest = 1.0e12_wp   ! of values and times: keeps sums far from overflow
+   real(wp), parameter :: still = 1.0e-4_wp     ! of the largest velocity: at the end, rounding
 
    !> What is done to a record.
    type :: baseline_type
@@ -36,6 +40,9 @@ module dda_baseline
       !> part of the record under a cosine taper, half at each end, 0 … 1
       real(wp) :: taper = 0.0_wp
       real(wp) :: scale = 1.0_wp    !< factor on the record
+      !> 'continue': with the velocity that is left, which nothing fits to zero; 'hold'; '': go on
+      !> with what is left
+      character(len=8) :: after_end = ''
    end type baseline_type
 
 contains
@@ -60,7 +67,28 @@ contains
       else
          call from_rates(curve, quantity == 'velocity', wanted%scale*values, time_step, wanted)
       end if
+      call go_on(curve, wanted)
    end subroutine make_motion_curve
+
+   !> What follows the last sample.
+   pure subroutine go_on(curve, wanted)
+      type(motion_curve_type), intent(inout) :: curve  !< joined samples
+      type(baseline_type), intent(in) :: wanted        !< what is done to the record
+      real(wp) :: left
+
+      left = curve%velocity(size(curve%velocity))
+      curve%ends_at_rest = .not. abs(left) > still*maxval(abs(curve%velocity))
+      if (wanted%after_end == 'hold' .or. curve%ends_at_rest) return
+      curve%velocity_after = left
+      curve%method = curve%method//'; after the end it goes on with '//to_text(left)//' m/s'
+   end subroutine go_on
+
+   !> The corrected velocity is zero at the last sample.
+   pure logical function ends_at_rest(wanted)
+      type(baseline_type), intent(in) :: wanted  !< what is done to the record
+
+      ends_at_rest = wanted%at_rest .and. wanted%after_end /= 'continue'
+   end function ends_at_rest
 
    !> Accelerations are integrated, the velocity is fitted, the derivative taken from the
    !> acceleration, and that integrated again; velocities lose the fitted polynomial and are joined
@@ -93,6 +121,7 @@ contains
       else
          call join_accelerations(curve, corrected, time_step)
       end if
+      curve%removed = largest_drift(drift, curve%duration)
       curve%method = scale_text(wanted)//method//drift_text(drift, curve%duration, wanted)// &
          '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
    end subroutine from_rates
@@ -105,11 +134,18 @@ contains
       type(baseline_type), intent(in) :: wanted  !< what is done to the record
       character(len=:), allocatable :: method
 
-      call join_displacements(curve, displacement - displacement(1), time_step, wanted%at_rest)
+      call join_displacements(curve, displacement - displacement(1), time_step, wanted%at_rest, &
+         ends_at_rest(wanted))
+      if (ends_at_rest(wanted)) curve%cut_velocity = (displacement(size(displacement)) &
+         - displacement(size(displacement) - 1))/time_step
       method = 'displacements joined by quintics with continuous acceleration'
       if (abs(displacement(1)) > 0.0_wp) method = method//', shifted by '// &
          to_text(-displacement(1))//' m to begin at zero'
-      if (wanted%at_rest) method = method//', at rest at both ends'
+      if (ends_at_rest(wanted)) then
+         method = method//', at rest at both ends'
+      else if (wanted%at_rest) then
+         method = method//', at rest at the start'
+      end if
       curve%method = scale_text(wanted)//method//'; no drift removed'
    end subroutine from_displacement
 
@@ -141,7 +177,7 @@ contains
       n = size(velocity)
       tau = unit_times(n)
       drift = 0.0_wp
-      if (wanted%at_rest .or. n < 3) then
+      if (ends_at_rest(wanted) .or. n < 3) then
          ! c₁ + c₂ = v(T) leaves one free function, which vanishes at both ends.
          drift(1) = velocity(n)
          if (wanted%order < 2 .or. n < 3) return
@@ -170,6 +206,20 @@ contains
       determinant = square*fourth - cube**2
       drift = [first*fourth - second*cube, second*square - first*cube]/determinant
    end function fit_parabola
+
+   !> Largest |c₁ τ + c₂ τ²| and largest integral of it, within τ of 0 to 1.
+   pure function largest_drift(drift, duration) result(most)
+      real(wp), intent(in) :: drift(2), duration  !< c₁, c₂ (m/s); s
+      real(wp) :: most(2)                         ! m/s, m
+      real(wp) :: tau(3), extremes(2)
+
+      ! The ends of the record, and where derivatives vanish: c₁ + 2 c₂ τ, c₁ + c₂ τ.
+      extremes = 1.0_wp
+      if (abs(drift(2)) > 0.0_wp) extremes = -drift(1)/[2.0_wp*drift(2), drift(2)]
+      tau = [1.0_wp, min(max(extremes, 0.0_wp), 1.0_wp)]
+      most(1) = maxval(abs(tau*(drift(1) + tau*drift(2))))
+      most(2) = duration*maxval(abs(tau**2*(drift(1)/2.0_wp + tau*drift(2)/3.0_wp)))
+   end function largest_drift
 
    !> t/T at the samples.
    pure function unit_times(count) result(tau)
@@ -218,7 +268,7 @@ contains
       text = '; drift removed: velocity '//to_text(drift(1)/duration)//' t'
       if (wanted%order > 1) text = text//' + '//to_text(drift(2)/duration**2)//' t² (m/s, s)'
       text = text//' by least squares'
-      if (wanted%at_rest) text = text//', to end at rest'
+      if (ends_at_rest(wanted)) text = text//', to end at rest'
    end function drift_text
 
    subroutine check(quantity, values, time_step, wanted, error)
@@ -246,6 +296,9 @@ contains
       else if (wanted%taper > 0.0_wp .and. quantity == 'displacement') then
          call fail(error, error_input, 'a displacement is not tapered: that would move it back '// &
             'to its start')
+      else if (.not. any(wanted%after_end == [character(len=8) :: '', 'continue', 'hold'])) then
+         call fail(error, error_input, 'after its end a motion can continue or hold, not '// &
+            quoted(wanted%after_end))
       else if (.not. abs(wanted%scale) <= largest) then
          call fail(error, error_input, 'the factor on a record is not a number of sensible size')
       else if (.not. all(ieee_is_finite(values))) then

@@ -4,14 +4,15 @@
 !>
 !> Within each interval of the samples the displacement is one polynomial of degree five at most;
 !> velocity and acceleration are its exact derivatives, so that no two evaluations contradict.
-!> Before the first sample nothing moves; after the last one the displacement keeps its value, and
-!> velocity and acceleration are zero.  At the first and the last sample they are the limits from
-!> within, so they jump there unless the record begins and ends at rest.
+!> Before the first sample nothing moves; after the last one the motion goes on with the velocity
+!> it has there, or the displacement keeps its value.  At the first and the last sample velocity and
+!> acceleration are the limits from within, so they jump there unless the record begins and ends at
+!> rest; the velocity does not jump where the motion goes on.
 module dda_motion_curve
    use dda_kinds, only: wp
    implicit none
    private
-   public :: motion_curve_type, displacement_at, velocity_at, acceleration_at
+   public :: motion_curve_type, displacement_at, velocity_at, acceleration_at, step_acceleration
    public :: join_accelerations, join_velocities, join_displacements
 
    !> Samples of a motion and what joins them.
@@ -23,6 +24,11 @@ module dda_motion_curve
       real(wp), allocatable :: velocity(:)     !< at the samples (m/s) [samples]
       real(wp), allocatable :: acceleration(:) !< at the samples (m/s²) [samples]
       real(wp), allocatable :: higher(:,:)     !< factors of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
+      real(wp) :: velocity_after = 0.0_wp      !< after the last sample (m/s)
+      logical :: ends_at_rest = .true.         !< but for rounding
+      !> between the last two samples of a displacement that is joined to rest (m/s)
+      real(wp) :: cut_velocity = 0.0_wp
+      real(wp) :: removed(2) = 0.0_wp          !< most that drift removal took (m/s, m)
       character(len=:), allocatable :: method  !< what was done to the record, for a report
    end type motion_curve_type
 
@@ -38,7 +44,8 @@ contains
 
       displacement = 0.0_wp
       if (time - curve%start > curve%duration) &
-         displacement = curve%displacement(size(curve%displacement))
+         displacement = curve%displacement(size(curve%displacement)) &
+         + curve%velocity_after*(time - curve%start - curve%duration)
       call locate(curve, time, i, s)
       if (i == 0) return
       displacement = curve%displacement(i) + s*(curve%velocity(i) &
@@ -55,6 +62,7 @@ contains
       real(wp) :: s
 
       velocity = 0.0_wp
+      if (time - curve%start > curve%duration) velocity = curve%velocity_after
       call locate(curve, time, i, s)
       if (i == 0) return
       velocity = curve%velocity(i) + s*(curve%acceleration(i) + s*(3.0_wp*curve%higher(1, i) &
@@ -75,6 +83,20 @@ contains
       acceleration = curve%acceleration(i) + s*(6.0_wp*curve%higher(1, i) &
          + s*(12.0_wp*curve%higher(2, i) + s*20.0_wp*curve%higher(3, i)))
    end function acceleration_at
+
+   !> Acceleration that a step acts with (m/s²): that of one time in it, but the mean over the step
+   !> in which the record ends, whose last acceleration would else count for all of it or nothing.
+   pure function step_acceleration(curve, from, to, time) result(acceleration)
+      type(motion_curve_type), intent(in) :: curve  !< joined samples
+      real(wp), intent(in) :: from, to              !< start and end of the step, s
+      real(wp), intent(in) :: time                  !< within it, s
+      real(wp) :: acceleration
+
+      acceleration = acceleration_at(curve, time)
+      if (from - curve%start < 0.0_wp .or. from - curve%start >= curve%duration .or. &
+         to - curve%start <= curve%duration) return
+      acceleration = (curve%velocity(size(curve%velocity)) - velocity_at(curve, from))/(to - from)
+   end function step_acceleration
 
    !> The interval of a time, and the time since its first sample.
    pure subroutine locate(curve, time, i, s)
@@ -138,12 +160,12 @@ contains
    !> Join displacements by quintics with continuous velocity and acceleration.
    !>
    !> Velocity and acceleration at the samples are central differences of fourth order.
-   pure subroutine join_displacements(curve, displacement, time_step, at_rest)
+   pure subroutine join_displacements(curve, displacement, time_step, from_rest, to_rest)
       type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: displacement(:)  !< m [samples]
       real(wp), intent(in) :: time_step        !< s
-      !> no velocity and acceleration at the first and last sample
-      logical, intent(in) :: at_rest
+      logical, intent(in) :: from_rest         !< no velocity and acceleration at the first sample
+      logical, intent(in) :: to_rest           !< none at the last one
       integer :: i, last
 
       last = size(displacement)
@@ -151,10 +173,10 @@ contains
       curve%displacement = displacement
       curve%velocity = slopes(displacement, time_step)
       curve%acceleration = bends(displacement, time_step)
-      if (at_rest) then
-         curve%velocity([1, last]) = 0.0_wp
-         curve%acceleration([1, last]) = 0.0_wp
-      end if
+      if (from_rest) curve%velocity(1) = 0.0_wp
+      if (from_rest) curve%acceleration(1) = 0.0_wp
+      if (to_rest) curve%velocity(last) = 0.0_wp
+      if (to_rest) curve%acceleration(last) = 0.0_wp
       do i = 1, last - 1
          curve%higher(:, i) = quintic(curve, i)
       end do

@@ -81,6 +81,7 @@ contains
          call serialise(archive, curve%velocity)
          call serialise(archive, curve%acceleration)
          call serialise(archive, curve%higher)
+         call serialise(archive, curve%velocity_after)
       end do
       motions = checksum_of(archive%bytes(:archive%at))
    end subroutine digest_model

@@ -25,6 +25,7 @@ module api
    use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
+   use dda_model_description, only: model_description
    use dda_model_notes, only: model_notes, note_length
    use dda_modes, only: modes_type, find_modes
    use dda_process, only: process_id
@@ -286,6 +287,10 @@ contains
                text = summary(run%simulation)
             case ('ending')
                text = ending(run%simulation)
+            case ('description')
+               associate (lines => model_description(model))
+                  if (which >= 1 .and. which <= size(lines)) text = lines(which)
+               end associate
             case ('notes')
                text = joined(slots(handle)%notes, new_line('a'))
             case ('threads')

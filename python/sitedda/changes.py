@@ -21,7 +21,7 @@ BETWEEN_STEPS = {
     "joint": ("friction_angle", "cohesion", "tensile_strength"),
     "load": ("x", "y", "block", "time", "force_x", "force_y"),
     "motion": ("file", "format", "quantity", "unit", "time_step", "values", "scale", "taper",
-               "drift_order", "channel"),
+               "drift_order", "channel", "after_end"),
     "fixed_point": ("direction", "motion_x", "motion_y"),
 }  # fmt: skip
 

@@ -155,11 +155,12 @@ def _tell(words: str) -> None:
 
 def _check(options: argparse.Namespace) -> int:
     with Simulation(options.file, changes=dict(options.set)) as simulation:
-        notes = simulation.block_notes()
+        notes, description = simulation.block_notes(), simulation.description
         found = check(simulation)
     if getattr(options, "json", False):
         print(json.dumps(found.to_dict(), indent=1))
     else:
+        print(description)
         _tell(notes)
         print(f"{found}\n\n{found.conclusion}")
     if found.verdict == "fail":
@@ -212,6 +213,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             if not bars:
                 if resume:
                     print(simulation.notice, flush=True)
+                print(simulation.description)
                 _tell(_notes(simulation))
                 total = simulation.duration
                 bar = tqdm(total=total, disable=options.quiet, bar_format=look)

@@ -269,6 +269,19 @@ class Simulation:
         return self._text("warning").decode()
 
     @property
+    def description(self) -> str:
+        """The analysis and each motion, a line each: peaks, drift removal, what is left at the end.
+
+        Plane strain or plane stress; PGA, PGV and PGD of the motion; the most that drift removal
+        took of velocity and displacement; velocity and displacement at the end of the record, and
+        how the motion goes on.
+        """
+        lines = []
+        while line := self._text("description", len(lines) + 1).decode("utf-8", "replace"):
+            lines.append(line)
+        return "\n".join(lines)
+
+    @property
     def notes(self) -> str:
         """What the model has that is seldom meant, a line each; empty if there is nothing."""
         return self._text("notes").decode("utf-8", "replace")

@@ -28,6 +28,7 @@ contains
       call correction_is_a_projection()
       call derivatives_agree()
       call before_and_after()
+      call after_the_end()
       call velocities()
       call displacements()
       call taper_and_scale()
@@ -177,6 +178,47 @@ contains
          'the last sample')
       call check(abs(curve%displacement(samples)) > 1.0e-3_wp, 'a displacement remains')
    end subroutine before_and_after
+
+   !> With the velocity that is left, unless it is rounding or to be stopped.
+   subroutine after_the_end()
+      type(motion_curve_type) :: curve, free
+      real(wp), parameter :: push(samples) = 3.0_wp, late = duration + 2.0_wp
+      type(baseline_type), parameter :: on = baseline_type(order=0, after_end='continue')
+      real(wp) :: v, d
+
+      call case('after the end')
+      curve = made('acceleration', push, as_is)
+      v = 3.0_wp*duration
+      d = 1.5_wp*duration**2
+      call check_close(velocity_at(curve, late), v, 'goes on', relative=1.0e-14_wp)
+      call check_close(displacement_at(curve, late), d + 2.0_wp*v, 'so far', relative=1.0e-13_wp)
+      call check_close(acceleration_at(curve, late), 0.0_wp, 'by itself')
+      call check(.not. curve%ends_at_rest .and. index(curve%method, 'goes on with') > 0, &
+         curve%method)
+      curve%start = 5.0_wp
+      call check_close(displacement_at(curve, 5.0_wp + late), d + 2.0_wp*v, 'from its start', &
+         relative=1.0e-13_wp)
+      curve = made('acceleration', push, baseline_type(order=0, after_end='hold'))
+      call check_close([velocity_at(curve, late), displacement_at(curve, late)], [0.0_wp, d], &
+         'stopped where asked', relative=1.0e-13_wp)
+      curve = made('acceleration', push)
+      call check(curve%ends_at_rest .and. curve%velocity_after == 0.0_wp, 'at rest: held')
+      call check_close(curve%removed, [v, d], 'all of it was drift', relative=1.0e-13_wp)
+      curve = made('acceleration', times()**2)
+      free = made('acceleration', times()**2, baseline_type(after_end='continue'))
+      call check(curve%velocity_after == 0.0_wp .and. abs(free%velocity_after) > 1.0e-3_wp, &
+         'the fit is free at its end')
+      curve = made('velocity', sin(omega*times()) + 0.9e-4_wp*times()/duration, as_is)
+      call check(curve%velocity_after == 0.0_wp, 'rounding is no velocity')
+      curve = made('velocity', sin(omega*times()) + 1.1e-4_wp*times()/duration, as_is)
+      call check_close(curve%velocity_after, 1.1e-4_wp, 'more is', relative=1.0e-9_wp)
+      curve = made('displacement', times())
+      call check(curve%velocity_after == 0.0_wp, 'a displacement ends at rest')
+      call check_close(curve%cut_velocity, 1.0_wp, 'with a word', relative=1.0e-9_wp)
+      curve = made('displacement', times(), on)
+      call check_close(displacement_at(curve, late), late, 'or goes on', relative=1.0e-9_wp)
+      call check_close(velocity_at(curve, 0.0_wp), 0.0_wp, 'from rest')
+   end subroutine after_the_end
 
    subroutine velocities()
       type(motion_curve_type) :: curve

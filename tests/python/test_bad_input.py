@@ -521,6 +521,7 @@ EVERYTHING = [
             "taper": 0.1,
             "drift_order": 1,
             "channel": 1,
+            "after_end": "hold",
         },
     ),
     ("fixed_point", {"x": 0.5, "y": 0.5, "block": "floor", "direction": "xy", "motion_x": "shake"}),

@@ -7,12 +7,20 @@ from html import escape
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from sitedda.validation import run_case, write_report
 from sitedda.validation.__main__ import main
 from sitedda.validation.packing import overlap
 from sitedda.validation.report import number
-from sitedda.validation.rocking import RATE, RATIO, SLENDER, housner
+from sitedda.validation.rocking import (
+    RATE,
+    RATIO,
+    SLENDER,
+    housner,
+    housner_duration,
+    pulse_duration,
+)
 from sitedda.validation.sliding import read_smc, record_file, rigid_slide
 from sitedda.validation.stability import goodman_bray, stands
 
@@ -45,6 +53,41 @@ def test_a_wall_that_never_rests_fails_its_rows(monkeypatch):
     monkeypatch.setattr("sitedda.validation.masonry_limits.rest_of", lambda *_: None)
     result = run_case("tilting_wall", short=True)
     assert not result.passed and len(result.rows) == 3
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "ratio"), [(0.05, 2.0, 2.0), (0.3, 2.0, 1.2), (0.5, 2.0, 3.0), (1, 1.5, 2)]
+)
+def test_least_pulse_is_that_of_the_rocking_equation(width, height, ratio):
+    """θ'' = −p² [sin(α − θ) − (a/g) cos(α − θ)] by scipy, its duration bisected."""
+    slender, rate = np.arctan2(width, height), np.sqrt(1.5 * 9.81 / np.hypot(width, height))
+    push = ratio * np.tan(slender)
+
+    def falls(lasts):
+        def rates(time, state, share):
+            away = slender - state[0]
+            return [state[1], -(rate**2) * (np.sin(away) - share * np.cos(away))]
+
+        def past(_, state, share):
+            return state[0] - 1.5 * slender
+
+        def back(_, state, share):
+            return state[1]
+
+        past.terminal = back.terminal = True
+        exact = {"rtol": 1e-10, "atol": 1e-13}
+        pushed = solve_ivp(rates, (0, lasts), [0.0, 0.0], args=(push,), **exact).y[:, -1]
+        free = solve_ivp(rates, (0, 20 / rate), pushed, args=(0.0,), events=(past, back), **exact)
+        return len(free.t_events[0]) > 0
+
+    low, high = 0.01 / rate, 5 / rate
+    while high - low > 1e-6 * high:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if falls(middle) else (middle, high)
+    found = pulse_duration(width, height, 9.81 * push)
+    assert found == pytest.approx(0.5 * (low + high), rel=1e-5)
+    if slender <= 0.15:
+        assert housner_duration(width, height, 9.81 * push) == pytest.approx(found, rel=3e-3)
 
 
 def test_rigid_slide_on_a_constant_push():

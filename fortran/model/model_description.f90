@@ -1,0 +1,89 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What a run takes of its input that is seen in no picture: the elastic law of the blocks, and what
+!> each motion is.
+module dda_model_description
+   use dda_kinds, only: wp
+   use dda_baseline, only: motion_curve_type
+   use dda_model, only: model_type
+   use dda_motion, only: motion_type
+   use dda_text, only: quoted, short_text
+   implicit none
+   private
+   public :: model_description
+
+   integer, parameter :: line_length = 400
+
+contains
+
+   !> A line on the elastic law, and one for each motion.
+   pure function model_description(model) result(lines)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=line_length), allocatable :: lines(:)
+      integer :: i
+
+      allocate (lines(1 + size(model%motions)))
+      lines(1) = 'analysis: '//merge('plane strain', 'plane stress', model%control%plane_strain)
+      if (.not. model%control%analysis_given) lines(1) = trim(lines(1))//' (the default)'
+      do i = 1, size(model%motions)
+         lines(i + 1) = motion_words(model%motions(i), any(model%control%base_motion == i))
+      end do
+   end function model_description
+
+   !> Peaks of a motion, what drift removal took, what is left at its end and how it goes on.
+   pure function motion_words(motion, as_body_force) result(words)
+      type(motion_type), intent(in) :: motion   !< of the model
+      logical, intent(in) :: as_body_force      !< its acceleration acts in the frame of the base
+      character(len=:), allocatable :: words
+
+      associate (curve => motion%curve)
+         words = 'motion '//quoted(trim(motion%name))//': PGA '// &
+            peak(curve%acceleration)//' m/s², PGV '//peak(curve%velocity)//' m/s, PGD '// &
+            peak(curve%displacement)//' m; '
+         if (any(curve%removed > 0.0_wp)) then
+            words = words//'drift removal took up to '//short_text(curve%removed(1))// &
+               ' m/s and '//short_text(curve%removed(2))//' m; '
+         else
+            words = words//'no drift removed; '
+         end if
+         words = words//'ends with '//short_text(left(curve))//' m/s at '// &
+            short_text(curve%displacement(size(curve%displacement)))//' m'//after(curve, &
+            as_body_force)
+         if (abs(curve%cut_velocity) > 0.0_wp) words = words//' (its last two samples move at '// &
+            short_text(curve%cut_velocity)//" m/s: after_end = 'continue' goes on with it)"
+      end associate
+   end function motion_words
+
+   !> How a motion goes on after its end.
+   pure function after(curve, as_body_force) result(words)
+      type(motion_curve_type), intent(in) :: curve  !< of the motion
+      logical, intent(in) :: as_body_force  !< its acceleration acts in the frame of the base
+      character(len=:), allocatable :: words
+
+      if (as_body_force) then
+         words = ', no body force after it'
+      else if (abs(curve%velocity_after) > 0.0_wp) then
+         words = ' and goes on with this velocity'
+      else if (abs(left(curve)) > 0.0_wp) then
+         words = ' and is stopped there within a step: an impact'
+      else
+         words = ' and is held there'
+      end if
+   end function after
+
+   !> Velocity at the last sample without what rounding leaves, m/s.
+   pure real(wp) function left(curve)
+      type(motion_curve_type), intent(in) :: curve  !< of a motion
+
+      left = curve%velocity(size(curve%velocity))
+      if (curve%ends_at_rest) left = 0.0_wp
+   end function left
+
+   !> Largest size of a series, in four digits.
+   pure function peak(series) result(text)
+      real(wp), intent(in) :: series(:)  !< [samples]
+      character(len=:), allocatable :: text
+
+      text = short_text(maxval(abs(series)))
+   end function peak
+
+end module dda_model_description
