@@ -7,7 +7,7 @@ module dda_driver
    use dda_diagnostics, only: audit_warning, state_warnings
    use dda_errors, only: error_type, error_check, error_interrupted, fail
    use dda_input, only: read_model_file
-   use dda_interrupts, only: stop_requested
+   use dda_interrupts, only: fail_if_stopped, stop_requested
    use dda_kinds, only: long
    use dda_messages, only: say, warn
    use dda_model, only: model_type
@@ -58,6 +58,8 @@ contains
 
       call read_model_file(model, arguments%file, error, arguments%changes)
       if (allocated(error)) return
+      call fail_if_stopped(error)
+      if (allocated(error)) return
       allocate (simulation, report)
       call add_notes(report, model_notes(model))
       call begin_simulation(simulation, model, error)
@@ -81,6 +83,8 @@ contains
       if (allocated(error)) return
       if (arguments%output /= '') model%output%file = arguments%output
       if (.not. arguments%check_first) call say_notes(model)
+      call fail_if_stopped(error)
+      if (allocated(error)) return
       allocate (run)
       if (arguments%command == 'resume') then
          call resume_run(run, model, error)

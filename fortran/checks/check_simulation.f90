@@ -2,6 +2,7 @@
 !> The checks of a started simulation, each a line of the report or two.
 module dda_check_simulation
    use dda_kinds, only: wp, long, pi
+   use dda_interrupts, only: fail_if_stopped
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type
    use dda_check_boundaries, only: check_boundaries
@@ -53,9 +54,15 @@ contains
       call check_contacts(linear, report)
       call check_start(simulation, report)
       call check_highest(stiff, report)
+      call fail_if_stopped(error)
+      if (allocated(error)) return
       call check_ringing(stiff, report)
       call check_impacts(simulation, linear, report)
+      call fail_if_stopped(error)
+      if (allocated(error)) return
       call check_modes(linear, report)
+      call fail_if_stopped(error)
+      if (allocated(error)) return
       if (report%has_modes) call at_frequency(linear, report%modes%frequency(1))
       call check_penalty(simulation, stiff%modulus, linear, report)
       call check_penalty_bounds(simulation, linear, report)
@@ -64,7 +71,10 @@ contains
       call check_material(simulation, linear, report)
       call check_lattice(simulation, report)
       call check_boundaries(simulation, linear, report)
+      call fail_if_stopped(error)
+      if (allocated(error)) return
       call check_cost(simulation, linear, report)
+      call fail_if_stopped(error)
    end subroutine check_simulation
 
    subroutine measure_blocks(blocks, report)

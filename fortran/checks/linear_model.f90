@@ -10,6 +10,7 @@
 !> the real part of theirs at a frequency, `unrelaxed` the largest that they reach.
 module dda_linear_model
    use dda_kinds, only: wp, pi
+   use dda_interrupts, only: fail_if_stopped
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_blocks, only: blocks_type, mass_matrix, shape_matrix
    use dda_damping, only: damping_type, is_damped, same_damping, modulus_factor
@@ -106,6 +107,8 @@ contains
                linear%equilibrium, unrest)
          end do
          if (.not. allocated(unrest)) call equilibrate(settled, linear%equilibrium, unrest)
+         call fail_if_stopped(error)
+         if (allocated(error)) return
          call build(linear, settled, .false.)
          call restore_run(linear, simulation)
       case default

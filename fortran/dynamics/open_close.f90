@@ -13,7 +13,7 @@ module dda_open_close
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_cycles, only: cycle_type, note_states, may_change
    use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
-   use dda_interrupts, only: stop_requested
+   use dda_interrupts, only: fail_if_stopped, stop_within_step
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type, renew, solve, solve_change
@@ -27,7 +27,7 @@ module dda_open_close
    implicit none
    private
    public :: open_close_type, close_contacts, solve_assumed, begin_iteration, counts_of, &
-      add_counts, iterate, evaluate, check_strength, take_states
+      add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up
 
    real(wp), parameter :: short_step = 0.5_wp        !< share left of a step that overshot
    real(wp), parameter :: very_short_step = 0.1_wp
@@ -153,10 +153,8 @@ contains
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
       if (.not. exactly) iteration%reduction = loose
       do i = 1, iteration%max_iterations
-         if (iteration%may_stop .and. stop_requested()) then
-            call fail(error, error_interrupted, 'interrupted')
-            return
-         end if
+         call fail_if_given_up(iteration%may_stop, error)
+         if (allocated(error)) return
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
@@ -184,6 +182,19 @@ contains
          if (iteration%changes > iteration%most_changes .and. i == 1) return
       end do
    end subroutine iterate
+
+   !> An error if the step is not to be finished.
+   subroutine fail_if_given_up(may_stop, error)
+      logical, intent(in) :: may_stop  !< the step can be begun anew
+      type(error_type), allocatable, intent(inout) :: error  !< allocated if so
+
+      if (may_stop) then
+         call fail_if_stopped(error)
+      else if (stop_within_step()) then
+         call fail(error, error_interrupted, 'interrupted within a step that took too long to '// &
+            'wait for its end; resume goes on from the last checkpoint')
+      end if
+   end subroutine fail_if_given_up
 
    !> Nothing has been iterated in this step.
    pure subroutine begin_iteration(iteration, contacts)

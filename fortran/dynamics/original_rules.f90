@@ -12,7 +12,7 @@ module dda_original_rules
    use dda_errors, only: error_type, error_convergence, fail
    use dda_friction, only: laws_type, law_type, law_of
    use dda_contact_evaluation, only: measure_contacts, assumed_normal, assumed_shear
-   use dda_open_close, only: open_close_type, solve_assumed
+   use dda_open_close, only: open_close_type, fail_if_given_up, solve_assumed
    use dda_linear_solver, only: solver_type
    implicit none
    private
@@ -43,6 +43,8 @@ contains
       iteration%changes = 0
       iteration%broken = 0
       do i = 1, most_iterations
+         call fail_if_given_up(iteration%may_stop, error)
+         if (allocated(error)) return
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return

@@ -17,12 +17,10 @@ module dda_static_relaxation
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
-   use dda_errors, only: error_type, error_convergence, error_interrupted, error_solver, &
-      fail
+   use dda_errors, only: error_type, error_convergence, error_solver, fail
    use dda_friction, only: laws_type
-   use dda_interrupts, only: stop_requested
    use dda_linear_solver, only: solver_type
-   use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
+   use dda_open_close, only: open_close_type, fail_if_given_up, add_counts, begin_iteration, check_strength, &
       counts_of, evaluate, iterate, solve_assumed, take_states
    use dda_ordered_sums, only: inner_product, parallel_from
    use dda_system, only: system_type
@@ -134,8 +132,7 @@ contains
       call evaluate(iteration, system%d, contacts, laws)
       call impose_springs(iteration, contacts, laws)
       do i = 1, most_iterations
-         if (iteration%may_stop .and. stop_requested()) &
-            call fail(error, error_interrupted, 'interrupted')
+         call fail_if_given_up(iteration%may_stop, error)
          if (allocated(error)) exit
          iteration%iterations = i
          iteration%reduction = accuracy

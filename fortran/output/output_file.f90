@@ -13,7 +13,7 @@ module dda_output_file
    use dda_boundary_motion, only: boundary_series
    use dda_energy, only: energy_terms
    use dda_errors, only: error_type, error_file, fail
-   use dda_file_system, only: rename_file, remove_file, same_file, is_folder, folder_of
+   use dda_file_system, only: rename_file, remove_file, same_file, is_folder, is_special, folder_of
    use dda_frame, only: most_columns, contact_columns
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       row_sample
@@ -401,7 +401,8 @@ contains
       type(dataset_type) :: dataset
 
       dataset%file = file
-      is_complete = nf90_open(file, nf90_nowrite, dataset%id) == nf90_noerr
+      is_complete = .not. is_special(file)
+      if (is_complete) is_complete = nf90_open(file, nf90_nowrite, dataset%id) == nf90_noerr
       if (.not. is_complete) return
       is_complete = text_of(dataset, 'complete') == 'yes' .and. text_of(dataset, 'changes') == '' &
          .and. text_of(dataset, 'input_text') == model%text &

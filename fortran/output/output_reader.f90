@@ -2,7 +2,8 @@
 !> Histories read from an output, complete or partial.
 module dda_output_reader
    use dda_kinds, only: wp
-   use dda_errors, only: error_type, error_input, fail
+   use dda_errors, only: error_type, error_file, error_input, fail
+   use dda_file_system, only: is_special
    use dda_netcdf_calls, only: dataset_type, checked
    use dda_text, only: quoted
    use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_inq_dimid, nf90_inq_varid, &
@@ -25,6 +26,10 @@ contains
       type(dataset_type) :: dataset
       integer :: unused
 
+      if (is_special(file)) then
+         call fail(error, error_file, file//' cannot be read: it is not a regular file')
+         return
+      end if
       dataset%file = file
       call checked(dataset, nf90_open(file, nf90_nowrite, dataset%id), 'open the file')
       if (.not. allocated(dataset%error)) then

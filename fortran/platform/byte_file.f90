@@ -7,6 +7,7 @@ module dda_byte_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
    use dda_errors, only: error_type, error_file, fail
+   use dda_file_system, only: is_special
    use dda_text, only: to_text
    implicit none
    private
@@ -124,6 +125,10 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       file%name = name
+      if (mode == to_read .and. is_special(name)) then
+         call fail(error, error_file, name//' cannot be read: it is not a regular file')
+         return
+      end if
       file%stream = c_fopen(name//c_null_char, mode//c_null_char)
       if (.not. c_associated(file%stream) .and. mode == to_overwrite) &
          file%stream = c_fopen(name//c_null_char, to_write//c_null_char)

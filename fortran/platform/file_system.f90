@@ -1,14 +1,41 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Operations on files that Fortran lacks: rename, exchange, remove, identity (C library).
 module dda_file_system
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int8_t, c_int16_t, c_int32_t, &
+      c_int64_t, c_null_char
+   use dda_kinds, only: long
    implicit none
    private
    public :: rename_file, exchange_files, remove_file, same_file, is_file, is_folder, folder_of
+   public :: file_status_type, status_of, status_of_descriptor, is_same, is_special
 
-   integer, parameter :: longest_path = 4096
    !> AT_FDCWD, RENAME_EXCHANGE
    integer(c_int), parameter :: working_folder = -100_c_int, exchange = 2_c_int
+   !> AT_SYMLINK_NOFOLLOW, AT_EMPTY_PATH; STATX_BASIC_STATS
+   integer(c_int), parameter :: not_through_links = 256_c_int, of_descriptor = 4096_c_int, &
+      basic = 2047_c_int
+   integer, parameter :: kinds = 61440, regular = 32768, link = 40960  !< S_IFMT, S_IFREG, S_IFLNK
+
+   !> What stands under a name.
+   type :: file_status_type
+      logical :: exists = .false.
+      logical :: regular = .false.  !< bytes on a disk: no folder, link, pipe or device
+      logical :: link = .false.     !< a symbolic one
+      integer(long) :: names = 0    !< hard links
+      integer(long) :: inode = 0, device(2) = 0
+   end type file_status_type
+
+   !> struct statx of Linux
+   type, bind(c) :: statx_type
+      integer(c_int32_t) :: mask, block_size
+      integer(c_int64_t) :: attributes
+      integer(c_int32_t) :: names, user, group
+      integer(c_int16_t) :: mode, unused
+      integer(c_int64_t) :: inode, size, blocks, attributes_mask
+      integer(c_int8_t) :: times(64)
+      integer(c_int32_t) :: special_device(2), device(2)
+      integer(c_int64_t) :: rest(14)
+   end type statx_type
 
    interface
       integer(c_int) function c_rename(from, to) bind(c, name='rename')
@@ -29,11 +56,12 @@ module dda_file_system
          character(kind=c_char), intent(in) :: path(*)  !< ending in NUL
       end function c_unlink
 
-      type(c_ptr) function c_realpath(path, resolved) bind(c, name='realpath')
-         import :: c_char, c_ptr
+      integer(c_int) function c_statx(folder, path, flags, mask, found) bind(c, name='statx')
+         import :: c_char, c_int, statx_type
+         integer(c_int), value :: folder, flags, mask  !< descriptor or AT_FDCWD; AT_…; STATX_…
          character(kind=c_char), intent(in) :: path(*)  !< ending in NUL
-         character(kind=c_char), intent(out) :: resolved(*)  !< [PATH_MAX]
-      end function c_realpath
+         type(statx_type), intent(out) :: found  !< filled if 0 is returned
+      end function c_statx
    end interface
 
 contains
@@ -62,28 +90,64 @@ contains
       unused = c_unlink(name//c_null_char)
    end subroutine remove_file
 
-   !> Whether two paths lead to the same existing file.
+   !> Whether two paths lead to the same existing file, by links of any kind.
    logical function same_file(first, second) result(same)
       character(len=*), intent(in) :: first, second  !< paths
-      character(len=longest_path) :: first_path, second_path
 
-      same = .false.
-      if (.not. resolve(first, first_path)) return
-      if (.not. resolve(second, second_path)) return
-      same = first_path == second_path
+      same = is_same(status_of(first, .true.), status_of(second, .true.))
    end function same_file
 
-   !> The name without links and dots; .false. if there is no such file.
-   logical function resolve(name, path) result(exists)
-      character(len=*), intent(in) :: name  !< path
-      character(len=longest_path), intent(out) :: path  !< absolute, without links
-      integer :: length
+   !> Whether two are the same existing file.
+   pure logical function is_same(first, second)
+      type(file_status_type), intent(in) :: first, second  !< of files
 
-      exists = c_associated(c_realpath(name//c_null_char, path))
-      if (.not. exists) return
-      length = index(path, c_null_char)
-      if (length > 0) path(length:) = ''
-   end function resolve
+      is_same = first%exists .and. second%exists .and. first%inode == second%inode .and. &
+         all(first%device == second%device)
+   end function is_same
+
+   !> What stands under a name; a symbolic link is what it is, unless it is to be followed.
+   type(file_status_type) function status_of(name, follow) result(status)
+      character(len=*), intent(in) :: name           !< path
+      logical, intent(in), optional :: follow        !< a link: what it leads to
+      integer(c_int) :: flags
+      type(statx_type) :: found
+
+      flags = not_through_links
+      if (present(follow)) flags = merge(0_c_int, flags, follow)
+      if (c_statx(working_folder, name//c_null_char, flags, basic, found) == 0) &
+         status = status_from(found)
+   end function status_of
+
+   !> What an open file is.
+   type(file_status_type) function status_of_descriptor(descriptor) result(status)
+      integer(c_int), intent(in) :: descriptor  !< of an open file
+      type(statx_type) :: found
+
+      if (c_statx(descriptor, c_null_char, of_descriptor, basic, found) == 0) &
+         status = status_from(found)
+   end function status_of_descriptor
+
+   !> The part of a structure of Linux that is asked for here.
+   pure type(file_status_type) function status_from(found) result(status)
+      type(statx_type), intent(in) :: found  !< filled
+
+      status%exists = .true.
+      status%regular = iand(int(found%mode), kinds) == regular
+      status%link = iand(int(found%mode), kinds) == link
+      status%names = found%names
+      status%inode = found%inode
+      status%device = found%device
+   end function status_from
+
+   !> Whether a name stands for a pipe, a device, a socket or a folder: opening or reading it might
+   !> never end.
+   logical function is_special(name)
+      character(len=*), intent(in) :: name  !< path, also of a link
+      type(file_status_type) :: found
+
+      found = status_of(name, follow=.true.)
+      is_special = found%exists .and. .not. found%regular
+   end function is_special
 
    !> Whether a file exists.
    logical function is_file(name)

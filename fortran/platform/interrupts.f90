@@ -1,17 +1,46 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ask the run to stop: Ctrl-C, SIGTERM, and SIGUSR1, which batch systems send before a time limit.
+!> Requests to stop: of signals that the executable watches, or of the program that the engine is
+!> part of.
+!>
+!> Long loops ask `stop_requested` and end with an error.  A step is let end, so that its checkpoint
+!> can be written, unless it takes longer than `patience`.  The engine itself watches no signals
+!> unless `watch_interrupts` is called.
 module dda_interrupts
    use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t
+   use dda_errors, only: error_type, error_interrupted, fail
+   use dda_kinds, only: wp, long
    implicit none
    private
-   public :: watch_interrupts, stop_requested
+   public :: watch_interrupts, ask_host, request_stop, stop_requested, stop_heard, stop_within_step, &
+      fail_if_stopped
 
    !> SIGINT, SIGUSR1, SIGTERM, SIGXFSZ of Linux
    integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, &
       file_size = 25_c_int
    integer(c_intptr_t), parameter :: ignored = 1_c_intptr_t   !< SIG_IGN
+   real(wp), parameter :: patience = 1.0_wp  !< s of the processor for a step to end
+   real(wp), parameter :: between = 0.05_wp  !< s between two questions to the host
 
-   integer(c_int), volatile :: last_signal = 0
+   !> What the thread that works has been told.
+   type :: request_type
+      integer(c_int) :: signal = 0      !< that this thread was asked to stop with; 0: none
+      logical :: host = .false.         !< the host wants it to stop
+      integer(long) :: asked = 0        !< clock count of the last question to the host
+      real(wp) :: since = -1.0_wp       !< processor time when a step first heard of it, s
+   end type request_type
+
+   integer(c_int), volatile :: last_signal = 0   !< that the process has received
+   type(request_type) :: request
+   !$omp threadprivate(request)
+   procedure(host_type), pointer :: host => null()
+
+   abstract interface
+      !> Whether the program that the engine is part of wants the thread that asks to stop; not 0:
+      !> yes.
+      integer(c_int) function host_type() bind(c)
+         import :: c_int
+      end function host_type
+   end interface
 
    interface
       !> C library: call a handler when a signal comes.
@@ -43,9 +72,64 @@ contains
       last_signal = number
    end subroutine note
 
-   !> One of the signals has come.
+   !> From here on the host is asked, too, now and then.
+   subroutine ask_host(question)
+      procedure(host_type) :: question  !< to the host
+
+      host => question
+   end subroutine ask_host
+
+   !> Ask this thread to stop; 0: no longer.
+   subroutine request_stop(number)
+      integer(c_int), intent(in) :: number  !< of the signal that asks for it
+
+      request%signal = number
+   end subroutine request_stop
+
+   !> A signal has come, or the host wants this thread to stop.
    logical function stop_requested()
-      stop_requested = last_signal /= 0
+      stop_requested = last_signal /= 0 .or. request%signal /= 0
+      if (stop_requested .or. .not. associated(host)) return
+      call hear_host
+      stop_requested = request%host .or. request%signal /= 0
    end function stop_requested
+
+   !> The same, as far as is known without asking the host again.
+   logical function stop_heard()
+      stop_heard = last_signal /= 0 .or. request%signal /= 0 .or. request%host
+   end function stop_heard
+
+   !> Ask the host, if the last question was some time ago or had a yes.
+   subroutine hear_host()
+      integer(long) :: now, rate
+
+      call system_clock(now, rate)
+      if (.not. request%host .and. abs(now - request%asked) < between*rate) return
+      request%asked = now
+      request%host = host() /= 0
+   end subroutine hear_host
+
+   !> A step that has begun is to be given up.  Batch systems send SIGUSR1 early: it can wait.
+   logical function stop_within_step() result(now)
+      real(wp) :: seconds
+
+      now = stop_requested()
+      if (.not. now) then
+         request%since = -1.0_wp
+         return
+      end if
+      now = .false.
+      if (max(last_signal, request%signal) == user) return
+      call cpu_time(seconds)
+      if (request%since < 0.0_wp) request%since = seconds
+      now = seconds - request%since >= patience
+   end function stop_within_step
+
+   !> An error if a stop is asked for.
+   subroutine fail_if_stopped(error)
+      type(error_type), allocatable, intent(inout) :: error  !< of what ends, which may be the cause
+
+      if (stop_requested()) call fail(error, error_interrupted, 'interrupted')
+   end subroutine fail_if_stopped
 
 end module dda_interrupts

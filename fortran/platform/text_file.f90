@@ -2,6 +2,7 @@
 !> A whole text file as one string.
 module dda_text_file
    use dda_errors, only: error_type, error_input, error_file, fail
+   use dda_file_system, only: is_special
    use dda_kinds, only: long
    use dda_text, only: to_text
    implicit none
@@ -26,6 +27,10 @@ contains
          call fail(error, error_input, short_path(file)//': there is no such file')
          return
       end if
+      if (is_special(file)) then
+         call fail(error, error_file, short_path(file)//' cannot be read: it is not a regular file')
+         return
+      end if
       open (newunit=unit, file=file, access='stream', form='unformatted', status='old', &
          action='read', iostat=status, iomsg=message)
       if (status == 0) then
@@ -35,7 +40,6 @@ contains
                'larger than '//to_text(largest)//' bytes: it is '//to_text(bytes)//' bytes long')
          else
             allocate (character(len=bytes) :: text)
-            ! A folder opens like a file with some compilers and fails only here.
             read (unit, iostat=status, iomsg=message) text
          end if
          close (unit)

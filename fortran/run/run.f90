@@ -12,6 +12,7 @@ module dda_run
    use dda_errors, only: error_type
    use dda_file_system, only: remove_file
    use dda_input, only: read_model
+   use dda_interrupts, only: stop_heard
    use dda_frame, only: append_frame
    use dda_journal, only: journal_type, open_journal, begin_row, append_numbers, row_sample, &
       journal_name
@@ -147,7 +148,8 @@ contains
       if (.not. allocated(error)) call publish(run, error)
    end subroutine begin_files
 
-   !> Take up to `steps` steps, recording on the way; stops early when the run is done.
+   !> Take up to `steps` steps, recording on the way; stops early when the run is done, or a stop is
+   !> asked for.
    subroutine continue_run(run, steps, error)
       type(run_type), intent(inout) :: run  !< with the files it writes
       integer(long), intent(in) :: steps  !< to take
@@ -169,13 +171,15 @@ contains
          if (.not. allocated(error)) call apply_stop_rule(run%simulation)
          run%sound = run%sound .and. .not. allocated(error)
          if (allocated(error)) return
-         if (.not. run%writes) cycle
-         if (between) then
+         if (.not. run%writes) then
+            if (stop_heard()) return
+            cycle
+         else if (between) then
             call record_stage(run, error)
          else
             call record_step(run, error)
          end if
-         if (allocated(error)) return
+         if (allocated(error) .or. stop_heard()) return
       end do
    end subroutine continue_run
 

@@ -1,44 +1,50 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock."""
+"""Two-dimensional discontinuous deformation analysis: site response, masonry, jointed rock.
 
-from .check import (
-    Modes,
-    Penalty,
-    Report,
-    check,
-    modes,
-    penalty_for_frequency,
-    penalty_for_shift,
-    transfer,
-)
-from .column import Column, HalfSpace, Layer
-from .engine import version
-from .errors import (
-    AuditWarning,
-    CheckError,
-    CheckpointError,
-    ConvergenceError,
-    InputError,
-    InterruptedRun,
-    OutOfMemory,
-    OutputError,
-    PeakWarning,
-    SiteddaError,
-    SolverError,
-)
-from .model import Model
-from .records import read_record
-from .scheme import (
-    scheme_damping,
-    scheme_frequency,
-    theta_for_damping,
-    time_step_for_damping,
-)
-from .simulation import Run, Simulation, resume, run
-from .spectra import Peak, amplification, find_peak, fourier_spectrum
+Everything is read when it is asked for: the program must hear a signal, and may lack memory, also
+while its libraries are read.
+"""
 
-__version__ = version()
-del version
+TYPE_CHECKING = False  # but for readers of types; the module typing takes its time
+
+if TYPE_CHECKING:
+    from .checking import (
+        Modes,
+        Penalty,
+        Report,
+        check,
+        modes,
+        penalty_for_frequency,
+        penalty_for_shift,
+        transfer,
+    )
+    from .column import Column, HalfSpace, Layer
+    from .errors import (
+        AuditWarning,
+        CheckError,
+        CheckpointError,
+        ConvergenceError,
+        InputError,
+        InterruptedRun,
+        OutOfMemory,
+        OutputError,
+        PeakWarning,
+        SiteddaError,
+        SolverError,
+    )
+    from .model import Model
+    from .output import open_output
+    from .pictures import draw
+    from .records import read_record
+    from .scheme import (
+        scheme_damping,
+        scheme_frequency,
+        theta_for_damping,
+        time_step_for_damping,
+    )
+    from .simulation import Run, Simulation, resume, run
+    from .spectra import Peak, amplification, find_peak, fourier_spectrum
+    from .stability import mechanism, safety
 
 __all__ = [
     "AuditWarning",
@@ -82,17 +88,29 @@ __all__ = [
     "time_step_for_damping",
     "transfer",
 ]
-# Read when asked for.
 _MODULES = (
     "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "site",
     "study",
 )  # fmt: skip
-# Of modules that are.
-_FUNCTIONS = {
-    "draw": "pictures",
-    "mechanism": "stability",
-    "open_output": "scene",
-    "safety": "stability",
+# The module of each name.
+_HOMES = {
+    name: module
+    for module, names in {
+        "checking": "Modes Penalty Report check modes penalty_for_frequency penalty_for_shift "
+        "transfer",
+        "column": "Column HalfSpace Layer",
+        "errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
+        "InterruptedRun OutOfMemory OutputError PeakWarning SiteddaError SolverError",
+        "model": "Model",
+        "pictures": "draw",
+        "records": "read_record",
+        "output": "open_output",
+        "scheme": "scheme_damping scheme_frequency theta_for_damping time_step_for_damping",
+        "simulation": "Run Simulation resume run",
+        "spectra": "Peak amplification find_peak fourier_spectrum",
+        "stability": "mechanism safety",
+    }.items()
+    for name in names.split()
 }
 
 
@@ -102,11 +120,16 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str):
-    """The modules that need scipy or matplotlib, and functions of them."""
+    """What is asked for, from its module."""
     from importlib import import_module
 
     if name in _MODULES:
         return import_module(f".{name}", __name__)
-    if name in _FUNCTIONS:
-        return getattr(import_module(f".{_FUNCTIONS[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name in _HOMES:
+        value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    elif name == "__version__":
+        value = import_module(".engine", __name__).version()
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value

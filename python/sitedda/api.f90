@@ -4,7 +4,7 @@
 !> Every routine returns a status, 0 or the kind of an error, and a message.  Python holds the
 !> handle and frees it; a handle that is not open is an error, never a crash.
 module api
-   use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_int
+   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_double_complex, c_int, c_ptr
    use dda_advice, only: penalty_type, penalty_for_frequency, penalty_for_shift
    use dda_check_report, only: report_type, report_text, add_notes
    use dda_check_simulation, only: check_simulation
@@ -17,6 +17,7 @@ module api
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
    use dda_input_boundaries, only: boundary_kinds
+   use dda_interrupts, only: ask_host, fail_if_stopped, request_stop
    use dda_input_catalogue, only: variable_type, input_groups, all_variables, range_of, &
       built_groups
    use dda_input_joint, only: reduced_strengths
@@ -57,6 +58,7 @@ module api
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
    public :: spectrum_of, amplification_of, peak_of, oscillator_peaks_of
+   public :: hear_python, stop_engine
    public :: engine_version, engine_commit, engine_names, input_catalogue, reduced_joint
 
    integer, parameter :: most_runs = 65536
@@ -71,7 +73,54 @@ module api
 
    type(slot_type) :: slots(most_runs)
 
+   interface
+      !> Python: take the lock of the interpreter, which this thread may or may not hold; its state.
+      integer(c_int) function take_lock() bind(c, name='PyGILState_Ensure')
+         import :: c_int
+      end function take_lock
+
+      !> Python: give the lock back.
+      subroutine give_lock(state) bind(c, name='PyGILState_Release')
+         import :: c_int
+         integer(c_int), value :: state  !< from `take_lock`
+      end subroutine give_lock
+
+      !> Python: the exception that waits to be raised in this thread, or null.
+      type(c_ptr) function exception() bind(c, name='PyErr_Occurred')
+         import :: c_ptr
+      end function exception
+
+      !> Python: call the handlers of signals that have come; not 0 if one raises an exception.
+      integer(c_int) function call_handlers() bind(c, name='PyErr_CheckSignals')
+         import :: c_int
+      end function call_handlers
+   end interface
+
 contains
+
+   !> From here on a signal whose handler in Python raises an exception, as Ctrl-C does, ends what
+   !> the engine is at; the exception is raised when the call returns.
+   subroutine hear_python()
+      call ask_host(has_exception)
+   end subroutine hear_python
+
+   !> Whether a handler of a signal has raised an exception: 1 yes.
+   integer(c_int) function has_exception() bind(c)
+      integer(c_int) :: state
+
+      state = take_lock()
+      has_exception = 1
+      if (.not. c_associated(exception())) has_exception = merge(1_c_int, 0_c_int, &
+         call_handlers() /= 0)
+      call give_lock(state)
+   end function has_exception
+
+   !> Ask the engine to stop in this thread, for a signal; 0: no longer.
+   subroutine stop_engine(number)
+      integer(c_int), intent(in) :: number  !< of the signal
+
+      call request_stop(number)
+   end subroutine stop_engine
 
    !> The open run of a handle; an error otherwise.
    subroutine find_run(handle, run, error)
@@ -116,6 +165,7 @@ contains
 
       handle = 0
       call read_model(model, file, text, error)
+      if (.not. allocated(error)) call fail_if_stopped(error)
       if (.not. allocated(error)) then
          if (output /= '') model%output%file = trim(output)
          handle = findloc([(associated(slots(handle)%run), handle=1, most_runs)], .false., 1)
@@ -755,6 +805,8 @@ contains
          axis, maxval(frequency), error)
       if (.not. allocated(error)) then
          do i = 1, n
+            call fail_if_stopped(error)
+            if (allocated(error)) exit
             if (damped == 1) then
                values(i) = transfer_at(transfer, frequency(i))
             else

@@ -1,16 +1,98 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of numbers that functions are given; the messages name the argument and its value."""
+"""Checks of numbers that functions and commands are given; messages name the argument and value."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-__all__ = ["first_of", "not_negative", "positive"]
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Range", "file_name", "first_of", "not_negative", "picture_name", "positive"]
 
 
-def positive(name: str, value: ArrayLike) -> NDArray[np.float64]:
+@dataclass(frozen=True)
+class Range:
+    """The values that a number may have.
+
+    Attributes
+    ----------
+    low, high : float
+        Bounds, which are finite.
+    above : bool
+        The lower bound itself is too small.
+    whole : bool
+        Whole numbers alone.
+    """
+
+    low: float
+    high: float
+    above: bool = False
+    whole: bool = False
+
+    def check(self, name: str, value) -> float | int:
+        """The value as a number; InputError if it is none, or beyond the bounds."""
+        try:
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):
+            number = float("nan")
+        good = self.low < number if self.above else self.low <= number
+        if not good or not number <= self.high or (self.whole and number != int(number)):
+            raise InputError(f"{name} = {value} must be {self}")
+        return int(number) if self.whole else number
+
+    def __str__(self) -> str:
+        """The range in words."""
+        what = "a whole number" if self.whole else "a number"
+        least = f"above {self.low:g}" if self.above else f"from {self.low:g}"
+        return f"{what} {least} to {self.high:g}"
+
+    def __call__(self, text: str) -> float | int:
+        """The value of an option, as `argparse` wants it."""
+        try:
+            return self.check("it", text)
+        except InputError:
+            raise argparse.ArgumentTypeError(f"{text!r} is not {self}") from None
+
+
+LARGEST = 1e9
+ANY = Range(-LARGEST, LARGEST)
+POSITIVE = Range(0.0, LARGEST, above=True)
+NOT_NEGATIVE = Range(0.0, LARGEST)
+DOTS_PER_INCH = Range(1.0, 1200.0)
+PICTURES_A_SECOND = Range(0.0, 1000.0, above=True)
+SECONDS = Range(0.0, 1e6, above=True)
+DAMPING_RATIO = Range(0.0, 1.0)
+TOLERANCE = Range(1e-12, 1.0)  # of a number that is searched for: numbers have 16 digits
+WORKERS = Range(1, 4096, whole=True)
+COUNT = Range(1, 2**31 - 1, whole=True)
+
+
+def file_name(text: str) -> Path:
+    """The name of a file as an option; it is not empty."""
+    if not text:
+        raise argparse.ArgumentTypeError("a file name is needed")
+    return Path(text)
+
+
+def picture_name(text: str) -> Path:
+    """The name of a picture as an option, whose ending says a format that can be written."""
+    name = file_name(text)
+    known = ("png", "pdf", "svg", "svgz", "jpg", "jpeg", "tif", "tiff", "webp", "eps", "ps")
+    if name.suffix[1:].lower() not in known:
+        raise argparse.ArgumentTypeError(f"{text!r} must end in one of .{', .'.join(known)}")
+    return name
+
+
+def positive(name: str, value: ArrayLike) -> NDArray:
     """Values as an array of floats; ValueError unless all are finite and positive."""
+    import numpy as np
+
     values = np.asarray(value, dtype=float)
     good = np.isfinite(values) & (values > 0)
     if not np.all(good):
@@ -18,8 +100,10 @@ def positive(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return values
 
 
-def not_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
+def not_negative(name: str, value: ArrayLike) -> NDArray:
     """Values as an array of floats; ValueError unless all are finite and not negative."""
+    import numpy as np
+
     values = np.asarray(value, dtype=float)
     good = np.isfinite(values) & (values >= 0)
     if not np.all(good):
@@ -29,4 +113,6 @@ def not_negative(name: str, value: ArrayLike) -> NDArray[np.float64]:
 
 def first_of(values: NDArray, chosen: NDArray) -> float:
     """The first of the chosen values, for a message."""
+    import numpy as np
+
     return np.atleast_1d(values)[np.atleast_1d(chosen)][0]

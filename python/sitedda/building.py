@@ -77,7 +77,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
         _check_names(names, values, place)
     built, parts = Built(), {name: [] for name in CUT}
     pieces: list[dict] = []
-    place = first = ""
+    first, places = "", {}
     for name, values, place in groups:
         try:
             if name == "polygons":
@@ -85,7 +85,9 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
             elif name in MASONRY:
                 pieces += [_block(vars(stone)) for stone in MASONRY[name](**values).blocks()]
             else:
-                parts[name] += _parts(name, values, folder)
+                made = _parts(name, values, folder)
+                parts[name] += made
+                places |= {id(part): place for part in made}
                 first = first or place
         except InputError as error:
             raise _placed(place, error) from None
@@ -95,7 +97,8 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
         try:
             _add_cut(built, parts, next(iter(names["joint"]), ""))
         except InputError as error:
-            raise _placed(first, error) from None
+            place = places.get(id(getattr(error, "cause", None)), first)
+            raise _placed(place, error) from None
     built.blocks += pieces
     return built
 

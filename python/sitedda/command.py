@@ -6,23 +6,22 @@ from __future__ import annotations
 import argparse
 import json
 import shlex
-import signal
 import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import NoReturn
 
 from . import __version__
+from .arguments import POSITIVE, TOLERANCE, file_name, picture_name
 from .changes import Typed
-from .check import check, transfer
+from .checking import check, transfer
 from .errors import CheckError, OutputError, SiteddaError
 from .examples import add_example_command
 from .record_command import add_record_command
 from .simulation import Run, Simulation, _run
 from .site_command import add_site_command
+from .stop import SIGNALS
 from .viewing import add_viewing_commands
-
-_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -74,7 +73,7 @@ def _parser() -> argparse.ArgumentParser:
     resuming = commands.add_parser("resume", help="go on with a run that ended early")
     for command, act in ((running, _start), (resuming, _resume)):
         command.add_argument("file", type=Path, metavar="FILE.nml")
-        command.add_argument("-o", "--output", type=_file_name, help="in place of the input's")
+        command.add_argument("-o", "--output", type=file_name, help="in place of the input's")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
         command.add_argument("--no-plot", action="store_true", help="draw no pictures")
         command.add_argument("--report", action="store_true", help="write a report in one page")
@@ -92,7 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     checking.set_defaults(act=_check)
     building = commands.add_parser("build", help="turn joints and masonry of an input into blocks")
     building.add_argument("file", type=Path, metavar="FILE.nml")
-    building.add_argument("-o", "--output", type=_file_name, help="(beside it, FILE_blocks.nml)")
+    building.add_argument("-o", "--output", type=file_name, help="(beside it, FILE_blocks.nml)")
     building.add_argument(
         "--block-file",
         action=argparse.BooleanOptionalAction,
@@ -101,12 +100,14 @@ def _parser() -> argparse.ArgumentParser:
     building.set_defaults(act=_build)
     saving = commands.add_parser("safety", help="find the factor of safety by strength reduction")
     saving.add_argument("file", type=Path, metavar="FILE.nml")
-    saving.add_argument("--factor", type=float, help="look at one factor, not for the critical one")
-    saving.add_argument("--tolerance", type=float, default=1e-3, help="of the factor (1e-3)")
-    saving.add_argument("--displacement", type=float, default=0.05, metavar="SHARE",
+    saving.add_argument(
+        "--factor", type=POSITIVE, help="look at one factor, not for the critical one"
+    )
+    saving.add_argument("--tolerance", type=TOLERANCE, default=1e-3, help="of the factor (1e-3)")
+    saving.add_argument("--displacement", type=POSITIVE, default=0.05, metavar="SHARE",
         help="largest at rest, of the median radius of the blocks (0.05)")  # fmt: skip
     saving.add_argument("--json", action="store_true", help="print plain values as JSON")
-    saving.add_argument("-o", "--output", type=_file_name, help="(FILE_mechanism.png)")
+    saving.add_argument("-o", "--output", type=picture_name, help="(FILE_mechanism.png)")
     saving.set_defaults(act=_safety)
     for command in (running, resuming, checking, saving):
         command.add_argument(
@@ -119,12 +120,6 @@ def _parser() -> argparse.ArgumentParser:
             "material.clay.density=1900, joint[bed].friction_angle=30, joint[*].cohesion=0",
         )
     return parser
-
-
-def _file_name(text: str) -> Path:
-    if not text:
-        raise argparse.ArgumentTypeError("a file name is needed")
-    return Path(text)
 
 
 def _assignment(text: str):
@@ -221,7 +216,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             bars[0].update(simulation.time - bars[0].n)
             said[:] = [simulation.thread_notes]
 
-        result = _run(options.file, options.output or True, show, changes, resume, _STOPS)
+        result = _run(options.file, options.output or True, show, changes, resume, SIGNALS)
     print(result.summary)
     _tell(said[0])
     print(f"output: {result.output}")
@@ -270,7 +265,3 @@ def _report(result: Run, source: Path, changes: dict, draw: bool) -> None:
     picture = result.output.with_suffix(".png")
     run_picture(result.history, found, discrete).savefig(picture, dpi=130)
     print(f"picture: {picture}")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -27,6 +27,8 @@ __all__ = [
     "version",
 ]
 
+api.hear_python()  # Ctrl-C ends long calls with KeyboardInterrupt
+
 FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
 
 

@@ -81,3 +81,9 @@ class OutOfMemory(SiteddaError, MemoryError):
     """There is not enough memory for the model or its factor."""
 
     kind = 7
+
+
+class MissingLibrary(SiteddaError, ImportError):
+    """A library that only some functions need is not installed."""
+
+    kind = 1

@@ -429,7 +429,7 @@ class Model:
 
     def check(self, **changes):
         """Check the model before a run, see `sitedda.check`."""
-        from .check import check
+        from .checking import check
 
         return check(self, **changes)
 

@@ -15,7 +15,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 from tqdm import tqdm
 
-from .errors import InputError, OutputError
+from .arguments import ANY, PICTURES_A_SECOND, SECONDS
+from .errors import InputError, MissingLibrary, OutputError
 from .pictures import BlockPicture
 from .scene import Scene
 
@@ -53,11 +54,15 @@ def write_movie(
 
     Raises
     ------
+    ValueError
+        If a number is not in its range.
     InputError
         If there is no second frame, or the ending of the file is another.
     OutputError
         If there is no ffmpeg, or it fails.
     """
+    fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
+    ANY.check("deformation", deformation)
     scene = source if isinstance(source, Scene) else Scene.of(source)
     file = Path(file)
     if scene.frames < 2:
@@ -161,7 +166,7 @@ def ffmpeg() -> str:
     try:
         return importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
     except (ImportError, RuntimeError) as trouble:
-        raise OutputError(
+        raise MissingLibrary(
             "an MP4 needs ffmpeg: install the system's, or pip install 'sitedda[movie]'; "
             "a .gif needs nothing more"
         ) from trouble
@@ -178,6 +183,7 @@ def animate(source, fps: float = 25.0, seconds: float = 10.0, **look):
     **look
         color, contacts, deformation, see `pictures.draw`.
     """
+    fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
     scene = source if isinstance(source, Scene) else Scene.of(source)
     frames = chosen_frames(scene, round(fps * seconds))
     shown = BlockPicture(scene, **look, frames=frames)

@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
+from .arguments import ANY
 from .boundary_marks import draw_boundaries
 from .scene import Scene, principal_stresses
 
@@ -108,7 +109,7 @@ def draw(
     Raises
     ------
     ValueError
-        If `color` or `contacts` is not one of the above.
+        If `color` or `contacts` is not one of the above, or `deformation` no number.
     InputError
         If there is no such stage.
     """
@@ -135,7 +136,8 @@ class BlockPicture:
     def __init__(
         self, scene, color=None, contacts=None, deformation=1.0, axes=None, legend=True, frames=()
     ):
-        self.scene, self.deformation, self.legend = scene, deformation, legend
+        self.scene, self.legend = scene, legend
+        self.deformation = ANY.check("deformation", deformation)
         self.color = color or ("material" if scene.before else "displacement")
         self.contacts = contacts
         if self.color not in COLORINGS:

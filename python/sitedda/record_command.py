@@ -7,6 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from .arguments import NOT_NEGATIVE, picture_name
 from .engine import input_catalogue
 from .errors import InputError, OutputError
 from .records import read_record
@@ -34,9 +35,13 @@ def add_record_command(commands) -> None:
         "--unit", default="", help=f"{allowed['unit']}, where the file does not say"
     )
     parser.add_argument(
-        "--time-step", type=float, default=0.0, metavar="S", help="between samples of one column"
+        "--time-step",
+        type=NOT_NEGATIVE,
+        default=0.0,
+        metavar="S",
+        help="between samples of one column",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE", help="(RECORD.png)")
+    parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE", help="(RECORD.png)")
     parser.add_argument("-f", "--force", action="store_true", help="overwrite the picture unasked")
     parser.set_defaults(act=_record)
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .engine import api, checked
+from .errors import InputError, MissingLibrary
+from .reading import check_readable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,9 +100,10 @@ def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> 
     try:
         import obspy
     except ImportError as trouble:
-        raise ImportError("format 'obspy' needs the library: pip install obspy") from trouble
+        raise MissingLibrary("format 'obspy' needs the library: pip install obspy") from trouble
+    check_readable(file)
     if not quantity or not unit:
-        raise ValueError("format 'obspy' needs quantity and unit, which such files do not state")
+        raise InputError("format 'obspy' needs quantity and unit, which such files do not state")
     trace = obspy.read(str(file))[channel - 1]
     with tempfile.TemporaryDirectory() as folder:
         plain = Path(folder) / "trace.txt"

@@ -12,8 +12,10 @@ import numpy as np
 import xarray as xr
 
 from .engine import FILES
-from .errors import InputError, OutputError
+from .errors import InputError
 from .namelist_groups import listed, small_groups
+from .output import open_output, read
+from .reading import check_readable
 from .simulation import Run, Simulation
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
@@ -84,8 +86,6 @@ class Scene:
             return cls._of_simulation(source)
         if isinstance(source, str | os.PathLike):
             source = Path(source)
-            if not source.exists():
-                raise InputError(f"{source}: there is no such file")
             if _is_netcdf(source):
                 return cls.of(open_output(source))
         with Simulation(source) as simulation:
@@ -148,8 +148,7 @@ class Scene:
         return int(among[-1] if time is None else among[np.argmin(abs(self.time[among] - time))])
 
     def _read(self, name: str, frame: int) -> np.ndarray:
-        with FILES:
-            return self.data[name][frame].values
+        return read(self.data, name, frame)
 
     def vertices(self, frame: int) -> np.ndarray:
         """Places of all vertices, shape (vertices, 2), m."""
@@ -181,16 +180,14 @@ class Scene:
 
     @cached_property
     def _contact_starts(self) -> np.ndarray:
-        with FILES:
-            frame = self.data["contact_frame"].values
+        frame = read(self.data, "contact_frame")
         return np.searchsorted(frame, np.arange(self.frames + 1))
 
     def contacts(self, frame: int) -> dict[str, np.ndarray]:
         """Contacts of a frame: vertex, edge, state, bonded, gap, normal_force, shear_force."""
         names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
         which = slice(*self._contact_starts[frame : frame + 2])
-        with FILES:
-            return {name: self.data[f"contact_{name}"][which].values for name in names}
+        return {name: read(self.data, f"contact_{name}", which) for name in names}
 
     # --- geometry ----------------------------------------------------------------------------
 
@@ -471,28 +468,6 @@ class Scene:
         ]
 
 
-def open_output(file) -> xr.Dataset:
-    """An output file as a dataset; its frames are read when they are asked for.
-
-    It has coordinates to select by:
-    ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``.
-
-    Raises
-    ------
-    OutputError
-        If it is not an output of a run.
-    """
-    try:
-        with FILES:
-            data = xr.open_dataset(file, engine="netcdf4", cache=False)
-    except (OSError, ValueError) as trouble:
-        raise OutputError(f"{file} cannot be read as an output: {trouble}") from trouble
-    lacking = [n for n in ("vertices", "vertex_block", "block_coordinates") if n not in data]
-    if lacking:
-        raise OutputError(f"{file} is not an output of a run: it holds no {lacking[0]}")
-    return data
-
-
 def principal_stresses(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Larger and smaller principal stress of (…, 3) stresses, Pa, tension positive."""
     mean = 0.5 * (stress[..., 0] + stress[..., 1])
@@ -501,6 +476,7 @@ def principal_stresses(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _is_netcdf(file: Path) -> bool:
+    check_readable(file)
     with file.open("rb") as stream:
         head = stream.read(8)
     return head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF"))

@@ -19,18 +19,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .arguments import Range
 from .building import built_text, opened_input
 from .changes import BETWEEN_STEPS, changed_input, in_words
 from .engine import FILES, api, checked, engine_names
-from .errors import AuditWarning, InputError, OutputError, PeakWarning
+from .errors import AuditWarning, InputError, PeakWarning
 from .groups import checked as checked_value
 from .groups import group_text
+from .reading import read_bounded
 from .stop import Stop
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _PIECE = 2048  # bytes of a text that the engine gives at once
+_LARGEST = 2**30  # bytes of an input, as in the engine
 _CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
 
 
@@ -138,11 +141,14 @@ class Simulation:
 
         Raises
         ------
+        ValueError
+            If `steps` is negative.
         ConvergenceError
             If a step does not close; the message names step, contact and blocks.
         """
+        steps = Range(0, 2**31 - 1, whole=True).check("steps", index(steps))
         with self._one, self._writing():
-            done = self._ask("advance_run", index(steps))
+            done = self._ask("advance_run", steps)
         self.done = bool(done)
         return self.done
 
@@ -485,12 +491,7 @@ class Simulation:
 
 def _read_input(file: Path) -> str:
     """The text of an input file; errors in the words of the native executable."""
-    try:
-        data = file.read_bytes()
-    except FileNotFoundError as trouble:
-        raise InputError(f"{file}: there is no such file") from trouble
-    except OSError as trouble:
-        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+    data = read_bounded(file, _LARGEST)
     if b"\0" in data:
         raise InputError(f"{file} is not a text file: byte {data.index(0) + 1} is zero")
     return data.decode("utf-8", "surrogateescape")
@@ -626,11 +627,14 @@ def resume(
 
 
 def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)) -> Run:
-    import xarray as xr
+    from .output import load
 
-    with tempfile.TemporaryDirectory() as folder, Stop(signals) as stop:
+    with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "history.nc" if output is None else output
-        with Simulation(file, output=target, resume=resume, changes=changes) as simulation:
+        with (
+            Simulation(file, output=target, resume=resume, changes=changes) as simulation,
+            Stop(signals) as stop,
+        ):
             complete = run_to_end(simulation, progress, stop)
             where = simulation.finish()
             if simulation.warning:
@@ -639,8 +643,7 @@ def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)
                 warnings.warn(words, PeakWarning, stacklevel=3)
         if not complete:
             where = where.with_name(where.name + ".partial")
-        with FILES, xr.open_dataset(where, engine="netcdf4") as dataset:
-            history = dataset.load()
+        history = load(where)
     summary = history.attrs["step_control"]
     return Run(history, complete, None if output is None else where, summary)
 

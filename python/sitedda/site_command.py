@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from .arguments import DAMPING_RATIO, POSITIVE, picture_name
 from .errors import InputError
 
 
@@ -13,22 +14,26 @@ def add_site_command(commands) -> None:
     """Add the sub-commands to those of the command line."""
     parser = commands.add_parser("site", help="a layered site as blocks and as a 1-D column")
     parser.add_argument("file", type=Path, metavar="FILE", help="output, or namelist input to run")
-    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE", help="file to write")
+    parser.add_argument(
+        "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
+    )
     parser.add_argument("--surface", help="measured point (that of &amplification)")
     parser.add_argument("--base", help="measured point (that of &amplification)")
     parser.add_argument(
         "--damping",
-        type=float,
+        type=DAMPING_RATIO,
         metavar="RATIO",
         help="of the column's layers, 0.05 is 5 %% (that of the run's time integration)",
     )
     parser.set_defaults(act=_site)
     parser = commands.add_parser("surface", help="amplification along the surface of an output")
     parser.add_argument("file", type=Path, metavar="FILE.nc")
-    parser.add_argument("-o", "--output", type=Path, metavar="PICTURE", help="file to write")
+    parser.add_argument(
+        "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
+    )
     parser.add_argument("--axis", choices=("x", "y"), default="x", help="of the motion (x)")
-    parser.add_argument("--lowest", type=float, default=0.5, metavar="HZ", help="(0.5)")
-    parser.add_argument("--highest", type=float, default=15.0, metavar="HZ", help="(15)")
+    parser.add_argument("--lowest", type=POSITIVE, default=0.5, metavar="HZ", help="(0.5)")
+    parser.add_argument("--highest", type=POSITIVE, default=15.0, metavar="HZ", help="(15)")
     parser.set_defaults(act=_surface)
 
 

@@ -6,22 +6,35 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from .arguments import (
+    ANY,
+    DOTS_PER_INCH,
+    PICTURES_A_SECOND,
+    SECONDS,
+    file_name,
+    picture_name,
+)
+
 COLORINGS = ("material", "displacement", "velocity", "rotation", "stress")
 
 
 def add_viewing_commands(commands) -> None:
     """Add the sub-commands to those of the command line."""
-    drawing = _add(commands, "draw", _draw, "draw the blocks of an input or an output", "PICTURE")
-    drawing.add_argument("-t", "--time", type=float, metavar="S", help="of the frame (the last)")
+    drawing = _add(
+        commands, "draw", _draw, "draw the blocks of an input or an output", "PICTURE", picture_name
+    )
+    drawing.add_argument("-t", "--time", type=ANY, metavar="S", help="of the frame (the last)")
     drawing.add_argument("--stage", metavar="NAME", help="that the frame is one of")
-    drawing.add_argument("--dpi", type=float, default=150.0, help="dots per inch (150)")
+    drawing.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
     _add_look(drawing)
     showing = _add(commands, "view", _view, "blocks to play with, in one HTML file", "PAGE")
     showing.add_argument("--color", choices=COLORINGS, help="what blocks are coloured by at first")
     showing.add_argument("--no-open", action="store_true", help="do not open a browser")
     moving = _add(commands, "movie", _movie, "film the blocks of an output", "MOVIE")
-    moving.add_argument("--fps", type=float, default=25.0, help="pictures a second (25)")
-    moving.add_argument("--seconds", type=float, default=10.0, help="that the movie lasts (10)")
+    moving.add_argument(
+        "--fps", type=PICTURES_A_SECOND, default=25.0, help="pictures a second (25)"
+    )
+    moving.add_argument("--seconds", type=SECONDS, default=10.0, help="that the movie lasts (10)")
     moving.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     _add_look(moving)
     writing = commands.add_parser("export", help="write an output for other programs")
@@ -32,10 +45,12 @@ def add_viewing_commands(commands) -> None:
     reporting.add_argument("--open", action="store_true", help="open it in a browser")
 
 
-def _add(commands, name: str, act, words: str, target: str) -> argparse.ArgumentParser:
+def _add(
+    commands, name: str, act, words: str, target: str, kind=file_name
+) -> argparse.ArgumentParser:
     parser = commands.add_parser(name, help=words)
     parser.add_argument("file", type=Path, metavar="FILE", help="output, or namelist input")
-    parser.add_argument("-o", "--output", type=Path, metavar=target, help="file to write")
+    parser.add_argument("-o", "--output", type=kind, metavar=target, help="file to write")
     parser.set_defaults(act=act)
     return parser
 
@@ -51,7 +66,7 @@ def _add_look(parser: argparse.ArgumentParser) -> None:
         "--contacts", choices=("force", "slip", "open"), help="draw forces, slip or opening"
     )
     parser.add_argument(
-        "--deformation", type=float, default=1.0, metavar="FACTOR", help="on displacements (1)"
+        "--deformation", type=ANY, default=1.0, metavar="FACTOR", help="on displacements (1)"
     )
 
 

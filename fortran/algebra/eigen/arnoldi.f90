@@ -7,6 +7,7 @@ module dda_arnoldi
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_solver, fail
    use dda_arpack, only: dsaupd, dseupd
+   use dda_interrupts, only: fail_if_stopped
    use dda_text, only: to_text
    implicit none
    private
@@ -104,6 +105,8 @@ contains
             iteration%resid, iteration%basis, iteration%v, iteration%n, iteration%iparam, &
             iteration%ipntr, iteration%workd, iteration%workl, size(iteration%workl), info)
          if (abs(ido) /= 1) exit
+         call fail_if_stopped(error)
+         if (allocated(error)) return
          from = iteration%ipntr(1)
          to = iteration%ipntr(2)
          call operator%apply(iteration%workd(from:from + iteration%n - 1), &

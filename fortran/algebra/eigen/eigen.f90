@@ -12,6 +12,7 @@ module dda_eigen
    use dda_deflation, only: deflation_type, null_space_type, prepare_deflation, project_out, &
       keep_vector
    use dda_dense_eigen, only: symmetric_eigen
+   use dda_interrupts, only: fail_if_stopped
    use dda_errors, only: error_type, error_solver, fail
    use dda_mass_factor, only: mass_factor_type, factor_mass, scale_matrix, apply_factor, &
       multiply_transposed
@@ -149,6 +150,8 @@ contains
       size_all = 6*stiffness%n
       allocate (a(size_all, size_all), unit(size_all))
       do i = 1, size_all
+         call fail_if_stopped(error)
+         if (allocated(error)) return
          unit = 0.0_wp
          unit(i) = 1.0_wp
          call project_out(deflation, unit)

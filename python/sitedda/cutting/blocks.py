@@ -40,6 +40,7 @@ from .rings import Rings
 from .small_blocks import Sliver, slivers
 
 _ROUNDING = 1e-9  # of the size of the regions
+_BITS = 8  # last bits that places far from (0, 0) may be off
 _SLIVER_AREA = 1e-3  # of the mean area of the blocks
 _SLIVER_EDGE = 1e-3  # of its root
 _BYTES = 4000  # of memory that a block takes while it is cut
@@ -161,7 +162,9 @@ class _Cut:
         corners = np.concatenate([region.outline for region in regions])
         self.centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         self.size = float((corners.max(axis=0) - corners.min(axis=0)).max())
-        self.tolerance = settings.tolerance or _ROUNDING * self.size
+        # Far from (0, 0) coordinates are rounded more coarsely than the size asks for.
+        self.rounding = _BITS * float(np.spacing(abs(corners).max()))
+        self.tolerance = settings.tolerance or max(_ROUNDING * self.size, self.rounding)
         self.messages: list[str] = []
         self.outlines = [self._local(region.outline) for region in regions]
         self._check_overlap()
@@ -210,8 +213,7 @@ class _Cut:
         ranks = {JointLine: 2, JointSet: 4, Voronoi: 5}
         cutters = [(ranks[type(joint)], joint) for joint in joints]
         for rank, cutter in [*cutters, *((3, surface) for surface in surfaces)]:
-            segments = cutter.segments(self.centre, reach) - self.centre
-            rows.append((rank, cutter.joint, self._clipped(segments, cutter), False))
+            rows.append((rank, cutter.joint, self._segments(cutter, reach), False))
         for region, polygon in zip(self.regions, self.outlines, strict=True):
             rows.append((6, region.joint, _ring(polygon), True))
         keys = sorted({row[:2] for row in rows})
@@ -221,6 +223,20 @@ class _Cut:
         self.labels = np.repeat([keys.index(row[:2]) for row in rows], counts)
         self.outline = np.repeat([row[3] for row in rows], counts)
         self._check_amount()
+
+    def _segments(self, cutter, reach: float) -> np.ndarray:
+        """The parts of a joint or a surface within what it cuts; an error says which one it is."""
+        try:
+            more = {"corner": self._corner(cutter)} if isinstance(cutter, JointSet) else {}
+            return self._clipped(cutter.segments(self.centre, reach, **more) - self.centre, cutter)
+        except InputError as error:
+            error.cause = cutter
+            raise
+
+    def _corner(self, cutter) -> np.ndarray:
+        """The lower left corner of the box around what a joint set cuts, m."""
+        cut = [region.outline for region in self.regions if cutter.region in ("", region.name)]
+        return np.min([outline.min(axis=0) for outline in cut or [self.centre[None]]], axis=0)
 
     def _clipped(self, segments, cutter) -> np.ndarray:
         """The parts of segments within the regions, or within one of them."""
@@ -391,7 +407,7 @@ class _Cut:
 
     def _finished(self, network: Network, cycles, keys) -> Blocks:
         """Corners, joints of the edges and names, in an order of their own."""
-        near = _STRAIGHT * self.size
+        near = max(_STRAIGHT * self.size, self.rounding)
         edges = np.concatenate([np.array(cycle) for cycle in cycles])
         rings = Rings(network.nodes[half_edge_starts(network)[edges]], list(map(len, cycles)))
         labels = network.labels[edges >> 1]
@@ -399,7 +415,7 @@ class _Cut:
         labels = labels[keep]
         rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
         self._check_corners(rings)
-        turned = rings.from_lowest(_LEVEL * self.size)
+        turned = rings.from_lowest(max(_LEVEL * self.size, self.rounding))
         polygons = np.split(rings.corners[turned] + self.centre, rings.first[1:-1])
         joints = np.array(self.joint_names, dtype=object)[labels[turned]].tolist()
         order = np.lexsort(np.round(rings.centroids() / (_ORDER * self.size)).T)

@@ -288,7 +288,8 @@ class JointSet:
     angle_deviation, spacing_deviation, trace_length_deviation, bridge_deviation : float
         Standard deviation; of a uniform distribution the greatest distance from the mean.
     origin : (float, float)
-        A point on a joint; on its line traces begin there, unless their lengths are random.
+        A point on a joint; on its line traces begin there, unless their lengths are random.  None:
+        the lower left corner of the box around what is cut, so that the blocks move with it.
     stagger : float
         Share of a trace and a bridge by which each line is shifted beyond the one before.
     seed : int
@@ -298,9 +299,10 @@ class JointSet:
 
     Notes
     -----
-    Joints are drawn from the origin outwards, each line from numbers of its own: a larger region
-    holds the joints of a smaller one.  Joints of random angle turn about the middle of their trace;
-    those without end about the point nearest to the middle of the regions.
+    Joints are drawn from the origin outwards, each line from numbers of its own: with the same
+    origin, a larger region holds the joints of a smaller one.  Joints of random angle turn about
+    the middle of their trace; those without end about the point nearest to the middle of the
+    regions.
     """
 
     joint: str = ""
@@ -317,7 +319,7 @@ class JointSet:
     trace_length_deviation: float = 0.0
     bridge_distribution: str = "constant"
     bridge_deviation: float = 0.0
-    origin: np.ndarray = (0.0, 0.0)
+    origin: np.ndarray | None = None
     stagger: float = 0.0
     seed: int = 0
     region: str = ""
@@ -329,7 +331,8 @@ class JointSet:
             self.angle = -self.dip
         if not abs(self.angle) <= 360:
             raise InputError(f"angle = {self.angle:g} must lie between -360 and 360")
-        self.origin = points_of("origin", self.origin, 1)[0]
+        if self.origin is not None:
+            self.origin = points_of("origin", self.origin, 1)[0]
         _positive(self, "spacing")
         for name in ("trace_length", "bridge"):
             if not 0 <= getattr(self, name) <= _FARTHEST:
@@ -353,11 +356,15 @@ class JointSet:
         period = self.trace_length + self.bridge
         return lines * (2 * radius / period + 1) if period else lines
 
-    def segments(self, centre, radius: float) -> np.ndarray:
-        """The joints that reach into a circle (m), shape (n, 2, 2)."""
+    def segments(self, centre, radius: float, corner=(0.0, 0.0)) -> np.ndarray:
+        """The joints that reach into a circle (m), shape (n, 2, 2).
+
+        They begin at the `corner` (m) if no origin is given.
+        """
+        origin = np.asarray(corner if self.origin is None else self.origin)
         angle = np.radians(self.angle)
         along, across = np.array([np.cos(angle), np.sin(angle)]), [-np.sin(angle), np.cos(angle)]
-        middle = centre - self.origin
+        middle = centre - origin
         s0, p0 = along @ middle, across @ middle
         reach = radius / np.cos(np.radians(self._largest_turn()))
         found = []
@@ -370,10 +377,10 @@ class JointSet:
                 p = side * places[k]
                 if not self.trace_length:
                     ends = np.array([[s0 - 2 * reach, s0 + 2 * reach]])
-                    found.append(self._placed(ends, p, turns[k : k + 1], along, across))
+                    found.append(_placed(origin, ends, p, turns[k : k + 1], along, across))
                     continue
                 ends, turn = self._traces(side, k, s0 - reach, s0 + reach)
-                found.append(self._placed(ends, p, turn, along, across))
+                found.append(_placed(origin, ends, p, turn, along, across))
         return np.concatenate(found) if found else np.zeros((0, 2, 2))
 
     def _largest_turn(self) -> float:
@@ -443,13 +450,14 @@ class JointSet:
                 )
             count *= 2
 
-    def _placed(self, ends, p: float, turns, along, across) -> np.ndarray:
-        """Segments from their ends along a line at a distance p (m), turned about their middles."""
-        middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
-        foot = self.origin + middle[:, None] * along + p * np.asarray(across)
-        arm = np.outer(np.cos(turns), along) + np.outer(np.sin(turns), across)
-        arm *= half[:, None]
-        return np.stack([foot - arm, foot + arm], axis=1)
+
+def _placed(origin, ends, p: float, turns, along, across) -> np.ndarray:
+    """Segments from their ends along a line at a distance p (m), turned about their middles."""
+    middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
+    foot = origin + middle[:, None] * along + p * np.asarray(across)
+    arm = np.outer(np.cos(turns), along) + np.outer(np.sin(turns), across)
+    arm *= half[:, None]
+    return np.stack([foot - arm, foot + arm], axis=1)
 
 
 @dataclass(kw_only=True)

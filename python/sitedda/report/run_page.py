@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..check import Report, check
+from ..checking import Report, check
 from ..errors import SiteddaError
 from ..namelist_groups import listed
 from ..pictures import draw

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import InputError
+from ..arguments import POSITIVE, TOLERANCE
 from .strength import Rest, come_to_rest, released, static_model
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # factors that are looked at
@@ -279,7 +279,8 @@ def safety(
     InputError
         If the input cannot be run, or the model has no joint with strength.
     """
-    _positive(tolerance=tolerance, displacement=displacement)
+    TOLERANCE.check("tolerance", tolerance)
+    POSITIVE.check("displacement", displacement)
     trials = _Trials(source, changes, displacement)
     strong = trials.find_reference(1.0)
     if strong is None:
@@ -311,7 +312,8 @@ def mechanism(
     Mechanism
         All blocks are stable if the model stands.
     """
-    _positive(factor=factor, displacement=displacement)
+    POSITIVE.check("factor", factor)
+    POSITIVE.check("displacement", displacement)
     trials = _Trials(source, changes, displacement)
     strong = trials.find_reference(factor)
     if strong is not None and trials.stands(factor):
@@ -320,12 +322,6 @@ def mechanism(
         stable = ("stable",) * len(names)
         return Mechanism(factor, moved, stable, names, False, trials.polygons)
     return _mechanism(trials, factor, strong)
-
-
-def _positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (0.0 < value < math.inf):
-            raise InputError(f"{name} = {value} must be a positive number")
 
 
 def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:

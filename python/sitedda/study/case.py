@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import CheckpointError, InterruptedRun, OutputError, SiteddaError
-from ..stop import Stop
+from ..stop import SIGNALS, Stop
 from .quantities import Array, Quantity, measure, returned
 from .store import (
     FAILED,
@@ -28,7 +27,6 @@ from .store import (
     write_whole,
 )
 
-_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 _STATE = ("", ".partial", ".journal", ".checkpoint", ".checkpoint.previous", ".checkpoint.coming",
           ".writing")  # fmt: skip
 KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time", 7: "memory"}
@@ -197,7 +195,7 @@ def _to_end(folder: Path, time_limit: float) -> str:
                             f"the time limit of {time_limit:g} s is over")  # fmt: skip
 
     with (
-        Stop(_STOPS) as stop,
+        Stop(SIGNALS) as stop,
         Simulation(folder / INPUT, folder / OUTPUT, resume=True) as simulation,
     ):
         complete = run_to_end(simulation, look, stop)

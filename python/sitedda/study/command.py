@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arguments import WORKERS
 from ..command import Parser
 from ..errors import InterruptedRun, SiteddaError
 from .api import gather, run, shown
@@ -54,7 +55,7 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("file", type=Path, metavar="FILE.toml", help=what)
         command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr")
         command.add_argument("--report", action="store_true", help="write a report in one page")
-        command.add_argument("-w", "--workers", type=int, help="processes (one a processor)")
+        command.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
         command.add_argument("--retry", action="store_true", help="try again what has failed")
         command.set_defaults(act=act, slurm=False, dask="")

@@ -18,9 +18,10 @@ import numpy as np
 from .. import engine
 from ..building import opened_input
 from ..changes import changed_input, flat_changes
-from ..errors import InputError
+from ..errors import InputError, SiteddaError
 from ..groups import variables
 from ..namelist import Namelist
+from ..reading import read_bounded
 from .axes import Axis, axes_of
 from .quantities import DEFAULT, Quantity, quantities_of
 from .store import (
@@ -36,6 +37,7 @@ from .store import (
 from .store import write_whole as write
 from .tasks import TASKS
 
+_LARGEST = 2**28  # bytes of a file that an input names, as in the engine
 _FORMAT = 1
 
 
@@ -249,10 +251,9 @@ class _Files:
         file = Path(file)
         if file not in self.names:
             try:
-                data = file.read_bytes()
-            except OSError as trouble:
-                words = f"{where}: {file} cannot be read: {trouble.strerror}"
-                raise InputError(words) from trouble
+                data = read_bounded(file, _LARGEST)
+            except SiteddaError as trouble:
+                raise InputError(f"{where}: {trouble}") from trouble
             self.names[file] = keep_file(self.study, data, file.suffix)
         return self.names[file]
 

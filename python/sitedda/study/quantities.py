@@ -12,6 +12,7 @@ import numpy as np
 
 from ..engine import FILES
 from ..errors import InputError, OutputError
+from ..reading import check_readable
 
 DEFAULT = ("verdict",)
 REDUCTIONS: dict[str, Callable] = {
@@ -119,6 +120,7 @@ class Output:
     def __init__(self, file: Path):
         import netCDF4
 
+        check_readable(file)
         self.file = file
         self._values: dict[str, np.ndarray] = {}
         with FILES:
@@ -229,12 +231,10 @@ def _one(output: Output, wanted: Quantity) -> dict:
 
 def _run(file: Path):
     """An output as a `sitedda.Run`."""
-    import xarray as xr
-
+    from ..output import load
     from ..simulation import Run
 
-    with FILES, xr.open_dataset(file, engine="netcdf4") as dataset:
-        history = dataset.load()
+    history = load(file)
     return Run(history, True, file, str(history.attrs.get("step_control", "")))
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError, OutputError
+from ..errors import InputError
 from ..groups import nearest
+from ..reading import read_bounded
 from .axes import Axis, axes_of
 from .plan import Plan, make_plan
 from .records import Records
@@ -28,6 +29,7 @@ _KNOWN = {
                           "damping"),
     "slurm": ("program", "each", "time", "memory", "options"),
 }  # fmt: skip
+_LARGEST = 2**24  # bytes of a file of a study
 _SAMPLES = {"latin_hypercube": latin_hypercube, "sobol": sobol, "saltelli": saltelli}
 
 
@@ -64,11 +66,9 @@ def read_settings(file) -> Settings:
     """
     file = Path(file)
     try:
-        values = tomllib.loads(file.read_text("utf-8"))
-    except FileNotFoundError as trouble:
-        raise InputError(f"{file}: there is no such file") from trouble
-    except OSError as trouble:
-        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+        values = tomllib.loads(read_bounded(file, _LARGEST).decode("utf-8"))
+    except RecursionError:
+        raise InputError(f"{file}: nested too deeply") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as trouble:
         raise InputError(f"{file}: {trouble}") from None
     try:

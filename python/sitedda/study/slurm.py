@@ -196,7 +196,7 @@ def largest_input(plan: Plan) -> Path:
 
 def estimate_of(file: Path) -> Mapping[str, float]:
     """What `sitedda check` expects of a run: ``memory`` (MiB) and ``seconds``; 0 where it fails."""
-    from ..check import check
+    from ..checking import check
 
     try:
         report = check(file)

@@ -38,6 +38,7 @@ INPUT, OUTPUT, WORDS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
 _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
 _MOST = 1 << 30  # bytes of a JSON file that are read
+_READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe in its place is an empty file
 
 
 def checksum(*parts: bytes | str) -> str:
@@ -95,7 +96,7 @@ def write_whole(file: Path, data: bytes | str) -> None:
 def read_json(file: Path):
     """The values of a JSON file that is not a link; None if there is none or it is damaged."""
     try:
-        with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW), "rb") as stream:
+        with os.fdopen(os.open(file, _READ), "rb") as stream:
             return json.loads(stream.read(_MOST))
     except (OSError, ValueError):
         return None
@@ -159,7 +160,7 @@ def read_result(folder: Path) -> dict | None:
 def read_arrays(folder: Path) -> dict[str, np.ndarray]:
     """The arrays of a case."""
     try:
-        handle = os.open(folder / "result.npy", os.O_RDONLY | os.O_NOFOLLOW)
+        handle = os.open(folder / "result.npy", _READ)
         with os.fdopen(handle, "rb") as stream:
             names = np.load(stream, allow_pickle=False).tolist()
             return {name: np.load(stream, allow_pickle=False) for name in names}

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import OutputError
+from ..errors import MissingLibrary, OutputError
 from .store import case_folder, read_arrays, read_manifest, read_result, refuse_links
 
 IN_MEMORY = 200e6  # bytes of arrays; a larger table goes to a file, a case at a time
@@ -253,7 +253,7 @@ def _write_zarr(results: _Results, file: Path) -> None:
     try:
         import zarr
     except ImportError as trouble:
-        raise ImportError("a table in zarr needs the package: pip install zarr") from trouble
+        raise MissingLibrary("a table in zarr needs the package: pip install zarr") from trouble
     frame = _frame(results)
     for name in frame.variables:
         if frame[name].dtype == object:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..check import transfer
+from ..checking import transfer
 from ..drawing import BLUE, RED, canvas
 from ..model import Model
 from .case import Outcome, at_most, case, relative

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from ..check import modes
+from ..checking import modes
 from ..drawing import BLUE, RED, canvas
 from ..model import Model
 from .case import Outcome, at_most, case, relative

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..check import transfer
+from ..checking import transfer
 from ..column import Column, Layer
 from ..damping import ConstantRatio, Rayleigh
 from ..drawing import COLORS, canvas

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..check import transfer
+from ..checking import transfer
 from ..drawing import BLUE, COLORS, INK, RED, canvas
 from ..records import read_record
 from ..simulation import run

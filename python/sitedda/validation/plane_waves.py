@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..check import modes
+from ..checking import modes
 from ..drawing import BLUE, RED, canvas
 from ..lattice import square_lattice
 from ..model import Model

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The output of a run as a dataset, checked once when it is opened.
+
+A file may be cut, changed, or another program's: what is read of it has the dimensions, kinds and
+ranges that a run writes, or is one error that names the file and the variable.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .engine import FILES
+from .errors import OutputError
+from .reading import check_readable
+
+_MOST = 1e30  # of any number: squares of larger ones, and single precision, overflow
+_READ_AT_ONCE = 2**24  # bytes; larger variables are checked when they are read
+_LENGTHS = {"axis": 2, "coordinate": 6, "component": 3, "coordinate4": 4}
+_HELD = ("time", "frame", "vertex", "block")  # dimensions of which there is at least one
+
+
+class _Kind(NamedTuple):
+    """What a variable is: its dimensions; 'real', 'text' or what its numbers count."""
+
+    dimensions: tuple[str, ...]
+    what: str
+
+
+def _kinds(text: str) -> dict[str, _Kind]:
+    rows = (line.split() for line in text.strip().splitlines())
+    return {name: _Kind(tuple(places), what) for name, what, *places in rows}
+
+
+# Variables that come together: if one is there, all are.  Those of the first family always are.
+# A number is 'real', or an index below the length of a dimension, or 'number' from 0 upwards.
+_FAMILIES = (
+    _kinds("""
+        time                  real    time
+        time_step             real    time
+        frame_time            real    frame
+        vertices              real    frame vertex axis
+        vertex_block          block   vertex
+        block_coordinates     real    frame block coordinate
+        block_rates           real    frame block coordinate
+        block_stress          real    frame block component
+        axis                  text    axis
+        coordinate            text    coordinate
+        component             text    component
+        block                 text    block
+        contact_frame         frame   contact
+        contact_vertex        vertex  contact
+        contact_edge          vertex  contact
+        contact_state         number  contact
+        contact_bonded        number  contact
+        contact_gap           real    contact
+        contact_normal_force  real    contact
+        contact_shear_force   real    contact
+        energy_kinetic        real    time
+        energy_balance        real    time
+    """),
+    _kinds("""
+        block_material        number  block
+        edge_joint            number  vertex
+    """),
+    _kinds("""
+        stage                 number  time
+        frame_stage           number  frame
+    """),
+    _kinds("""
+        point                 text    point
+        displacement          real    time point axis
+        velocity              real    time point axis
+        acceleration          real    time point axis
+    """),
+    _kinds("""
+        bolt                  text    bolt
+        bolt_force            real    time bolt
+        bolt_shear_force      real    time bolt
+        bolt_state            number  time bolt
+        bolt_block            block   bolt axis
+        bolt_place            real    bolt coordinate4
+    """),
+    _kinds("""
+        bolt_through          bolt    through
+        bolt_through_block    block   through
+    """),
+    _kinds("""
+        boundary              text    boundary
+        boundary_kind         text    boundary
+        incoming_velocity     real    time boundary axis
+        boundary_velocity     real    time boundary axis
+    """),
+    _kinds("""
+        boundary_edge         vertex  boundary_edge
+        boundary_edge_group   number  boundary_edge
+        boundary_edge_from    real    boundary_edge
+        boundary_edge_to      real    boundary_edge
+    """),
+)
+_ALONE = _kinds("""
+    block_removal         number  block
+    block_density         real    block
+    block_shear_modulus   real    block
+    point_place           real    point axis
+    joint                 text    joint
+    iterations            real    time
+    contact_joint         number  contact
+    contact_stretch       real    contact
+""")
+_KNOWN = {name: kind for family in (*_FAMILIES, _ALONE) for name, kind in family.items()}
+_ATTRIBUTES = ("title", "input_text", "input_file", "stages", "step_control", "verdict", "complete")
+
+
+def open_output(file) -> xr.Dataset:
+    """An output file as a dataset; its frames are read when they are asked for.
+
+    It has coordinates to select by:
+    ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    OutputError
+        If it is not an output of a run, or damaged; the message names the variable.
+    """
+    check_readable(file)
+    try:
+        with FILES:
+            data = xr.open_dataset(file, engine="netcdf4", cache=False, decode_times=False)
+    except Exception as trouble:  # readers of foreign bytes may raise anything
+        raise OutputError(f"{file} cannot be read as an output: {_words(trouble)}") from trouble
+    try:
+        _check_structure(data)
+        for name in _KNOWN:
+            if name in data.variables and data[name].nbytes <= _READ_AT_ONCE:
+                read(data, name)
+        _check_order(data)
+    except OutputError:
+        data.close()
+        raise
+    return data
+
+
+def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
+    """Values of a variable, or of some of its rows, that are what a run writes.
+
+    Raises
+    ------
+    OutputError
+        If the file does not hold them, or the bytes are no such numbers.
+    """
+    try:
+        with FILES:
+            values = data[name][which].values
+    except Exception as trouble:  # of the libraries below, for damaged bytes
+        raise _damaged(data, name, _words(trouble)) from trouble
+    kind = _KNOWN.get(name)
+    if kind is None or kind.what == "text" or values.size == 0:
+        return values
+    if not np.issubdtype(values.dtype, np.number):
+        raise _damaged(data, name, "it holds no numbers")
+    if kind.what == "real":
+        good = np.abs(values) <= _MOST
+    else:
+        most = data.sizes.get(kind.what, np.iinfo(np.int32).max)
+        good = (values >= 0) & (values < most)
+    if not good.all():
+        first = np.unravel_index(int(np.argmin(good)), good.shape)
+        raise _damaged(data, name, f"one value is {values[first]:g}")
+    return values
+
+
+def load(file) -> xr.Dataset:
+    """All of an output, in memory."""
+    with open_output(file) as data:
+        try:
+            with FILES:
+                return data.load()
+        except Exception as trouble:
+            raise OutputError(f"{file} cannot be read: {_words(trouble)}") from trouble
+
+
+def _check_structure(data: xr.Dataset) -> None:
+    """Variables that belong together are there, with their dimensions; texts are texts."""
+    for place, family in enumerate(_FAMILIES):
+        there = [name for name in family if name in data.variables]
+        lacking = [name for name in family if name not in data.variables]
+        if lacking and (there or place == 0):
+            raise _damaged(data, lacking[0], "it is not there")
+    for name, kind in _KNOWN.items():
+        if name not in data.variables:
+            continue
+        found = data[name]
+        if found.dims != kind.dimensions:
+            raise _damaged(data, name, f"its dimensions are {', '.join(found.dims) or 'none'}")
+        if (kind.what != "text") != np.issubdtype(found.dtype, np.number):
+            raise _damaged(data, name, f"its values are of type {found.dtype}")
+    for name, length in data.sizes.items():
+        if length != _LENGTHS.get(name, length) or (name in _HELD and length == 0):
+            raise OutputError(f"{_file(data)} is damaged: its dimension {name} is {length} long")
+    for name in _ATTRIBUTES:
+        if not isinstance(data.attrs.get(name, ""), str):
+            raise OutputError(f"{_file(data)} is damaged: its attribute {name} is no text")
+
+
+def _check_order(data: xr.Dataset) -> None:
+    """Vertices block by block, frames and contacts as time goes; stages that have names."""
+    owner = read(data, "vertex_block")
+    corners = np.bincount(owner, minlength=data.sizes["block"])
+    if owner[0] or not np.isin(np.diff(owner), (0, 1)).all() or corners.min() < 3:
+        raise _damaged(data, "vertex_block", "its blocks are not in their order")
+    for name in ("time", "frame_time", "contact_frame"):
+        if np.any(np.diff(read(data, name)) < 0):
+            raise _damaged(data, name, "its values do not ascend")
+    stages = str(data.attrs.get("stages", "")).count("\n") + 1
+    for name in ("stage", "frame_stage"):
+        if name in data.variables and (read(data, name) > stages).any():
+            raise _damaged(data, name, f"there are {stages} stages")
+
+
+def _damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
+    return OutputError(
+        f"{_file(data)} is damaged, or not an output of a run: variable {name}: {why}"
+    )
+
+
+def _file(data: xr.Dataset) -> str:
+    return data.encoding.get("source", "the dataset")
+
+
+def _words(trouble: BaseException) -> str:
+    lines = str(trouble).strip().splitlines()
+    return lines[0] if lines else type(trouble).__name__
