@@ -6,14 +6,14 @@
 !> force that was assumed in a contact and the one that its law gives.
 module dda_open_close
    use dda_kinds, only: wp
-   use dda_errors, only: error_type, error_convergence, error_interrupted, fail
+   use dda_errors, only: error_type, error_convergence, fail
    use dda_block_vectors, only: copy_vector
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_cycles, only: cycle_type, note_states, may_change
    use dda_friction, only: acting_stretch, laws_type, shear_stiffness_of
-   use dda_interrupts, only: fail_if_stopped, stop_within_step
+   use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type, renew, solve, solve_change
@@ -191,8 +191,7 @@ contains
       if (may_stop) then
          call fail_if_stopped(error)
       else if (stop_within_step()) then
-         call fail(error, error_interrupted, 'interrupted within a step that took too long to '// &
-            'wait for its end; resume goes on from the last checkpoint')
+         call fail_within_step(error)
       end if
    end subroutine fail_if_given_up
 

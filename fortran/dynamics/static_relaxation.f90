@@ -20,8 +20,8 @@ module dda_static_relaxation
    use dda_errors, only: error_type, error_convergence, error_solver, fail
    use dda_friction, only: laws_type
    use dda_linear_solver, only: solver_type
-   use dda_open_close, only: open_close_type, fail_if_given_up, add_counts, begin_iteration, check_strength, &
-      counts_of, evaluate, iterate, solve_assumed, take_states
+   use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
+      counts_of, evaluate, fail_if_given_up, iterate, solve_assumed, take_states
    use dda_ordered_sums, only: inner_product, parallel_from
    use dda_system, only: system_type
    implicit none

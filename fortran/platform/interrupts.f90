@@ -11,14 +11,14 @@ module dda_interrupts
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: watch_interrupts, ask_host, request_stop, stop_requested, stop_heard, stop_within_step, &
-      fail_if_stopped
+   public :: watch_interrupts, ask_host, request_stop, stop_requested, stop_heard, &
+      stop_within_step, fail_if_stopped, fail_within_step
 
    !> SIGINT, SIGUSR1, SIGTERM, SIGXFSZ of Linux
    integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, &
       file_size = 25_c_int
    integer(c_intptr_t), parameter :: ignored = 1_c_intptr_t   !< SIG_IGN
-   real(wp), parameter :: patience = 1.0_wp  !< s of the processor for a step to end
+   real(wp), parameter :: patience = 0.3_wp  !< s of the processor for a step to end
    real(wp), parameter :: between = 0.05_wp  !< s between two questions to the host
 
    !> What the thread that works has been told.
@@ -131,5 +131,13 @@ contains
 
       if (stop_requested()) call fail(error, error_interrupted, 'interrupted')
    end subroutine fail_if_stopped
+
+   !> The error of a step that is given up.
+   subroutine fail_within_step(error)
+      type(error_type), allocatable, intent(out) :: error  !< allocated
+
+      call fail(error, error_interrupted, 'interrupted within a step that takes too long to '// &
+         'wait for its end; resume goes on from the last checkpoint')
+   end subroutine fail_within_step
 
 end module dda_interrupts

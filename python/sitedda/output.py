@@ -16,7 +16,7 @@ from .engine import FILES
 from .errors import OutputError
 from .reading import check_readable
 
-_MOST = 1e30  # of any number: squares of larger ones, and single precision, overflow
+_MOST = 1e37  # of any number: single precision, and squares of larger ones, overflow
 _READ_AT_ONCE = 2**24  # bytes; larger variables are checked when they are read
 _LENGTHS = {"axis": 2, "coordinate": 6, "component": 3, "coordinate4": 4}
 _HELD = ("time", "frame", "vertex", "block")  # dimensions of which there is at least one

@@ -7,7 +7,8 @@ module dda_conjugate_gradients
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_block_vectors, only: add_multiple, multiply_and_add
-   use dda_ordered_sums, only: inner_product
+   use dda_interrupts, only: stop_within_step
+   use dda_ordered_sums, only: inner_product, parallel_from
    implicit none
    private
    public :: preconditioner_type, workspace_type, make_workspace, iterate_to_solution
@@ -86,6 +87,7 @@ contains
          residual = sqrt(inner_product(n, work%r, work%r))
          if (iterations == 0) wanted = max(wanted, reduction*residual)
          if (residual <= wanted .or. iterations == most .or. .not. residual <= huge(1.0_wp)) exit
+         if (is_given_up(n)) exit
          call preconditioner%apply(n, work%r, work%z)
          old_slope = slope
          slope = inner_product(n, work%r, work%z)
@@ -104,6 +106,14 @@ contains
       enough = residual <= wanted .and. residual <= huge(1.0_wp)
       residual = residual/size
    end subroutine iterate_to_solution
+
+   !> A stop is asked for, in a system so large that it is worth asking.
+   logical function is_given_up(n)
+      integer, intent(in) :: n  !< block rows
+
+      is_given_up = n >= parallel_from
+      if (is_given_up) is_given_up = stop_within_step()
+   end function is_given_up
 
    !> r = b − K x
    subroutine find_residual(matrix, b, x, work)

@@ -10,11 +10,13 @@
 !> All rules count; none looks at a clock, so that runs are reproducible.  Every solve ends with a
 !> checked residual; a solver that does not reach it hands over to the direct one.
 module dda_linear_solver
+   use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
    use dda_block_jacobi, only: most_iterations
    use dda_block_matrix, only: block_matrix_type
-   use dda_errors, only: error_type, error_input, error_memory, error_solver, fail
+   use dda_errors, only: error_type, error_input, error_interrupted, error_memory, &
+      error_solver, fail
    use dda_ordered_sums, only: inner_product
    use dda_rank_one, only: rank_one_type
    use dda_solver_table, only: solver_names, current_name, is_solver_name, make_solver
@@ -104,7 +106,7 @@ contains
       call solver%active%renew(matrix, changes, error)
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
-      if (error%kind /= error_memory .and. solver%may_hand_over) &
+      if (all(error%kind /= [error_memory, error_interrupted]) .and. solver%may_hand_over) &
          call hand_over(solver, matrix, error)
    end subroutine renew
 
@@ -185,6 +187,10 @@ contains
          solver%exact = convergence%residual <= accuracy .or. .not. convergence%enough &
             .or. convergence%reduction <= 0.0_wp
          if (convergence%residual <= acceptable .or. convergence%enough) return
+         if (stop_within_step()) then
+            call fail_within_step(error)
+            return
+         end if
          if (solver%method == 'direct' .or. .not. solver%may_hand_over) exit
          call hand_over(solver, matrix, error)
          if (allocated(error)) return

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A signal ends every command in one sentence, soon; a host keeps its own handlers."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from environment import executable
+from model_text import tower
+
+import sitedda
+
+INPUTS = Path(__file__).parents[2] / "inputs"
+SOON = 2.0  # s of the processor
+STATIC = [INPUTS / "retaining_wall.nml"]
+TICKS = os.sysconf("SC_CLK_TCK")
+
+
+def processor_time(process) -> float:
+    """Of a process, s."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+def stopped(words, after: float, number, folder) -> tuple[int, float, list[str]]:
+    """Status, time that passed after a signal (s of the processor), and lines on stderr."""
+    process = subprocess.Popen(
+        list(map(str, words)), cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
+    while process.poll() is None and processor_time(process) < after:
+        time.sleep(0.005)
+    assert process.poll() is None, "it ended too early to be stopped"
+    begun = last = processor_time(process)
+    process.send_signal(number)
+    while process.poll() is None and last - begun < 10 * SOON:
+        last = max(last, processor_time(process))
+        time.sleep(0.005)
+    process.kill()
+    said = process.communicate()[1].decode()
+    return process.returncode, last - begun, said.splitlines()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["interrupt", "terminate"])
+@pytest.mark.parametrize("after", [0.12, 0.4, 1.5])
+def test_static_work_hears_signals_from_the_start(tmp_path, number, after):
+    words = [executable("sitedda"), "safety", *STATIC]
+    status, seconds, said = stopped(words, after, number, tmp_path)
+    assert (status, said) == (6, ["sitedda: interrupted"])
+    assert seconds < SOON
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["check"], ["run", "--no-plot", "-q"], ["build", "-o", "built.nml"], ["draw", "-o", "a.png"],
+     ["view", "--no-open", "-o", "a.html"], ["report", "-o", "a.html"]],
+    ids=lambda words: words[0],
+)  # fmt: skip
+def test_every_command_ends_in_one_sentence(tmp_path, command):
+    words = [executable("sitedda"), command[0], *STATIC, *command[1:]]
+    status, seconds, said = stopped(words, 0.3, signal.SIGINT, tmp_path)
+    assert (status, said) == (6, ["sitedda: interrupted"])
+    assert seconds < SOON
+    assert not any(file.suffix in (".png", ".html", ".nml") for file in tmp_path.iterdir())
+
+
+def test_the_check_of_a_large_model_hears_signals(tmp_path, write_input):
+    text = (
+        "&control time_step = 1e-3, duration = 1.0, gravity = 0.0, -9.81 /\n"
+        "&contact normal_stiffness = 2e10 /\n&joint friction_angle = 35.0 /\n"
+        "&material density = 2500.0, young_modulus = 1e10, poisson_ratio = 0.25 /\n"
+        "&layers name = 'base', left = -1.0, bottom = -0.5, width = 302.0, thickness = 0.5 /\n"
+        "&wall name = 'b', left = 0.0, bottom = 0.0, brick_length = 1.0, brick_height = 0.5, "
+        "bricks = 300, courses = 57 /\n"
+        "&fixed_point x = 0.0, y = -0.25 /\n&fixed_point x = 290.0, y = -0.25 /\n"
+    )
+    words = [executable("sitedda-native"), "check", write_input(text)]
+    status, seconds, said = stopped(words, 1.5, signal.SIGTERM, tmp_path)
+    assert (status, said) == (6, ["sitedda-native: interrupted"])
+    assert seconds < SOON
+
+
+HOST = """
+import os, signal, sys, threading, time
+import sitedda
+before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)]
+threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+begun = time.process_time()
+try:
+    sitedda.safety(sys.argv[1])
+except KeyboardInterrupt:
+    print("heard", time.process_time() - begun < 2.5)
+assert before == [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)]
+"""
+
+
+def test_a_host_gets_its_own_exception_and_keeps_its_handlers():
+    done = subprocess.run([sys.executable, "-c", HOST, *STATIC], capture_output=True, text=True)
+    assert (done.stdout, done.stderr, done.returncode) == ("heard True\n", "", 0)
+
+
+def test_a_handler_that_raises_nothing_stops_nothing(write_input):
+    heard = []
+    before = signal.signal(signal.SIGINT, lambda *_: heard.append(1))
+    try:
+        with sitedda.Simulation(write_input(tower())) as simulation:
+            os.kill(os.getpid(), signal.SIGINT)
+            simulation.advance(20)
+            assert simulation.steps == 20
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert heard

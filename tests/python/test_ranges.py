@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every number of a command line, and of functions of its kind, has its range."""
+
+import pytest
+from model_text import tower
+
+import sitedda
+from sitedda.arguments import Range
+
+BAD = {
+    "draw": {"--dpi": ["0", "-5", "nan", "inf", "1e9", "x"], "--time": ["nan", "inf"],
+             "--deformation": ["nan", "inf"], "-o": ["x.xyz", "x", ""]},
+    "movie": {"--fps": ["0", "-1", "nan", "inf"], "--seconds": ["inf", "-1", "0", "nan"],
+              "--deformation": ["nan", "-inf"]},
+    "safety": {"--factor": ["0", "-1", "nan", "inf"], "--tolerance": ["0", "nan", "1e-99", "2"],
+               "--displacement": ["0", "-1", "nan"], "-o": ["a.xyz"]},
+    "site": {"--damping": ["-1", "nan", "inf", "1.5"], "-o": ["a.xyz"]},
+    "surface": {"--lowest": ["0", "nan", "-1"], "--highest": ["inf", "nan"], "-o": ["a.xyz"]},
+    "record": {"--time-step": ["-1", "nan", "inf"], "-o": ["a.xyz"]},
+    "study run": {"--workers": ["0", "-1", "1.5", "nan", "1e9"]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", BAD)
+def test_a_number_beyond_its_range_is_refused_before_the_work(main, tmp_path, command):
+    for option, values in BAD[command].items():
+        for value in values:
+            done = main(*command.split(), "none.nc", f"{option}={value}" if option[1] == "-" else
+                        f"{option}{value}" if value else "--output=", folder=tmp_path)  # fmt: skip
+            assert done.returncode == 1, (option, value)
+            assert len(done.stderr.splitlines()[-1]) > 20 and "Traceback" not in done.stderr
+            assert option in done.stderr.splitlines()[-1], (option, value)
+
+
+def test_numbers_in_range_are_taken():
+    assert Range(0.0, 1.0)("0") == 0.0
+    assert Range(0.0, 1.0, above=True)("1") == 1.0
+    assert Range(1, 5, whole=True)("5") == 5
+    assert str(Range(0.0, 1.0, above=True)) == "a number above 0 to 1"
+
+
+def test_functions_refuse_the_same(write_input, tmp_path):
+    file = write_input(tower())
+    with sitedda.Simulation(file) as simulation:
+        for steps in (-1, 2**31):
+            with pytest.raises(sitedda.InputError, match="steps"):
+                simulation.advance(steps)
+        assert simulation.advance(0) is False and simulation.steps == 0
+        with pytest.raises(sitedda.InputError, match="deformation = nan"):
+            sitedda.draw(simulation, deformation=float("nan"))
+    from sitedda.movie import animate, write_movie
+
+    for more in ({"fps": 0}, {"fps": float("nan")}, {"seconds": float("inf")}, {"seconds": -1}):
+        with pytest.raises(sitedda.InputError, match=next(iter(more))):
+            write_movie(file, tmp_path / "a.gif", **more)
+        with pytest.raises(sitedda.InputError, match=next(iter(more))):
+            animate(file, **more)
+    with pytest.raises(sitedda.InputError, match="tolerance"):
+        sitedda.safety(file, tolerance=1e-99)
