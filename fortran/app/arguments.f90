@@ -5,7 +5,7 @@ module dda_arguments
    use dda_text, only: joined, quoted, to_text
    implicit none
    private
-   public :: arguments_type, read_arguments, resume_command, usage
+   public :: arguments_type, read_arguments, names_output, resume_command, usage
 
    integer, parameter :: longest_change = 1024
 
@@ -106,6 +106,19 @@ contains
       allocate (character(len=length) :: word)
       call get_command_argument(i, word)
    end function argument
+
+   !> Whether a change of the input is where its output goes.
+   pure logical function names_output(arguments)
+      type(arguments_type), intent(in) :: arguments  !< of the command line
+      integer :: i
+
+      names_output = .false.
+      do i = 1, size(arguments%changes)
+         associate (change => arguments%changes(i))
+            names_output = names_output .or. change(:index(change, '=') - 1) == 'output.file'
+         end associate
+      end do
+   end function names_output
 
    !> The command that continues an interrupted run.
    pure function resume_command(arguments) result(text)

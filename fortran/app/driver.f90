@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The commands of the native executable.
 module dda_driver
-   use dda_arguments, only: arguments_type, resume_command, usage
+   use dda_arguments, only: arguments_type, names_output, resume_command, usage
    use dda_check_report, only: report_type, report_text, add_notes, verdict_fail
    use dda_check_simulation, only: check_simulation
    use dda_diagnostics, only: audit_warning, state_warnings
@@ -13,11 +13,12 @@ module dda_driver
    use dda_model, only: model_type
    use dda_model_description, only: model_description
    use dda_model_notes, only: model_notes
-   use dda_output_file, only: partial_name
+   use dda_output_place, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_simulation, only: simulation_type, end_of_run, summary, ending
    use dda_peak_check, only: peak_warning
+   use dda_settings, only: name_output
    use dda_site_response, only: response_peak_type, amplification_peak, peak_text
    use dda_stages, only: begin_simulation
    use dda_team, only: team_words
@@ -81,7 +82,8 @@ contains
       allocate (model)
       call read_model_file(model, arguments%file, error, arguments%changes)
       if (allocated(error)) return
-      if (arguments%output /= '') model%output%file = arguments%output
+      if (names_output(arguments)) call name_output(model%output, model%output%file)
+      if (arguments%output /= '') call name_output(model%output, arguments%output)
       if (.not. arguments%check_first) call say_notes(model)
       call fail_if_stopped(error)
       if (allocated(error)) return
@@ -146,7 +148,15 @@ contains
       type(error_type), allocatable :: failure
 
       call end_run(run, failure)
-      if (.not. allocated(error) .and. allocated(failure)) error = failure
+      if (.not. allocated(failure)) return
+      if (.not. allocated(error)) then
+         error = failure
+      else if (error%kind == error_interrupted) then  ! what it promises is not there
+         error = error_type(failure%kind, 'interrupted at t = '// &
+            to_text(run%simulation%time)//' s; '//failure%message)
+      else
+         error%message = error%message//'; '//failure%message
+      end if
    end subroutine close_run
 
    !> Counts of a run, the verdict of its energy audit, its output.

@@ -14,6 +14,7 @@ module sitedda
    use dda_measure, only: measure_point
    use dda_model, only: model_type
    use dda_model_notes, only: model_notes
+   use dda_settings, only: name_output
    use dda_output_reader, only: read_output => read_history
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_simulation, only: simulation_type
@@ -88,7 +89,7 @@ contains
       writes = .true.
       if (present(output)) then
          writes = output /= ''
-         if (writes) analysis%model%output%file = trim(output)
+         if (writes) call name_output(analysis%model%output, output)
       end if
       from_checkpoint = .false.
       if (present(resume)) from_checkpoint = resume

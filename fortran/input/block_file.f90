@@ -14,7 +14,7 @@ module dda_block_file
    use dda_free_memory, only: free_memory
    use dda_input_catalogue, only: most_blocks, most_vertices, usable
    use dda_kinds, only: wp, long
-   use dda_netcdf_calls, only: dataset_type, checked
+   use dda_netcdf_calls, only: dataset_type, path_of, checked
    use dda_text, only: to_text, quoted
    use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_noerr, nf90_inq_varid, &
       nf90_inquire_variable, nf90_inquire_dimension, nf90_get_var, nf90_max_var_dims, nf90_char, &
@@ -58,7 +58,7 @@ contains
       reader%dataset%file = file
       call allow(reader, error)
       if (allocated(error)) return
-      call checked(reader%dataset, nf90_open(file, nf90_nowrite, reader%dataset%id), &
+      call checked(reader%dataset, nf90_open(path_of(file), nf90_nowrite, reader%dataset%id), &
          'be read as netCDF')
       if (.not. allocated(reader%dataset%error)) then
          call read_variables(reader, blocks)

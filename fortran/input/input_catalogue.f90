@@ -486,7 +486,7 @@ module dda_input_catalogue
 
    type(variable_type), parameter :: output_variables(7) = [ &
       variable_type('file', 'text', '', "the input's name with .nc", &
-         'netCDF-4 output, relative to the working folder', allowed='a file name'), &
+         'netCDF-4 output, relative to the working folder', allowed='a name at or below it'), &
       variable_type('history_interval', 'integer', 'steps', '1', &
          'steps between samples of points and energies', 1.0_wp, 1.0e9_wp), &
       variable_type('history_seconds', 'real', 's', 'by history_interval', &

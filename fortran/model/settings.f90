@@ -4,7 +4,8 @@ module dda_settings
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: control_type, contact_settings_type, output_settings_type, amplification_type
+   public :: control_type, contact_settings_type, output_settings_type, amplification_type, &
+      name_output
 
    !> Time stepping and the frame of the analysis (group &control).
    type :: control_type
@@ -41,6 +42,8 @@ module dda_settings
    !> The output file (group &output).
    type :: output_settings_type
       character(len=:), allocatable :: file     !< netCDF-4; default: the input's name with .nc
+      !> and not by who starts the run, who may name any place
+      logical :: named_by_input = .true.
       integer :: history_interval = 1           !< steps between samples of points and energies
       !> steps between block and contact states; 0: first and last
       integer :: block_interval = 0
@@ -60,5 +63,16 @@ module dda_settings
       real(wp) :: highest = 0.0_wp      !< Hz
       integer :: padding = 8            !< length with zeros over length
    end type amplification_type
+
+contains
+
+   !> Let who starts the run say where its output goes.
+   subroutine name_output(settings, file)
+      type(output_settings_type), intent(inout) :: settings  !< of the input
+      character(len=*), intent(in) :: file                   !< path of the output
+
+      settings%file = trim(file)
+      settings%named_by_input = .false.
+   end subroutine name_output
 
 end module dda_settings

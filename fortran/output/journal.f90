@@ -9,13 +9,14 @@ module dda_journal
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: wp, long
    use dda_archive, only: archive_type, serialise, serialise_label
-   use dda_byte_file, only: byte_file_type, open_file, to_append, to_read, lock_file, write_bytes, &
-      read_bytes, cut_file, flush_stream, size_of_file, close_file
+   use dda_byte_file, only: byte_file_type, open_file, open_again, to_append, lock_file, is_under, &
+      write_bytes, read_bytes, cut_file, flush_stream, size_of_file, close_file
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes
    use dda_errors, only: error_type, error_file, fail
+   use dda_file_system, only: file_status_type, status_of
    implicit none
    private
-   public :: journal_type, open_journal, serialise_mark, return_to_mark, begin_row, &
+   public :: journal_type, open_journal, keep_in_place, serialise_mark, return_to_mark, begin_row, &
       append_numbers, journal_name
    public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
@@ -64,6 +65,59 @@ contains
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
 
+   !> A journal that has been removed during the run is written again from what the run has open; an
+   !> error if another file has taken its name.
+   subroutine keep_in_place(journal, error)
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(file_status_type) :: found
+      type(byte_file_type) :: old, new
+      logical :: locked
+
+      if (allocated(error)) return
+      associate (name => journal%file%name)
+         if (is_under(journal%file, name)) return
+         found = status_of(name)
+         if (found%exists) then
+            call fail(error, error_file, name//' has been replaced during the run: another run '// &
+               'may be writing the same output')
+            return
+         end if
+         call flush_stream(journal%file, .false., error)
+         if (.not. allocated(error)) call open_again(old, journal%file, error)
+         if (.not. allocated(error)) call open_file(new, name, to_append, error)
+         if (allocated(error)) then
+            error%message = name//' has been removed during the run; '//error%message
+            call close_file(old, error)
+            return
+         end if
+      end associate
+      locked = lock_file(new)
+      call copy_bytes(old, new, journal%bytes, error)
+      call close_file(old, error)
+      call close_file(journal%file, error)
+      journal%file = new
+   end subroutine keep_in_place
+
+   !> Copy the first bytes of a file to another one.
+   subroutine copy_bytes(from, to, bytes, error)
+      type(byte_file_type), intent(in) :: from, to  !< open, at their beginnings
+      integer(long), intent(in) :: bytes            !< to be copied
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer(int8), allocatable :: part(:)
+      integer(long) :: left, n
+
+      allocate (part(min(piece, bytes)))
+      left = bytes
+      do while (left > 0 .and. .not. allocated(error))
+         n = min(piece, left)
+         call read_bytes(from, part(:n), error)
+         call write_bytes(to, part(:n), error)
+         left = left - n
+      end do
+      call flush_stream(to, .false., error)
+   end subroutine copy_bytes
+
    !> Length and checksum of the journal, as part of a checkpoint.
    subroutine serialise_mark(archive, journal)
       type(archive_type), intent(inout) :: archive  !< written or read
@@ -87,7 +141,7 @@ contains
       integer(int8), allocatable :: bytes(:)
       integer(long) :: left, held
 
-      call open_file(file, journal%file%name, to_read, error)
+      call open_again(file, journal%file, error)
       if (allocated(error)) return
       call begin_checksum(checksum)
       held = size_of_file(file)
@@ -143,8 +197,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       call flush_stream(journal%file, .false., error)
-      if (.not. allocated(error)) call open_file(reader%file, journal%file%name, &
-         to_read, error)
+      if (.not. allocated(error)) call open_again(reader%file, journal%file, error)
       reader%left = journal%bytes
    end subroutine open_reader
 

@@ -13,12 +13,14 @@ module dda_output_file
    use dda_boundary_motion, only: boundary_series
    use dda_energy, only: energy_terms
    use dda_errors, only: error_type, error_file, fail
-   use dda_file_system, only: rename_file, remove_file, same_file, is_folder, is_special, folder_of
+   use dda_file_system, only: rename_file, remove_file, is_special
    use dda_frame, only: most_columns, contact_columns
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       row_sample
    use dda_model, only: model_type, block_sources
-   use dda_netcdf_calls, only: dataset_type, variable_type, checked, define_variables, &
+   use dda_output_place, only: partial_name, writing_name
+   use dda_own_file, only: check_replaceable, netcdf_file
+   use dda_netcdf_calls, only: dataset_type, variable_type, path_of, checked, define_variables, &
       define_dimension, describe, describe_number, name_length, put, put_names, text_of
    use dda_run_verdict, only: run_verdict_type, new_verdict, add_frame, add_corners, add_column, &
       add_samples, conclude
@@ -33,7 +35,7 @@ module dda_output_file
       nf90_nowrite, nf90_noerr, nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char
    implicit none
    private
-   public :: check_target, write_output, is_complete, partial_name
+   public :: write_output, is_complete
 
    integer, parameter :: buffered = 1024          !< samples between writes
    integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
@@ -190,43 +192,6 @@ module dda_output_file
 
 contains
 
-   !> The partial output of an unfinished run.
-   pure function partial_name(file) result(name)
-      character(len=*), intent(in) :: file  !< path of the output
-      character(len=:), allocatable :: name
-
-      name = file//'.partial'
-   end function partial_name
-
-   !> The output must not be a folder, the input or a record.
-   subroutine check_target(file, model, error)
-      character(len=*), intent(in) :: file  !< path of the output
-      type(model_type), intent(in) :: model  !< as read from the input
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      logical :: folder
-      integer :: i
-
-      folder = is_folder(file)
-      if (file == '' .or. folder) then
-         call fail(error, error_file, 'the output '//quoted(file)//' is a folder, not a file name')
-      else if (.not. is_folder(folder_of(file))) then
-         call fail(error, error_file, file//': the folder '//folder_of(file)//' does not exist')
-      else if (same_file(file, model%file)) then
-         call fail(error, error_file, 'the output '//file//' would replace the input')
-      end if
-      do i = 1, size(model%motions)
-         if (allocated(error)) return
-         if (same_file(file, model%motions(i)%file)) call fail(error, error_file, 'the output '// &
-            file//' would replace the record of motion '//trim(model%motions(i)%name))
-      end do
-      if (.not. allocated(model%block_files)) return
-      do i = 1, size(model%block_files)
-         if (allocated(error)) return
-         if (same_file(file, model%block_files(i)%file)) call fail(error, error_file, &
-            'the output '//file//' would replace the block file '//model%block_files(i)%file)
-      end do
-   end subroutine check_target
-
    !> Write all that the journal holds to FILE, or to FILE.partial if the run is not complete.
    subroutine write_output(file, journal, simulation, complete, error)
       character(len=*), intent(in) :: file  !< path of the output
@@ -239,11 +204,14 @@ contains
 
       name = partial_name(file)
       if (complete) name = file
-      output%dataset%file = file//'.writing'
+      output%dataset%file = writing_name(file)
+      call check_replaceable(output%dataset%file, netcdf_file, error)
+      if (allocated(error)) return
       ! HDF5 crashes if the disk fills up while it writes, so the space is allocated first.
       call reserve_space(output%dataset%file, bytes_for(journal, simulation), error)
       if (.not. allocated(error)) call write_dataset(output, journal, simulation, complete, error)
       if (.not. allocated(error) .and. complete) call flush_file(output%dataset%file, error)
+      call check_replaceable(name, netcdf_file, error)
       if (.not. allocated(error)) then
          if (.not. rename_file(output%dataset%file, name)) call fail(error, error_file, &
             output%dataset%file//' cannot be renamed to '//name)
@@ -276,8 +244,8 @@ contains
       integer :: unused
 
       associate (dataset => output%dataset)
-         call checked(dataset, nf90_create(dataset%file, ior(nf90_netcdf4, nf90_clobber), &
-            dataset%id), 'create the file')
+         call checked(dataset, nf90_create(path_of(dataset%file), ior(nf90_netcdf4, &
+            nf90_clobber), dataset%id), 'create the file')
          if (.not. allocated(dataset%error)) then
             ! All that is defined is written, unless there are no points.
             if (size(simulation%model%points) > 0) &
@@ -402,7 +370,8 @@ contains
 
       dataset%file = file
       is_complete = .not. is_special(file)
-      if (is_complete) is_complete = nf90_open(file, nf90_nowrite, dataset%id) == nf90_noerr
+      if (is_complete) is_complete = nf90_open(path_of(file), nf90_nowrite, dataset%id) == &
+         nf90_noerr
       if (.not. is_complete) return
       is_complete = text_of(dataset, 'complete') == 'yes' .and. text_of(dataset, 'changes') == '' &
          .and. text_of(dataset, 'input_text') == model%text &

@@ -4,7 +4,7 @@ module dda_output_reader
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_file, error_input, fail
    use dda_file_system, only: is_special
-   use dda_netcdf_calls, only: dataset_type, checked
+   use dda_netcdf_calls, only: dataset_type, path_of, checked
    use dda_text, only: quoted
    use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_inq_dimid, nf90_inq_varid, &
       nf90_inquire_dimension, nf90_inquire_variable, nf90_get_var, nf90_max_var_dims
@@ -31,7 +31,7 @@ contains
          return
       end if
       dataset%file = file
-      call checked(dataset, nf90_open(file, nf90_nowrite, dataset%id), 'open the file')
+      call checked(dataset, nf90_open(path_of(file), nf90_nowrite, dataset%id), 'open the file')
       if (.not. allocated(dataset%error)) then
          call read_series(dataset, 'time', [integer ::], time)
          call read_series(dataset, quantity, place, values)

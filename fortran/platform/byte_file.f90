@@ -7,17 +7,20 @@ module dda_byte_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
    use dda_errors, only: error_type, error_file, fail
-   use dda_file_system, only: is_special
+   use dda_file_system, only: file_status_type, status_of, status_of_descriptor, is_same, &
+      is_special, remove_file
    use dda_text, only: to_text
    implicit none
    private
-   public :: byte_file_type, open_file, to_read, to_append, to_overwrite, lock_file, size_of_file
-   public :: write_bytes, read_bytes, cut_file, flush_stream, close_file, reserve_space, flush_file
+   public :: byte_file_type, open_file, open_again, to_read, to_append, to_overwrite, lock_file, &
+      size_of_file, is_under
+   public :: write_bytes, read_bytes, cut_file, flush_stream, close_file, reserve_space, &
+      flush_file, check_plain
 
    !> Modes: read from the beginning; write a new file in place of one that was there; append; write
    !> from the beginning over one that was there, whose blocks on the disk are reused (`cut_file`
-   !> removes what is left of it).
-   character(len=*), parameter :: to_read = 'rb', to_write = 'wb', to_append = 'ab', &
+   !> removes what is left of it).  What is written is never a file that a link leads to.
+   character(len=*), parameter :: to_read = 'rb', to_create = 'w+b', to_append = 'a+b', &
       to_overwrite = 'r+b'
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
    integer(c_int), parameter :: from_end = 2_c_int                      !< SEEK_END
@@ -33,6 +36,17 @@ module dda_byte_file
          import :: c_char, c_ptr
          character(kind=c_char), intent(in) :: path(*), mode(*)  !< ending in NUL
       end function c_fopen
+
+      type(c_ptr) function c_fdopen(descriptor, mode) bind(c, name='fdopen')
+         import :: c_char, c_int, c_ptr
+         integer(c_int), value :: descriptor  !< of an open file
+         character(kind=c_char), intent(in) :: mode(*)  !< ending in NUL
+      end function c_fdopen
+
+      integer(c_int) function c_dup(descriptor) bind(c, name='dup')
+         import :: c_int
+         integer(c_int), value :: descriptor  !< of an open file
+      end function c_dup
 
       integer(c_int) function c_fclose(stream) bind(c, name='fclose')
          import :: c_int, c_ptr
@@ -124,17 +138,83 @@ contains
       character(len=*), intent(in) :: name, mode  !< path; mode
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
+      type(file_status_type) :: found
+      logical :: anew
+
       file%name = name
-      if (mode == to_read .and. is_special(name)) then
-         call fail(error, error_file, name//' cannot be read: it is not a regular file')
+      if (mode == to_read) then
+         if (is_special(name)) then
+            call fail(error, error_file, name//' cannot be read: it is not a regular file')
+            return
+         end if
+         file%stream = c_fopen(name//c_null_char, mode//c_null_char)
+         if (.not. c_associated(file%stream)) call system_failure(file, 'cannot be read', error)
          return
       end if
-      file%stream = c_fopen(name//c_null_char, mode//c_null_char)
-      if (.not. c_associated(file%stream) .and. mode == to_overwrite) &
-         file%stream = c_fopen(name//c_null_char, to_write//c_null_char)
-      if (.not. c_associated(file%stream)) call system_failure(file, &
-         trim(merge('cannot be read   ', 'cannot be written', mode == to_read)), error)
+      found = status_of(name)
+      call check_plain(name, found, error)
+      if (allocated(error)) return
+      if (found%names > 1 .and. mode == to_append) then
+         call fail(error, error_file, name//' is also known by another name (a hard link), '// &
+            'whose content would change; remove it, or name another output')
+         return
+      end if
+      anew = mode == to_create .or. (found%names > 1 .and. mode == to_overwrite)
+      if (found%exists .and. anew) call remove_file(name)
+      if (found%exists .and. .not. anew) then
+         file%stream = c_fopen(name//c_null_char, mode//c_null_char)
+      else  ! x: only if there is nothing of that name, not even a link
+         file%stream = c_fopen(name//c_null_char, merge(mode, to_create, mode == to_append)//'x'// &
+            c_null_char)
+         found = status_of(name)
+      end if
+      if (.not. c_associated(file%stream)) then
+         call system_failure(file, 'cannot be written', error)
+      else if (.not. is_same(found, status_of_descriptor(c_fileno(file%stream)))) then
+         call fail(error, error_file, name//' cannot be written: it has been replaced meanwhile')
+         call close_file(file, error)
+      end if
    end subroutine open_file
+
+   !> Only a regular file may be written or replaced.
+   subroutine check_plain(name, found, error)
+      character(len=*), intent(in) :: name            !< path
+      type(file_status_type), intent(in) :: found     !< what stands there
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (allocated(error) .or. .not. found%exists) return
+      if (found%link) then
+         call fail(error, error_file, name//' is a link, through which nothing is written; '// &
+            'remove it, or name another output')
+      else if (.not. found%regular) then
+         call fail(error, error_file, name//' is not a regular file and is not replaced; '// &
+            'name another output')
+      end if
+   end subroutine check_plain
+
+   !> Open once more a file that is open, by whatever name, to read it from its beginning.
+   subroutine open_again(file, other, error)
+      type(byte_file_type), intent(out) :: file       !< open afterwards
+      type(byte_file_type), intent(in) :: other       !< open, flushed; not written meanwhile
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer(long) :: unused
+
+      file%name = other%name
+      file%stream = c_fdopen(c_dup(c_fileno(other%stream)), to_read//c_null_char)
+      if (c_associated(file%stream)) then
+         unused = size_of_file(file)
+      else
+         call system_failure(file, 'cannot be read', error)
+      end if
+   end subroutine open_again
+
+   !> Whether a file, open or not, stands under a name.
+   logical function is_under(file, name)
+      type(byte_file_type), intent(in) :: file  !< open
+      character(len=*), intent(in) :: name      !< path
+
+      is_under = is_same(status_of(name), status_of_descriptor(c_fileno(file%stream)))
+   end function is_under
 
    !> Lock the file against other processes; .false. if one of them has locked it.
    logical function lock_file(file) result(locked)
@@ -221,7 +301,7 @@ contains
          error)
    end subroutine close_file
 
-   !> Allocate the disk space of a file, which replaces one of that name.
+   !> Allocate the disk space of a new file, in place of one of that name.
    subroutine reserve_space(name, bytes, error)
       character(len=*), intent(in) :: name  !< path
       integer(long), intent(in) :: bytes  !< size
@@ -229,7 +309,7 @@ contains
       type(byte_file_type) :: file
       integer(c_int) :: status
 
-      call open_file(file, name, to_write, error)
+      call open_file(file, name, to_create, error)
       if (allocated(error)) return
       status = c_posix_fallocate(c_fileno(file%stream), 0_c_long, int(bytes, c_long))
       if (status /= 0) call fail(error, error_file, name//': there is no space for '// &
@@ -243,7 +323,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(byte_file_type) :: file
 
-      call open_file(file, name, to_append, error)
+      call open_file(file, name, to_overwrite, error)
       call flush_stream(file, .true., error)
       call close_file(file, error)
    end subroutine flush_file

@@ -10,8 +10,8 @@ module dda_netcdf_calls
       nf90_global, nf90_char
    implicit none
    private
-   public :: dataset_type, variable_type, checked, define_variables, define_dimension, describe, &
-      describe_number, text_of, put, name_length, put_names
+   public :: dataset_type, variable_type, path_of, checked, define_variables, define_dimension, &
+      describe, describe_number, text_of, put, name_length, put_names
 
    integer, parameter :: name_length = 64     !< of names in a file
    integer, parameter :: names_at_once = 256  !< written together
@@ -42,6 +42,16 @@ module dda_netcdf_calls
    end interface
 
 contains
+
+   !> A name as netCDF takes it as a path: it drops what one begins with of blanks and control
+   !> characters, and takes one with a colon for an address.
+   pure function path_of(name) result(path)
+      character(len=*), intent(in) :: name  !< path of a file
+      character(len=:), allocatable :: path
+
+      path = name
+      if (index(name, '/') /= 1) path = './'//name
+   end function path_of
 
    !> Note the error of a call, unless there was one before.
    subroutine checked(dataset, status, action)

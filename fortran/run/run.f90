@@ -10,14 +10,15 @@ module dda_run
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
       load_checkpoint, has_checkpoint, remove_spare, remove_checkpoints
    use dda_errors, only: error_type
-   use dda_file_system, only: remove_file
    use dda_input, only: read_model
    use dda_interrupts, only: stop_heard
    use dda_frame, only: append_frame
-   use dda_journal, only: journal_type, open_journal, begin_row, append_numbers, row_sample, &
-      journal_name
+   use dda_journal, only: journal_type, open_journal, keep_in_place, begin_row, append_numbers, &
+      row_sample, journal_name
    use dda_model, only: model_type, run_steps, run_duration
-   use dda_output_file, only: check_target, write_output, is_complete, partial_name
+   use dda_output_file, only: write_output, is_complete
+   use dda_output_place, only: check_target, partial_name
+   use dda_own_file, only: journal_file, netcdf_file, remove_own
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_sample, only: sample_size, take_sample
    use dda_simulation, only: simulation_type, finished, stage_finished
@@ -59,7 +60,7 @@ contains
       call begin_team
       call begin_simulation(run%simulation, model, error)
       if (allocated(error) .or. .not. writes) return
-      call open_files(run, error)
+      call open_files(run, .false., error)
       if (.not. allocated(error)) call begin_files(run, error)
       if (allocated(error)) call close_files(run)
    end subroutine begin_run
@@ -74,7 +75,7 @@ contains
       call begin_team
       call start(run%simulation, model, error)
       if (allocated(error)) return
-      call open_files(run, error)
+      call open_files(run, .true., error)
       if (allocated(error)) return
       if (has_checkpoint(run%checkpoints)) then
          call load_checkpoint(run%checkpoints, run%simulation, run%journal, model, run%notice, &
@@ -113,12 +114,13 @@ contains
    end subroutine skip_to_end
 
    !> Open the journal, which keeps other runs from writing the same output.
-   subroutine open_files(run, error)
+   subroutine open_files(run, resumes, error)
       type(run_type), intent(inout) :: run  !< with the files it writes
+      logical, intent(in) :: resumes  !< from a checkpoint, if there is one
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       associate (model => run%simulation%model)
-         call check_target(model%output%file, model, error)
+         call check_target(model, resumes, error)
          if (.not. allocated(error)) call open_journal(run%journal, model%output%file, error)
          call begin_checkpoints(run%checkpoints, model)
       end associate
@@ -250,6 +252,8 @@ contains
       type(run_type), intent(inout) :: run  !< with the files it writes
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
+      call keep_in_place(run%journal, error)
+      if (allocated(error)) return
       call begin_task(run%publishing)
       call write_output(run%simulation%model%output%file, run%journal, run%simulation, .false., &
          error)
@@ -307,8 +311,9 @@ contains
       type(error_type), allocatable :: failure
 
       if (.not. run%writes) return
-      if (is_done(run) .and. run%sound) call write_output(run%simulation%model%output%file, &
-         run%journal, run%simulation, .true., error)
+      call keep_in_place(run%journal, error)
+      if (is_done(run) .and. run%sound .and. .not. allocated(error)) call write_output( &
+         run%simulation%model%output%file, run%journal, run%simulation, .true., error)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) then
          call remove_leftovers(run)
       else
@@ -326,8 +331,8 @@ contains
 
       associate (file => run%simulation%model%output%file)
          call remove_checkpoints(run%checkpoints)
-         call remove_file(journal_name(file))
-         call remove_file(partial_name(file))
+         call remove_own(journal_name(file), journal_file)
+         call remove_own(partial_name(file), netcdf_file)
       end associate
    end subroutine remove_leftovers
 

@@ -15,10 +15,12 @@ module dda_checkpoint
    use dda_checked_file, only: begin_writing, end_writing, begin_reading, end_reading
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, error_checkpoint, fail
-   use dda_file_system, only: is_file, rename_file, exchange_files, remove_file
-   use dda_journal, only: journal_type, serialise_mark, return_to_mark
+   use dda_file_system, only: is_file, rename_file, exchange_files
+   use dda_journal, only: journal_type, keep_in_place, serialise_mark, return_to_mark
    use dda_model, only: model_type, block_sources
    use dda_motion_curve, only: motion_curve_type
+   use dda_output_place, only: checkpoint_name
+   use dda_own_file, only: checkpoint_file, remove_own
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_simulation, only: simulation_type
    use dda_start, only: start
@@ -53,7 +55,7 @@ contains
       type(checkpoints_type), intent(out) :: checkpoints  !< of the output
       type(model_type), intent(in) :: model  !< as read from the input
 
-      checkpoints%newest = model%output%file//'.checkpoint'
+      checkpoints%newest = checkpoint_name(model%output%file)
       checkpoints%previous = checkpoints%newest//'.previous'
       checkpoints%coming = checkpoints%newest//'.coming'
       checkpoints%build = build_of_program()
@@ -98,7 +100,7 @@ contains
    subroutine remove_spare(checkpoints)
       type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
-      call remove_file(checkpoints%coming)
+      call remove_own(checkpoints%coming, checkpoint_file)
    end subroutine remove_spare
 
    !> Remove all checkpoints of the output.
@@ -106,8 +108,8 @@ contains
       type(checkpoints_type), intent(in) :: checkpoints  !< of the output
 
       call remove_spare(checkpoints)
-      call remove_file(checkpoints%newest)
-      call remove_file(checkpoints%previous)
+      call remove_own(checkpoints%newest, checkpoint_file)
+      call remove_own(checkpoints%previous, checkpoint_file)
    end subroutine remove_checkpoints
 
    !> Write a checkpoint; the older ones stay until it is whole.
@@ -120,8 +122,9 @@ contains
 
       to_disk = is_due(checkpoints%flushing)
       call begin_task(checkpoints%flushing)
+      call keep_in_place(journal, error)
       call flush_stream(journal%file, to_disk, error)
-      call begin_writing(checkpoints%coming, checkpoints%archive, error)
+      if (.not. allocated(error)) call begin_writing(checkpoints%coming, checkpoints%archive, error)
       if (.not. allocated(error)) then
          call serialise_identity(checkpoints, error)
          call serialise_mark(checkpoints%archive, journal)

@@ -35,6 +35,7 @@ module api
    use dda_response_spectrum, only: oscillator_peaks
    use dda_run, only: run_type, begin_run, resume_run, change_run, continue_run, flush_run, &
       save_run, end_run, is_done
+   use dda_settings, only: name_output
    use dda_scheme, only: scheme_type, scheme_named, integration_names
    use dda_scheme_response, only: free_damping, period_elongation, forced_damping, steps_to_decay, &
       amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
@@ -167,7 +168,7 @@ contains
       call read_model(model, file, text, error)
       if (.not. allocated(error)) call fail_if_stopped(error)
       if (.not. allocated(error)) then
-         if (output /= '') model%output%file = trim(output)
+         if (output /= '') call name_output(model%output, output)
          handle = findloc([(associated(slots(handle)%run), handle=1, most_runs)], .false., 1)
          if (handle == 0) call fail(error, error_input, 'too many simulations are open')
       end if

@@ -21,9 +21,9 @@ import numpy as np
 
 from .arguments import Range
 from .building import built_text, opened_input
-from .changes import BETWEEN_STEPS, changed_input, in_words
+from .changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
 from .engine import FILES, api, checked, engine_names
-from .errors import AuditWarning, InputError, PeakWarning
+from .errors import AuditWarning, InputError, OutputError, PeakWarning, SiteddaError
 from .groups import checked as checked_value
 from .groups import group_text
 from .reading import read_bounded
@@ -86,6 +86,9 @@ class Simulation:
         if resume and output is None:
             raise ValueError("only a run with an output can be resumed")
         changes = dict(changes or {}) | more
+        named = dict(flat_changes(changes)).get("output.file")
+        if output is True and isinstance(named, str | os.PathLike):
+            output = named  # by the caller, who may name any place
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # held while the engine works on this simulation
@@ -676,7 +679,12 @@ def run_to_end(
                 chunk //= 2
     except KeyboardInterrupt:
         pass
-    except BaseException:
-        simulation.finish()
+    except BaseException as error:
+        try:
+            simulation.finish()
+        except OutputError as failure:  # beside what ended the run
+            if not isinstance(error, SiteddaError):
+                raise
+            raise type(error)(f"{error}; {failure}") from error
         raise
     return False

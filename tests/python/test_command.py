@@ -14,6 +14,7 @@ import xarray as xr
 from model_text import DRY, changed, rectangle, tower, without
 
 NEVER_ENDING = 100_000_000  # steps
+OLDER = b"CDF\1 an older result"
 
 
 def dataset(file) -> xr.Dataset:
@@ -76,7 +77,7 @@ def test_output_goes_where_it_is_asked_for(program, write_input, tmp_path):
 
 
 def test_an_older_output_is_replaced_when_the_new_one_is_complete(program, write_input, tmp_path):
-    (tmp_path / "tower.nc").write_bytes(b"an older result")
+    (tmp_path / "tower.nc").write_bytes(OLDER)
     assert program("run", write_input(tower(steps=5)), "-q", folder=tmp_path).returncode == 0
     assert dataset(tmp_path / "tower.nc").sizes["time"] == 6
 
@@ -287,7 +288,7 @@ def start(program, file, folder) -> subprocess.Popen:
 
 def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
     final = tmp_path / "tower.nc"
-    final.write_bytes(b"an older result")
+    final.write_bytes(OLDER)
     running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.send_signal(signal.SIGINT)
     out, err = running.communicate(timeout=60)
@@ -299,7 +300,7 @@ def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
     assert kept.sizes["time"] > 100
     assert (kept.time.diff("time") > 0).all()
     assert bool(kept.displacement.notnull().all())
-    assert final.read_bytes() == b"an older result"
+    assert final.read_bytes() == OLDER
 
 
 def test_the_kept_part_is_the_beginning_of_the_whole(
@@ -331,11 +332,11 @@ def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, wri
 
 def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_path):
     final = tmp_path / "tower.nc"
-    final.write_bytes(b"an older result")
+    final.write_bytes(OLDER)
     running = start(program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.kill()
     running.communicate(timeout=60)
-    assert final.read_bytes() == b"an older result"
+    assert final.read_bytes() == OLDER
 
 
 def test_ctrl_c_on_the_executable_keeps_what_was_computed(native, write_input, tmp_path):
@@ -398,4 +399,4 @@ def test_a_picture_or_page_that_cannot_be_written_is_named(main, write_input, tm
     target = tmp_path / "no" / "such.png"
     done = main(*words, write_input(tower(steps=2)), "-o", target)
     assert done.returncode == 5
-    assert done.stderr == f"sitedda: {target}: No such file or directory\n"
+    assert done.stderr == f"sitedda: {target}: the folder {target.parent} does not exist\n"

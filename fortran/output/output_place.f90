@@ -1,0 +1,139 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Where a run may write: its output and the files beside it, none of which may replace what is not
+!> of an earlier run, or what the run reads.
+module dda_output_place
+   use dda_errors, only: error_type, error_file, fail
+   use dda_file_system, only: same_file, status_of, is_folder, folder_of
+   use dda_byte_file, only: check_plain
+   use dda_journal, only: journal_name
+   use dda_model, only: model_type
+   use dda_own_file, only: own_kind_type, netcdf_file, checkpoint_file, journal_file, &
+      check_replaceable
+   use dda_text, only: quoted
+   implicit none
+   private
+   public :: check_target, partial_name, writing_name, checkpoint_name
+
+contains
+
+   !> The partial output of an unfinished run.
+   pure function partial_name(file) result(name)
+      character(len=*), intent(in) :: file  !< path of the output
+      character(len=:), allocatable :: name
+
+      name = file//'.partial'
+   end function partial_name
+
+   !> What an output is written to before it gets its name.
+   pure function writing_name(file) result(name)
+      character(len=*), intent(in) :: file  !< path of the output
+      character(len=:), allocatable :: name
+
+      name = file//'.writing'
+   end function writing_name
+
+   !> The newest checkpoint of an output.
+   pure function checkpoint_name(file) result(name)
+      character(len=*), intent(in) :: file  !< path of the output
+      character(len=:), allocatable :: name
+
+      name = file//'.checkpoint'
+   end function checkpoint_name
+
+   !> An error if an output cannot go where it is to, before anything is written.
+   subroutine check_target(model, resumes, error)
+      type(model_type), intent(in) :: model  !< with the name of its output
+      logical, intent(in) :: resumes  !< from checkpoints, which are judged when they are read
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      logical :: folder
+      integer :: i
+
+      associate (file => model%output%file)
+         folder = is_folder(file)
+         if (file == '' .or. folder) then
+            call fail(error, error_file, 'the output '//quoted(file)// &
+               ' is a folder, not a file name')
+         else if (.not. is_folder(folder_of(file))) then
+            call fail(error, error_file, file//': the folder '//folder_of(file)//' does not exist')
+         else if (model%output%named_by_input .and. .not. is_below(file, model%file)) then
+            call fail(error, error_file, 'the output '//quoted(file)//' that '//model%file// &
+               ' names is not at or below the working folder or that of the input; if it is '// &
+               'meant, name it when the run is started: --output, or output= in Python')
+         end if
+         if (any([(iachar(file(i:i)) < 32, i=1, len(file))]) .and. .not. allocated(error)) &
+            call fail(error, error_file, 'the name of the output holds a control character')
+         call check_name(file, netcdf_file, model, error)
+         call check_name(partial_name(file), netcdf_file, model, error)
+         call check_name(writing_name(file), netcdf_file, model, error)
+         call check_name(journal_name(file), journal_file, model, error)
+         call check_checkpoint('', error)
+         call check_checkpoint('.previous', error)
+         call check_checkpoint('.coming', error)
+      end associate
+
+   contains
+
+      !> A checkpoint of the output.
+      subroutine check_checkpoint(ending, error)
+         character(len=*), intent(in) :: ending  !< of its name
+         type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+         associate (name => checkpoint_name(model%output%file)//ending)
+            if (resumes) then
+               call check_plain(name, status_of(name), error)
+            else
+               call check_name(name, checkpoint_file, model, error)
+            end if
+         end associate
+      end subroutine check_checkpoint
+   end subroutine check_target
+
+   !> A name that is written must be free, or a file of its kind that the run does not read.
+   subroutine check_name(name, kind, model, error)
+      character(len=*), intent(in) :: name     !< path that is written
+      type(own_kind_type), intent(in) :: kind  !< of the file
+      type(model_type), intent(in) :: model    !< as read from the input
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i
+
+      call refuse(model%file, 'the input')
+      do i = 1, size(model%motions)
+         call refuse(model%motions(i)%file, 'the record of motion '//trim(model%motions(i)%name))
+      end do
+      if (allocated(model%block_files)) then
+         do i = 1, size(model%block_files)
+            call refuse(model%block_files(i)%file, 'the block file '//model%block_files(i)%file)
+         end do
+      end if
+      call check_replaceable(name, kind, error)
+
+   contains
+
+      !> An error if the name leads to a file that is read.
+      subroutine refuse(file, words)
+         character(len=*), intent(in) :: file, words  !< path; what it is
+
+         if (allocated(error)) return
+         if (same_file(name, file)) call fail(error, error_file, 'the output '//name// &
+            ' would replace '//words)
+      end subroutine refuse
+   end subroutine check_name
+
+   !> Whether a name that an input gives stays at or below the working folder, or the input's.
+   logical function is_below(name, input)
+      character(len=*), intent(in) :: name   !< path that the input gives
+      character(len=*), intent(in) :: input  !< path of the input
+      integer :: last
+
+      is_below = index('/'//name//'/', '/../') == 0
+      if (.not. is_below .or. index(name, '/') /= 1) return
+      is_below = .false.
+      last = index(name, '/', back=.true.)
+      do while (last > 0 .and. .not. is_below)
+         is_below = same_file(name(:last), '.')
+         if (.not. is_below) is_below = same_file(name(:last), folder_of(input))
+         last = index(name(:last - 1), '/', back=.true.)
+      end do
+   end function is_below
+
+end module dda_output_place
