@@ -17,13 +17,14 @@ from pathlib import Path
 import numpy as np
 
 from .engine import FILES
-from .errors import InputError, OutputError
+from .errors import InputError
+from .files import written
 
 LONGEST_NAME = 64  # bytes, as the engine holds names
 LARGE = 10_000  # blocks that go into a file of their own
 
 
-def write_block_file(file, blocks: Sequence[dict]) -> Path:
+def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path:
     """Write blocks to a file that ``&blocks file = …`` reads.
 
     Parameters
@@ -32,6 +33,8 @@ def write_block_file(file, blocks: Sequence[dict]) -> Path:
     blocks : sequence of dict
         Variables of &block groups: vertices, and where they have them name, material, joint,
         edge_joints.
+    reads : sequence of path
+        Files that are not to be replaced, as the blocks come from them.
 
     Raises
     ------
@@ -62,21 +65,18 @@ def write_block_file(file, blocks: Sequence[dict]) -> Path:
         "edge_joint": (("vertex",), "i4", joint),
     }
     words = {name: _letters(list_of) for name, list_of in texts.items()}
-    writing = file.with_name(file.name + ".writing")
-    try:
-        with FILES, netCDF4.Dataset(writing, "w", format="NETCDF3_64BIT_OFFSET") as data:
-            data.title = "blocks of a sitedda model"
-            for name, (dimensions, kind, values) in numbers.items():
-                _put(data, name, kind, dimensions, values)
-            for name, letters in words.items():
-                rows = "block" if name == "name" else name
-                _put(data, name, "S1", (rows, f"letter_of_{name}"), letters)
-            data["vertices"].units = "m"
-        writing.replace(file)
-    except OSError as trouble:
-        raise OutputError(f"{file} cannot be written: {trouble.strerror or trouble}") from trouble
-    finally:
-        writing.unlink(missing_ok=True)  # there only after an error
+    with (
+        written(file, "a netCDF file", reads) as writing,
+        FILES,
+        netCDF4.Dataset(writing, "w", format="NETCDF3_64BIT_OFFSET") as data,
+    ):
+        data.title = "blocks of a sitedda model"
+        for name, (dimensions, kind, values) in numbers.items():
+            _put(data, name, kind, dimensions, values)
+        for name, letters in words.items():
+            rows = "block" if name == "name" else name
+            _put(data, name, "S1", (rows, f"letter_of_{name}"), letters)
+        data["vertices"].units = "m"
     return file
 
 

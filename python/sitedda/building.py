@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from .block_file import LARGE, write_block_file
-from .errors import InputError, OutputError
+from .errors import InputError
+from .files import OWN_INPUT, is_same, write
 from .groups import (
     CUT,
     FROM_FILE,
@@ -216,7 +217,9 @@ def opened_input(source) -> Iterator[tuple[Path, str]]:
         yield Path(source), _read_input(Path(source))
 
 
-def block_writer(file, block_file: bool | None = None) -> Callable[[Sequence[dict]], str]:
+def block_writer(
+    file, block_file: bool | None = None, reads: Sequence = ()
+) -> Callable[[Sequence[dict]], str]:
     """What turns blocks into text for a namelist file, or into block files beside it.
 
     Parameters
@@ -225,6 +228,8 @@ def block_writer(file, block_file: bool | None = None) -> Callable[[Sequence[dic
         The namelist file.  Block files are NAME.blocks.nc, NAME.blocks_2.nc and so on.
     block_file : bool, optional
         Always or never write block files (from 10,000 blocks on).
+    reads : sequence of path
+        Files that the blocks may come from, which none replaces.
     """
     numbers = count(1)
 
@@ -233,7 +238,7 @@ def block_writer(file, block_file: bool | None = None) -> Callable[[Sequence[dic
             return blocks_text(blocks)
         number = next(numbers)
         name = Path(file).with_suffix(f".blocks_{number}.nc" if number > 1 else ".blocks.nc")
-        return group_text("blocks", {"file": write_block_file(name, blocks).name})
+        return group_text("blocks", {"file": write_block_file(name, blocks, reads).name})
 
     return put
 
@@ -313,15 +318,11 @@ def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path,
     file = Path(file)
     output = Path(output) if output else file.with_name(f"{file.stem}_blocks.nml")
     text = _read_input(file)
-    if output.resolve() == file.resolve():
+    if is_same(output, file):
         raise InputError(f"{output} is the input itself; give another output")
     text = _moved(text, file.parent, output.parent)
-    text, built = built_text(text, file, block_writer(output, block_file))
-    try:
-        output.write_text(text, encoding="utf-8", errors="surrogateescape")
-    except OSError as trouble:
-        raise OutputError(f"{output} cannot be written: {trouble.strerror}") from trouble
-    return output, built
+    text, built = built_text(text, file, block_writer(output, block_file, [file]))
+    return write(output, text, OWN_INPUT, [file]), built
 
 
 _RECORD = re.compile(r"(\bfile\s*=\s*)('(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")", re.IGNORECASE)

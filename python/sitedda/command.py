@@ -17,6 +17,7 @@ from .changes import Typed
 from .checking import check, transfer
 from .errors import CheckError, OutputError, SiteddaError
 from .examples import add_example_command
+from .files import check_target, save_picture
 from .record_command import add_record_command
 from .simulation import Run, Simulation, _run
 from .site_command import add_site_command
@@ -167,6 +168,8 @@ def _safety(options: argparse.Namespace) -> int:
     from .stability import mechanism, safety
 
     changes, share = dict(options.set), options.displacement
+    picture = options.output or Path(f"{options.file.stem}_mechanism.png")
+    check_target(picture, "a picture", [options.file])
     if options.factor is None:
         found = safety(
             options.file, tolerance=options.tolerance, displacement=share, changes=changes
@@ -179,8 +182,7 @@ def _safety(options: argparse.Namespace) -> int:
     print(json.dumps(found.to_dict(), indent=1) if options.json else found)
     if moving is None:
         return 0
-    picture = options.output or Path(f"{options.file.stem}_mechanism.png")
-    found.draw().figure.savefig(picture, dpi=130)
+    picture = save_picture(found.draw().figure, picture, [options.file], dpi=130)
     if not options.json:
         print(f"\npicture: {picture}")
     return 0
@@ -263,5 +265,5 @@ def _report(result: Run, source: Path, changes: dict, draw: bool) -> None:
 
     discrete = _discrete_transfer(source, changes, found[0]) if found else None
     picture = result.output.with_suffix(".png")
-    run_picture(result.history, found, discrete).savefig(picture, dpi=130)
+    save_picture(run_picture(result.history, found, discrete), picture, [source], dpi=130)
     print(f"picture: {picture}")

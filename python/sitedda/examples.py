@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from .errors import InputError, OutputError
+from .files import make_folder, write
 from .groups import nearest
 
 _COMMANDS = {".nml": "run", ".toml": "study"}  # by the suffix of a file
@@ -61,12 +62,9 @@ def copy_example(name: str, folder=".") -> list[Path]:
     for target, content in targets.items():
         if target.exists() and target.read_bytes() != content:
             raise OutputError(f"{target} exists and is another file; nothing has been copied")
-    try:
-        for target, content in targets.items():
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(content)
-    except OSError as trouble:
-        raise OutputError(f"{target} cannot be written: {trouble.strerror}") from trouble
+    for target, content in targets.items():
+        make_folder(target.parent)
+        write(target, content, "the example")
     return list(targets)
 
 

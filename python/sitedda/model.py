@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from .building import block_writer, blocks_text, build_blocks
-from .errors import InputError, OutputError
+from .errors import InputError
+from .files import OWN_INPUT, OWN_RECORD, check_target, write
 from .groups import (
     checked,
     find_groups,
@@ -364,6 +365,7 @@ class Model:
     def write(self, file, block_file: bool | None = None) -> Path:
         """Write the model to a namelist file.
 
+        A file of that name is replaced only if `write` wrote it.
         Motions of more than 4096 values go into text files beside it, ``FILE.MOTION.txt``, and
         files that groups name are named from its folder.
 
@@ -374,14 +376,15 @@ class Model:
             Put the blocks into a netCDF file beside it, ``FILE.blocks.nc`` (from 10,000 blocks
             that follow each other on).
         """
-        file = Path(file)
-        try:
-            moved = self._files_from(file.parent, f"{file.stem}.")
-            text = self._text(moved, block_writer(file, block_file))
-            file.write_text(text, encoding="utf-8")
-        except OSError as trouble:
-            raise OutputError(f"{file} cannot be written: {trouble.strerror}") from trouble
-        return file
+        file = check_target(file, OWN_INPUT)
+        moved = self._files_from(file.parent, f"{file.stem}.")
+        text = self._text(moved, block_writer(file, block_file, self._named_files()))
+        return write(file, f"! written by sitedda\n{text}", OWN_INPUT)
+
+    def _named_files(self) -> list[Path]:
+        """The files that groups name."""
+        groups = [*self["motion"], *self["blocks"]]
+        return [self.folder / group.file for group in groups if group.file]
 
     def _files_from(self, folder: Path, prefix: str) -> dict[int, dict]:
         """Variables of groups whose files have another name, seen from a folder."""
@@ -390,7 +393,8 @@ class Model:
             values = dict(group._values)
             if len(values.get("values", ())) > _LONGEST:
                 record = folder / f"{prefix}{group.name}.txt"
-                record.write_text("\n".join(map(repr, values.pop("values").tolist())) + "\n")
+                numbers = "\n".join(map(repr, values.pop("values").tolist()))
+                write(record, f"# written by sitedda\n{numbers}\n", OWN_RECORD)
                 units = {"acceleration": "m/s2", "velocity": "m/s", "displacement": "m"}
                 values |= {"file": record.name, "format": "text"}
                 values.setdefault("unit", units.get(group.quantity, ""))

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import importlib
+import os
 import shutil
 import subprocess
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +19,7 @@ from tqdm import tqdm
 
 from .arguments import ANY, PICTURES_A_SECOND, SECONDS
 from .errors import InputError, MissingLibrary, OutputError
+from .files import check_target, written
 from .pictures import BlockPicture
 from .scene import Scene
 
@@ -70,6 +73,8 @@ def write_movie(
     kind = file.suffix.lower()
     if kind not in (".gif", ".mp4"):
         raise InputError(f"{file}: a movie is .mp4 or .gif")
+    reads = [source] if isinstance(source, str | os.PathLike) else []
+    check_target(file, "a movie", reads)
     program = ffmpeg() if kind == ".mp4" else ""
     frames = chosen_frames(scene, round(fps * seconds))
     pictures = tqdm(
@@ -78,10 +83,11 @@ def write_movie(
         disable=not progress,
         unit="picture",
     )
-    if kind == ".gif":
-        _write_gif(file, pictures, fps)
-    else:
-        _write_mp4(file, pictures, fps, program)
+    with written(file, "a movie", reads) as beside:
+        if kind == ".gif":
+            _write_gif(beside, pictures, fps)
+        else:
+            _write_mp4(beside, pictures, fps, program)
     return file
 
 
@@ -128,17 +134,25 @@ def _write_gif(file: Path, pictures, fps: float) -> None:
 
 def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
     process = None
-    for picture in pictures:
-        if process is None:
-            process = _start_ffmpeg(program, file, picture.shape[1], picture.shape[0], fps)
-        try:
-            process.stdin.write(picture.tobytes())
-        except BrokenPipeError:
-            break
-    process.stdin.close()
-    message = process.stderr.read().decode("utf-8", "replace").strip()
-    if process.wait():
-        raise OutputError(f"{file}: ffmpeg fails: {message.splitlines()[-1:]}")
+    try:
+        for picture in pictures:
+            if process is None:
+                process = _start_ffmpeg(program, file, picture.shape[1], picture.shape[0], fps)
+            try:
+                process.stdin.write(picture.tobytes())
+            except BrokenPipeError:
+                break
+        with suppress(BrokenPipeError):
+            process.stdin.close()
+        message = process.stderr.read().decode("utf-8", "replace").strip()
+        if status := process.wait():
+            ends = f"ends by signal {-status}" if status < 0 else f"ends with status {status}"
+            last = "".join(message.splitlines()[-1:])
+            raise OSError(f"ffmpeg {ends}" + (f": {last}" if last else ""))
+    finally:
+        if process and process.poll() is None:  # after an error or a signal
+            process.kill()
+            process.wait()
 
 
 def _start_ffmpeg(

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
 from .column import damped_amplification
+from .files import save_picture
 from .pictures import FAINT, INK, draw, in_unit, plain, view_box
 from .response import Amplification, layered_twin
 from .scene import Scene
@@ -329,9 +330,7 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     _bare(panels["arias"])
     title = motion.attrs.get("station", "") or motion.attrs["file"]
     figure.suptitle(plain(title), fontsize=10)
-    file = Path(file)
-    figure.savefig(file, dpi=130)
-    return file
+    return save_picture(figure, file, [motion.attrs["file"]], dpi=130)
 
 
 def _record_series(axes: Axes, motion: xr.Dataset, name: str, unit: str) -> None:

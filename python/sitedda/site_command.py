@@ -8,6 +8,7 @@ from pathlib import Path
 
 from .arguments import DAMPING_RATIO, POSITIVE, picture_name
 from .errors import InputError
+from .files import save_picture
 
 
 def add_site_command(commands) -> None:
@@ -46,13 +47,13 @@ def _surface(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
     print(found)
-    _save(found, options.output or options.file.with_name(f"{options.file.stem}_surface.png"))
+    picture = options.output or options.file.with_name(f"{options.file.stem}_surface.png")
+    _save(found, picture, options.file)
     return 0
 
 
-def _save(found, picture: Path) -> None:
-    found.plot().savefig(picture, dpi=130)
-    print(f"picture: {picture}")
+def _save(found, picture: Path, source: Path) -> None:
+    print(f"picture: {save_picture(found.plot(), picture, [source], dpi=130)}")
 
 
 def _site(options: argparse.Namespace) -> int:
@@ -72,5 +73,5 @@ def _site(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
     print(found)
-    _save(found, options.output or path.with_name(f"{path.stem}_site.png"))
+    _save(found, options.output or path.with_name(f"{path.stem}_site.png"), options.file)
     return 0

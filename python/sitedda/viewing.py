@@ -14,6 +14,7 @@ from .arguments import (
     file_name,
     picture_name,
 )
+from .files import check_target, save_picture
 
 COLORINGS = ("material", "displacement", "velocity", "rotation", "stress")
 
@@ -74,9 +75,11 @@ def _draw(options: argparse.Namespace) -> int:
     from .pictures import draw
 
     look = (options.color, options.contacts, options.deformation)
+    target = check_target(
+        options.output or options.file.with_suffix(".blocks.png"), "a picture", [options.file]
+    )
     axes = draw(options.file, options.time, *look, stage=options.stage)
-    target = options.output or options.file.with_suffix(".blocks.png")
-    axes.figure.savefig(target, dpi=options.dpi)
+    target = save_picture(axes.figure, target, [options.file], dpi=options.dpi)
     print(f"picture: {target}")
     return 0
 
@@ -84,7 +87,9 @@ def _draw(options: argparse.Namespace) -> int:
 def _view(options: argparse.Namespace) -> int:
     from .view import write_view
 
-    target = options.output or options.file.with_suffix(".view.html")
+    target = check_target(
+        options.output or options.file.with_suffix(".view.html"), "a page", [options.file]
+    )
     _say_page(write_view(options.file, target, color=options.color), not options.no_open)
     return 0
 
@@ -93,7 +98,9 @@ def _report(options: argparse.Namespace) -> int:
     from .report import write_html
     from .report.run_page import report_page
 
-    target = options.output or options.file.with_suffix(".html")
+    target = check_target(
+        options.output or options.file.with_suffix(".html"), "a page", [options.file]
+    )
     _say_page(write_html(report_page(options.file), target), options.open)
     return 0
 

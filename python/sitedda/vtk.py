@@ -12,6 +12,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
+from .files import make_folder, write, written
 from .scene import Scene, principal_stresses
 
 _TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32"}
@@ -48,7 +49,7 @@ class PolyData:
             f'compressor="vtkZLibDataCompressor">\n<PolyData>\n{body}</PolyData>\n'
             '<AppendedData encoding="raw">\n_'
         )
-        with file.open("wb") as stream:
+        with written(file, "a file of ParaView", sync=False) as beside, beside.open("wb") as stream:
             stream.write(head.encode("utf-8"))
             stream.writelines(appended)
             stream.write(b"\n</AppendedData>\n</VTKFile>\n")
@@ -186,8 +187,7 @@ def write_vtk(source, folder) -> Path:
         ``blocks.pvd``.
     """
     scene = source if isinstance(source, Scene) else Scene.of(source)
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = make_folder(folder)
     digits = max(4, len(str(scene.frames - 1)))
     kinds = {"blocks": blocks_of, "contacts": contacts_of}
     if scene.bolt_routes():
@@ -212,4 +212,4 @@ def _write_collection(file: Path, title: str, entries: list[str]) -> None:
         f'<?xml version="1.0"?>\n<!-- {words} -->\n<VTKFile type="Collection" version="0.1" '
         f'byte_order="LittleEndian">\n<Collection>\n{"".join(entries)}</Collection>\n</VTKFile>\n'
     )
-    file.write_text(text, encoding="utf-8")
+    write(file, text, "a file of ParaView")

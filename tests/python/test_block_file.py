@@ -125,7 +125,7 @@ def test_a_run_does_not_write_over_its_block_file(tmp_path):
 
 def test_a_file_that_cannot_be_replaced_leaves_nothing_behind(tmp_path):
     (tmp_path / "m.nc").mkdir()
-    with pytest.raises(sitedda.OutputError, match="m.nc cannot be written: Is a directory"):
+    with pytest.raises(sitedda.OutputError, match="m.nc is a folder, not a file name"):
         write_block_file(tmp_path / "m.nc", [{"vertices": rectangle(0.0, 0.0, 1.0, 1.0)}])
     assert [path.name for path in tmp_path.iterdir()] == ["m.nc"]
 

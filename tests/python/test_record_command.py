@@ -76,15 +76,16 @@ def test_measures_are_printed_and_nothing_is_overwritten_unasked(main, table, mo
     assert printed == pytest.approx(arias, rel=0.02)  # the drift is taken out
     picture = file.parent / "own.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
-    picture.write_bytes(b"another")
+    another = b"\x89PNG\r\n\x1a\nanother"
+    picture.write_bytes(another)
     again = main(*words, folder=file.parent)
     assert again.returncode == 5 and "--force" in again.stderr
-    assert picture.read_bytes() == b"another"
+    assert picture.read_bytes() == another
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
     for answer, kept in (("n", True), ("y", False)):
         monkeypatch.setattr("builtins.input", lambda _, answer=answer: answer)
         assert main(*words, folder=file.parent).returncode == (5 if kept else 0)
-        assert (picture.read_bytes() == b"another") is kept
+        assert (picture.read_bytes() == another) is kept
 
 
 def test_help_lists_the_formats(main):

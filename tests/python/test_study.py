@@ -428,4 +428,4 @@ def test_namelist_text_is_kept(tmp_path):
     plan = make_plan(model, {"motion.scale": [1.0]}, folder=tmp_path / "study").write()
     text = (case_folder(plan.folder, plan.keys[0]) / "model.nml").read_text()
     name = text.partition("../../../files/")[2].partition("'")[0]
-    assert len((plan.folder / "files" / name).read_text().split()) == 5000
+    assert np.loadtxt(plan.folder / "files" / name).size == 5000

@@ -147,7 +147,7 @@ def test_a_job_array_gives_the_same_table(study, table, main, tmp_path, monkeypa
     assert done.returncode == 0, done.stderr
     assert "Submitted batch job 7" in done.stdout
     script = (tmp_path / "grid_study" / "submit.sh").read_text()
-    assert "#SBATCH --partition='a b'" in script and "#SBATCH --array=0-4" in script
+    assert "#SBATCH --partition=a\\ b" in script and "#SBATCH --array=0-4" in script
     assert main("study", "collect", study, "-q", "-w", "1").returncode == 0
     found = collect(tmp_path / "grid_study")
     same(found, table)

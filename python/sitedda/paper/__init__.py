@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from ..files import make_folder
 from ..report import write_html, write_markdown
 from . import avdat, cantilever, discussion, layers, shear_wave
 from .report import paper_page
@@ -82,7 +83,7 @@ def reproduce(
     folder = Path(folder)
     studies = run_studies(names, progress)
     page = paper_page(studies, time.monotonic() - start)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     write_html(page, folder / "paper.html")
     write_markdown(page, folder / "paper.md", "paper")
     return studies

@@ -17,6 +17,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
+from ..files import check_target, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
 
 _NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
@@ -27,9 +28,7 @@ MIDDLE = ("warn",)
 
 def write_html(page: Page, file) -> Path:
     """Write a page as one file."""
-    file = Path(file)
-    file.write_text(to_html(page), encoding="utf-8")
-    return file
+    return write(check_target(file, "a page"), to_html(page), "a page")
 
 
 def to_html(page: Page) -> str:

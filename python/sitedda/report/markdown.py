@@ -9,6 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from ..files import make_folder, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
 
 _HUES = 64
@@ -28,12 +29,11 @@ def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path
     """
     file = Path(file)
     pictures = file.parent / folder
-    pictures.mkdir(parents=True, exist_ok=True)
+    make_folder(pictures)
     texts = [f"# {page.title}", page.lead]
     for section in page.sections:
         texts += _section(section, pictures, folder, dpi)
-    file.write_text("\n\n".join(text for text in texts if text) + "\n", encoding="utf-8")
-    return file
+    return write(file, "\n\n".join(text for text in texts if text) + "\n", "Markdown")
 
 
 def _section(section: Section, pictures: Path, folder: str, dpi: float) -> list[str]:
@@ -65,7 +65,9 @@ def _part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
 def _write_picture(part: Picture, file: Path, dpi: float) -> None:
     """As a small PNG: a drawing needs no more than so many hues."""
     with Image.open(io.BytesIO(part.png(dpi))) as picture:
-        picture.convert("RGB").quantize(_HUES).save(file, optimize=True)
+        small = io.BytesIO()
+        picture.convert("RGB").quantize(_HUES).save(small, "png", optimize=True)
+    write(file, small.getvalue(), "a picture")
 
 
 def _titled(title: str, text: str) -> str:

@@ -14,11 +14,12 @@ import numpy as np
 from ..arguments import WORKERS
 from ..command import Parser
 from ..errors import InterruptedRun, SiteddaError
+from ..files import check_target
 from .api import gather, run, shown
 from .plan import plan_of_folder
 from .settings import Settings, read_settings
 from .slurm import SCRIPT, submit, write_batch
-from .table import collect, counts
+from .table import check_table, collect, counts
 
 _COMMANDS = ("run", "plan", "collect")
 _MOST = 5  # messages of failed cases that are shown
@@ -54,6 +55,7 @@ def _parser() -> argparse.ArgumentParser:
         what = "FILE.toml, or the folder of the study" if name == "collect" else "FILE.toml"
         command.add_argument("file", type=Path, metavar="FILE.toml", help=what)
         command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr")
+        command.add_argument("--folder", type=Path, help="of the study, in place of the file's")
         command.add_argument("--report", action="store_true", help="write a report in one page")
         command.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
@@ -68,7 +70,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(options: argparse.Namespace) -> int:
-    settings = read_settings(options.file)
+    settings = read_settings(options.file, options.folder)
+    _check_targets(settings, options)
     if options.slurm:
         return _submit(settings, options)
     plan = settings.plan.write()
@@ -85,6 +88,17 @@ def _run(options: argparse.Namespace) -> int:
     return _finish(settings, options)
 
 
+def _check_targets(settings: Settings, options: argparse.Namespace) -> None:
+    """Table and report must be able to go where they are to, before anything is run."""
+    targets = [(options.output or settings.table, check_table)]
+    if options.report:
+        page = settings.plan.folder / "report.html"
+        targets.append((page, lambda file: check_target(file, "a page")))
+    for file, check in targets:
+        if file.parent.exists() or file.absolute().parent != settings.plan.folder:
+            check(file)
+
+
 def _cluster(options: argparse.Namespace):
     if not options.dask:
         return nullcontext()
@@ -94,7 +108,7 @@ def _cluster(options: argparse.Namespace):
 
 
 def _plan(options: argparse.Namespace) -> int:
-    settings = read_settings(options.file)
+    settings = read_settings(options.file, options.folder)
     script = write_batch(settings.plan.write(), settings.slurm)
     print(f"{settings.plan.count} cases in {settings.plan.folder}")
     print(f"submit: sbatch {shlex.quote(str(script))}")
@@ -110,7 +124,8 @@ def _submit(settings: Settings, options: argparse.Namespace) -> int:
 
 
 def _collect(options: argparse.Namespace) -> int:
-    settings = _settings_of(options.file)
+    settings = _settings_of(options.file, options.folder)
+    _check_targets(settings, options)
     plan = settings.plan
     if (plan.folder / SCRIPT).exists():
         with shown(not options.quiet, len(plan.keys)) as show:
@@ -118,12 +133,12 @@ def _collect(options: argparse.Namespace) -> int:
     return _finish(settings, options)
 
 
-def _settings_of(file: Path) -> Settings:
+def _settings_of(file: Path, folder: Path | None) -> Settings:
     """Of a TOML file, or of the folder of a study."""
     if file.is_dir():
         plan = plan_of_folder(file)
         return Settings(plan, plan.folder / "table.nc")
-    settings = read_settings(file)
+    settings = read_settings(file, folder)
     settings.plan.write()
     return settings
 

@@ -9,17 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..groups import nearest
 from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
-from .dynamic_analysis import ida
-from .fragility_curve import fragility_of
-from .maps import bands, parameter_map
-from .sensitivity import sobol_indices, tornado
+from .figures import KINDS, known_kind
 from .table import counts
 
 _MOST = 60  # rows of a table
-KINDS = {"fragility": fragility_of, "ida": ida, "tornado": tornado, "sobol": sobol_indices,
-         "map": parameter_map, "bands": bands}  # fmt: skip
 
 
 def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
@@ -100,20 +94,17 @@ def _texts(table, which: np.ndarray, column: str) -> Table:
 
 
 def _add_figure(page: Page, table, values: dict) -> None:
-    kind, title = values.pop("kind", None), values.pop("title", "")
-    if kind not in KINDS:
-        raise InputError(f"[[figures]] kind = {kind!r}{nearest(str(kind), KINDS)}; use "
-                         f"{', '.join(KINDS)}")  # fmt: skip
-    selected = table.sel(**values.pop("select", {}))
+    kind, title = known_kind(values.pop("kind", None)), values.pop("title", "")
     try:
+        selected = table.sel(**values.pop("select", {}))
         found = KINDS[kind](selected, **values)
-    except TypeError as trouble:
-        raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
     except KeyError as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
     except InputError as error:  # what cannot be drawn is said where it would stand
         page.add(title or kind.capitalize(), Paragraph(f"Not drawn: {error}."))
         return
+    except (TypeError, ValueError, IndexError) as trouble:
+        raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
     caption = f"{kind}: {values.get('quantity', '')}"
     facts = [(name, words) for name, words in _facts(found) if words]
     page.add(title or kind.capitalize(), Picture(found.picture(), caption, kind), Facts(facts))

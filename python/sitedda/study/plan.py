@@ -19,6 +19,7 @@ from .. import engine
 from ..building import opened_input
 from ..changes import changed_input, flat_changes
 from ..errors import InputError, SiteddaError
+from ..files import make_folder, plain_text
 from ..groups import variables
 from ..namelist import Namelist
 from ..reading import read_bounded
@@ -28,10 +29,10 @@ from .store import (
     INPUT,
     MANIFEST,
     OUTPUT,
+    PART,
     case_folder,
     checksum,
     keep_file,
-    make_folder,
     read_manifest,
 )
 from .store import write_whole as write
@@ -90,12 +91,13 @@ class Plan:
 
     def write(self) -> Plan:
         """Write inputs and manifest into the folder of the study; cases that are there stay."""
+        plain_text("folder", str(self.folder))
         make_folder(self.folder)
         if callable(self.model):
             self.keys = self._write_calls()
         else:
             self.keys = self._write_inputs()
-        write(self.folder / MANIFEST, json.dumps(self._manifest()))
+        write(self.folder / MANIFEST, json.dumps(self._manifest()), PART)
         return self
 
     def _write_inputs(self) -> list[str]:

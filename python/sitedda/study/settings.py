@@ -10,10 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, OutputError
+from ..files import is_below, plain_text
 from ..groups import nearest
 from ..reading import read_bounded
 from .axes import Axis, axes_of
+from .figures import check_figures
 from .plan import Plan, make_plan
 from .records import Records
 from .sampling import latin_hypercube, one_at_a_time, saltelli, sobol
@@ -56,8 +58,14 @@ class Settings:
     figures: list = field(default_factory=list)
 
 
-def read_settings(file) -> Settings:
+def read_settings(file, folder=None) -> Settings:
     """Read a study; file names in it are relative to its folder.
+
+    Parameters
+    ----------
+    file : path
+    folder : path, optional
+        Of the study, in place of what the file says; it may be anywhere.
 
     Raises
     ------
@@ -72,17 +80,18 @@ def read_settings(file) -> Settings:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as trouble:
         raise InputError(f"{file}: {trouble}") from None
     try:
-        return _settings(values, file)
+        _check_texts("", values)
+        return _settings(values, file, folder)
     except (InputError, TypeError) as error:
         raise InputError(f"{file}: {error}") from None
 
 
-def _settings(values: dict, file: Path) -> Settings:
+def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
     _check_names(values, "")
     if not isinstance(values.get("model"), str):
         raise InputError("model is missing: the namelist file that the study is of")
     here = file.parent
-    folder = here / values.get("folder", f"{file.stem}_study")
+    folder = folder or here / _below(here, "folder", values.get("folder", f"{file.stem}_study"))
     plan = make_plan(
         here / values["model"],
         _axes(values, here),
@@ -91,18 +100,45 @@ def _settings(values: dict, file: Path) -> Settings:
         values.get("fixed"),
         values.get("task", "run"),
     )
+    table = folder / "table.nc"
+    if "table" in values:
+        table = here / _below(here, "table", values["table"])
     slurm = dict(values.get("slurm", {}))
     _check_names(slurm, "slurm")
     return Settings(
         plan,
-        (here / values["table"] if "table" in values else folder / "table.nc").absolute(),
+        table.absolute(),
         Slurm(**slurm),
         {
             "time_limit": float(values.get("time_limit", np.inf)),
             "memory": 1e6 * float(values["memory"]) if "memory" in values else None,
         },
-        list(values.get("figures", [])),
+        check_figures(values.get("figures", []), plan),
     )
+
+
+def _below(here: Path, what: str, name) -> str:
+    """A name that a study gives to what is written, which stays in its folder."""
+    if not isinstance(name, str) or not name:
+        raise InputError(f"{what} = {name!r} is not a file name")
+    if not is_below(here, name):
+        option = {"folder": "--folder", "table": "--output"}[what]
+        raise InputError(f"{what} = {name!r} is not at or below the folder of the study; if it is "
+                         f"meant, name it with {option}")  # fmt: skip
+    return name
+
+
+def _check_texts(where: str, values) -> None:
+    """No text of a study holds a line end or another control character."""
+    if isinstance(values, str):
+        plain_text(where, values)
+    elif isinstance(values, Mapping):
+        for name, value in values.items():
+            plain_text("a name", name)
+            _check_texts(f"{where}.{name}" if where else name, value)
+    elif isinstance(values, list):
+        for value in values:
+            _check_texts(where, value)
 
 
 def _axes(values: dict, here: Path) -> list[Axis]:

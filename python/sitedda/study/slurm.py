@@ -16,14 +16,15 @@ from pathlib import Path
 
 from ..building import built_text, needs_building
 from ..errors import InputError, OutputError, SiteddaError
+from ..files import plain_text
 from .plan import Plan
-from .store import INPUT, case_folder, write_whole
+from .store import INPUT, PART, case_folder, write_whole
 
 SCRIPT, TASKS = "submit.sh", "tasks.txt"
 _MOST_TASKS = 1000  # of a job array, where Slurm has its default of MaxArraySize
 _MIB = 2**20  # bytes
 _BASE = 200.0  # MiB of the executable and its libraries
-_OPTION = re.compile(r"--[a-z][a-z0-9-]*(=[^\n]*)?")
+_OPTION = re.compile(r"--[a-z][a-z0-9-]*(=.*)?")
 
 _TEMPLATE = """#!/bin/bash
 #SBATCH --job-name={name}
@@ -47,6 +48,7 @@ if [ "$(sha256sum < "$program" | cut -c 1-32)" != {digest} ]; then
    exit 1
 fi
 
+set -C  # a file is made anew, never written through a link
 asked= child=
 trap 'asked=1; [ -n "$child" ] && kill -USR1 "$child"' USR1 TERM
 
@@ -55,12 +57,14 @@ one() {{
    case "$1" in *[!0-9a-f]* | '') return 1 ;; esac
    cd "$study/cases/${{1:0:2}}/$1" || return 1
    [ -e result.json ] || [ -e failed.txt ] && return 0
-   exec 9> lock
+   [ -L lock ] && return 1
+   exec 9>> lock
    flock -n 9 || return 0
    if [ -e out.nc ]; then
       [ -e words.txt ] && return 0
       rm -f out.nc
    fi
+   rm -f log.txt words.new
    "$program" resume {input} -q > log.txt 2> words.new &
    child=$!
    while :; do
@@ -117,6 +121,16 @@ class Slurm:
     memory: float = 0.0
     options: Sequence[str] = field(default_factory=tuple)
 
+    def __post_init__(self):
+        for name, value in (("each", self.each), ("memory", self.memory)):
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not number or not 0 <= value < math.inf or (name == "each" and value != int(value)):
+                raise InputError(f"{name} = {value!r}: give a number of 0 or more")
+        if isinstance(self.options, str) or not all(
+            isinstance(word, str) for word in (self.program, self.time, *self.options)
+        ):
+            raise InputError("program and time are texts, options a list of texts")
+
 
 def write_batch(plan: Plan, slurm: Slurm) -> Path:
     """Write what sbatch is given, beside a plan that has been written; the script.
@@ -135,14 +149,14 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
     keys = list(dict.fromkeys(plan.keys))
     each = slurm.each or math.ceil(len(keys) / _MOST_TASKS)
     estimate = estimate_of(largest_input(plan))
-    write_whole(plan.folder / TASKS, "".join(f"{key}\n" for key in keys))
+    write_whole(plan.folder / TASKS, "".join(f"{key}\n" for key in keys), PART)
     program = native_program(slurm.program)
     text = _TEMPLATE.format(
         name=re.sub(r"\W+", "_", plan.folder.name)[:60] or "study",
         last=math.ceil(len(keys) / each) - 1,
         memory=math.ceil(slurm.memory or _BASE + 2.0 * estimate["memory"]),
         time=_checked(slurm.time) or _clock(600.0 + 3.0 * each * estimate["seconds"]),
-        log=shlex.quote(str(plan.folder / "slurm-%A_%a.log")),
+        log=_in_comment(str(plan.folder).replace("%", "%%")) + "/slurm-%A_%a.log",
         options="\n".join(f"#SBATCH {_option(one)}" for one in slurm.options),
         count=len(keys),
         each=each,
@@ -153,7 +167,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
         input=INPUT,
         tasks=TASKS,
     )
-    write_whole(plan.folder / SCRIPT, text)
+    write_whole(plan.folder / SCRIPT, text, PART)
     return plan.folder / SCRIPT
 
 
@@ -176,7 +190,7 @@ def native_program(name: str = "") -> Path:
     found = found or (None if name else shutil.which("sitedda-native"))
     if not found:
         raise InputError(f"{name or 'sitedda-native'} is not found; name it with --program")
-    return Path(found).resolve()
+    return Path(plain_text("program", str(Path(found).resolve())))
 
 
 def build_inputs(plan: Plan) -> None:
@@ -205,11 +219,19 @@ def estimate_of(file: Path) -> Mapping[str, float]:
     return {"memory": report.memory / _MIB, "seconds": report.seconds}
 
 
+def _in_comment(text: str) -> str:
+    """A word as sbatch reads it in the comments of a script: a backslash keeps a character.
+
+    A shell would end a comment at a line end, which quotes do not change.
+    """
+    return re.sub(r"([^\w./=:@,%+-])", r"\\\1", plain_text("a word for sbatch", text))
+
+
 def _option(text: str) -> str:
     if not _OPTION.fullmatch(text):
         raise InputError(f"{text!r} is not an option of sbatch, as --partition=long")
     name, equals, value = text.partition("=")
-    return f"{name}={shlex.quote(value)}" if equals else name
+    return f"{name}={_in_comment(value)}" if equals else name
 
 
 def _checked(time: str) -> str:

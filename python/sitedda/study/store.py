@@ -24,7 +24,6 @@ import json
 import os
 import re
 import socket
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,8 +31,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, OutputError
+from ..files import ANY, make_folder, write
 
 MANIFEST = "study.json"
+PART = "part of a study"  # kind of what stands in its folder itself
 INPUT, OUTPUT, WORDS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
 _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
@@ -68,29 +69,9 @@ def keep_file(study: Path, data: bytes, ending: str) -> str:
     return f"../../../files/{name}"
 
 
-def make_folder(folder: Path) -> Path:
-    """A folder with those above it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as trouble:
-        raise OutputError(f"{folder} cannot be made: {trouble.strerror}") from trouble
-    return folder
-
-
-def write_whole(file: Path, data: bytes | str) -> None:
-    """Write a file under another name in its folder, then rename it."""
-    data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
-    name = None
-    try:
-        handle, name = tempfile.mkstemp(prefix=".new-", dir=file.parent)
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        os.chmod(name, 0o644)
-        os.replace(name, file)
-    except OSError as trouble:
-        if name:
-            Path(name).unlink(missing_ok=True)
-        raise OutputError(f"{file} cannot be written: {trouble.strerror}") from trouble
+def write_whole(file: Path, data: bytes | str, kind: str = ANY) -> None:
+    """Write a file of a case whole or not at all; a power failure costs that case alone."""
+    write(file, data, kind, sync=False)
 
 
 def read_json(file: Path):
@@ -120,7 +101,7 @@ def locked(folder: Path, wait: bool) -> Iterator[bool]:
     a network file system, on another.
     """
     try:
-        handle = os.open(folder / "lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+        handle = os.open(folder / "lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
     except OSError as trouble:
         raise OutputError(f"{folder / 'lock'} cannot be opened: {trouble.strerror}") from trouble
     try:

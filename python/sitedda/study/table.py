@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MissingLibrary, OutputError
+from ..files import check_target, written
 from .store import case_folder, read_arrays, read_manifest, read_result, refuse_links
 
 IN_MEMORY = 200e6  # bytes of arrays; a larger table goes to a file, a case at a time
@@ -47,18 +48,43 @@ def collect(study, file=None):
     if file is None:
         return results.dataset()
     file = Path(file).absolute()
-    kind = _write_zarr if file.suffix == ".zarr" else _write_netcdf
-    scratch = Path(tempfile.mkdtemp(prefix=".new-", dir=file.parent))
+    if file.suffix == ".zarr":
+        _replace_zarr(results, file)
+        return xr.open_zarr(file)
+    with written(file, "a netCDF file") as beside:
+        _write_netcdf(results, beside)
+    return xr.open_dataset(file, cache=False)
+
+
+def check_table(file) -> Path:
+    """Where a table can be written: nothing stands there, or an earlier table of its kind."""
+    file = Path(file)
+    if file.suffix == ".zarr" and file.is_dir() and not file.is_symlink():
+        if not (file / ".zgroup").is_file():
+            raise OutputError(f"{file} is a folder that holds no table and is not replaced; move "
+                              "it away, or name another")  # fmt: skip
+        return file
+    return check_target(file, "a netCDF file")
+
+
+def _replace_zarr(results: _Results, file: Path) -> None:
+    """Write a table as a folder beside an earlier one, then put it in its place."""
+    check_table(file)
     try:
-        kind(results, scratch / file.name)
-        if file.is_dir() and not file.is_symlink():
-            shutil.rmtree(file)
-        (scratch / file.name).replace(file)
+        scratch = Path(tempfile.mkdtemp(prefix=".new-", dir=file.parent))
+        try:
+            _write_zarr(results, scratch / file.name)
+            check_table(file)
+            if file.exists():
+                file.replace(scratch / "old")
+            (scratch / file.name).replace(file)
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
+    except OutputError:
+        raise
     except OSError as trouble:
-        raise OutputError(f"{file} cannot be written: {trouble}") from trouble
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-    return xr.open_zarr(file) if file.suffix == ".zarr" else xr.open_dataset(file, cache=False)
+        words = trouble.strerror or trouble
+        raise OutputError(f"{file} cannot be written: {words}") from trouble
 
 
 class _Results:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
+from ..files import make_folder
 from ..report import Page, Paragraph, Picture, Table, provenance, write_html
 from ..report.page import Part
 from .case import Result, Row
@@ -94,8 +95,7 @@ def write_report(results: Iterable[Result], folder) -> Path:
     Path
         The report.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = make_folder(folder)
     page = Page(
         "Validation",
         "Every figure was computed by this run; expected values are closed forms or independent "

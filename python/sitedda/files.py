@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that the package writes: whole or not at all, and never in place of what is not its own.
+
+A file is written under another name in its folder, flushed to the disk and renamed.  It replaces
+only a regular file of its kind, by the first bytes of that: a picture a picture, a page a page.
+What cannot be written is an `OutputError` that names the file.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import stat
+import tempfile
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+from .errors import InterruptedRun, OutputError
+
+_HEAD = 1 << 24  # bytes that tell what a file is
+_XML = rb"\s*+(?><\?xml[^>]*>\s*)?+(?><!--.*?-->\s*)*+"
+ANY = ""  # kind of a file in a folder that the package has made for itself
+OWN_INPUT, OWN_RECORD = "an input that sitedda wrote", "a record that sitedda wrote"
+_KINDS = {
+    "a picture": rb"\x89PNG\r\n\x1a\n|%PDF-|%!PS|\xff\xd8\xff|II\*\0|MM\0\*|GIF8|RIFF....WEBP|"
+    + _XML
+    + rb"<(!DOCTYPE )?svg",
+    "a page": rb"\s*<!doctype html",
+    "a movie": rb"GIF8|....ftyp",
+    "a netCDF file": rb"CDF[\x01\x02\x05]|\x89HDF\r\n\x1a\n",
+    "a file of ParaView": _XML + rb"<VTKFile",
+    "Markdown": rb"# ",
+    OWN_INPUT: rb"! written by sitedda|.*\n! \d+ blocks, made from the groups",
+    OWN_RECORD: rb"# written by sitedda",
+    "the example": rb"(?!)",  # replaced by itself only
+    "part of a study": rb'\{"format": \d|#!/bin/bash\n#SBATCH --job-name=|[0-9a-f]{32}\n',
+}  # fmt: skip
+
+
+def check_target(file, kind: str, reads: Iterable = ()) -> Path:
+    """A name that can be written: nothing stands there, or a file that may be replaced.
+
+    Parameters
+    ----------
+    file : path
+    kind : str
+        ``'a picture'``, ``'a page'``, …, or `ANY`.
+    reads : iterable of path
+        What the same command reads.
+
+    Raises
+    ------
+    OutputError
+        If it cannot; the message says why.
+    """
+    file = Path(file)
+    try:
+        found = os.lstat(file)
+    except FileNotFoundError:
+        if file.parent.is_dir():
+            return file
+        raise OutputError(f"{file}: the folder {file.parent} does not exist") from None
+    except (OSError, ValueError) as trouble:
+        words = getattr(trouble, "strerror", None) or trouble
+        raise OutputError(f"{file} cannot be written: {words}") from None
+    if stat.S_ISDIR(found.st_mode):
+        raise OutputError(f"{file} is a folder, not a file name")
+    if stat.S_ISLNK(found.st_mode):
+        raise OutputError(f"{file} is a link, which is not written through; name another file")
+    if not stat.S_ISREG(found.st_mode):
+        raise OutputError(f"{file} is not a regular file and is not replaced; name another")
+    for other in reads:
+        if is_same(file, other):
+            raise OutputError(f"{file} would replace {other}, which is read; name another file")
+    if kind and found.st_size and not _is_of_kind(file, kind):
+        raise OutputError(f"{file} exists and is not {kind}, so it is not replaced; move it away, "
+                          "or name another file")  # fmt: skip
+    return file
+
+
+def is_same(file, other) -> bool:
+    """Whether two paths lead to one file."""
+    try:
+        return os.path.samefile(file, other)
+    except (OSError, ValueError, TypeError):
+        return False
+
+
+def _is_of_kind(file: Path, kind: str) -> bool:
+    try:
+        with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as stream:
+            head = stream.read(_HEAD)
+    except OSError as trouble:
+        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+    return bool(re.match(_KINDS[kind], head, re.DOTALL | re.IGNORECASE))
+
+
+@contextmanager
+def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterator[Path]:
+    """A path to write, which gets the name of a file when it has been written.
+
+    Parameters
+    ----------
+    file, kind, reads
+        As for `check_target`.
+    sync : bool
+        Flush it to the disk before it gets its name.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; nothing of it is left then, also after a signal.
+    """
+    file = check_target(file, kind, reads)
+    beside = None
+    try:
+        with _hearing_signals(file):
+            try:
+                handle, name = tempfile.mkstemp(prefix=".new-", suffix=file.suffix, dir=file.parent)
+                beside = Path(name)
+                os.fchmod(handle, 0o666 & ~_mask())
+                os.close(handle)
+                yield beside
+                if sync:
+                    _flush(beside)
+                check_target(file, kind, reads)
+                beside.replace(file)
+                beside = None
+            finally:
+                if beside:
+                    beside.unlink(missing_ok=True)
+    except OutputError:
+        raise
+    except OSError as trouble:
+        words = trouble.strerror or trouble
+        raise OutputError(f"{file} cannot be written: {words}") from trouble
+
+
+def write(file, data: bytes | str, kind: str, reads: Iterable = (), sync: bool = True) -> Path:
+    """Write a whole file, see `written`; one that holds just that is left as it is; the file."""
+    data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
+    if kind and _holds(Path(file), data):
+        return Path(file)
+    with written(file, kind, reads, sync) as beside, beside.open("wb") as stream:
+        stream.write(data)
+    return Path(file)
+
+
+def _holds(file: Path, data: bytes) -> bool:
+    """Whether a regular file has this content."""
+    try:
+        if not stat.S_ISREG(os.lstat(file).st_mode) or file.stat().st_size != len(data):
+            return False
+        return file.read_bytes() == data
+    except OSError:
+        return False
+
+
+def save_picture(figure, file, reads: Iterable = (), **options) -> Path:
+    """Save a figure of matplotlib, in the format of the ending (PNG if there is none); the file.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    file : path
+    reads : iterable of path
+        What the same command reads.
+    **options
+        Of ``savefig``.
+    """
+    file = Path(file)
+    file = file if file.suffix else file.with_name(f"{file.name}.png")
+    with written(file, "a picture", reads) as beside:
+        figure.savefig(beside, **options)
+    return file
+
+
+def make_folder(folder) -> Path:
+    """A folder with those above it."""
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as trouble:
+        raise OutputError(f"{folder} cannot be made: {trouble.strerror}") from trouble
+    return folder
+
+
+def is_below(folder: Path, name) -> bool:
+    """Whether a name that a file in a folder gives stays at or below that folder."""
+    name = os.fspath(name)
+    if ".." in Path(name).parts:
+        return False
+    if not os.path.isabs(name):
+        return True
+    here = Path(os.path.abspath(folder))
+    return Path(name).is_relative_to(here) or Path(name).is_relative_to(here.resolve())
+
+
+def plain_text(what: str, text: str) -> str:
+    """A text that holds no control character, as line ends are.
+
+    Raises
+    ------
+    InputError
+        If it does; ``what`` says which text it is.
+    """
+    from .errors import InputError
+
+    if not text.isprintable() and (bad := re.search(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]", text)):
+        raise InputError(f"{what} = {text!r} holds the control character {bad[0]!r}")
+    return text
+
+
+@cache
+def _mask() -> int:
+    """The bits that new files of this process do not get."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("Umask:"):
+            return int(line.split()[1], 8)
+    return 0o022
+
+
+def _flush(file: Path) -> None:
+    handle = os.open(file, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+@contextmanager
+def _hearing_signals(file: Path) -> Iterator[None]:
+    """A signal that would end the process is an exception here, so that nothing is left behind."""
+
+    def end(number, _) -> None:
+        raise InterruptedRun(f"interrupted by {signal.Signals(number).name}; {file} is not written")
+
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                before[number] = signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            with suppress(ValueError):
+                signal.signal(number, handler)

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The figures that a study asks for, checked before its first case."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..errors import InputError
+from ..groups import nearest
+from .axes import RESERVED
+from .dynamic_analysis import ida
+from .fragility_curve import fragility_of
+from .maps import bands, parameter_map
+from .sensitivity import sobol_indices, tornado
+
+KINDS = {"fragility": fragility_of, "ida": ida, "tornado": tornado, "sobol": sobol_indices,
+         "map": parameter_map, "bands": bands}  # fmt: skip
+_DIMENSIONS = ("intensity", "record", "dim", "x", "y")
+_NUMBERS = ("threshold", "level", "confidence", "seed")
+
+
+def known_kind(kind) -> str:
+    """A kind of figure, if it is one."""
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise InputError(f"[[figures]] kind = {kind!r}{nearest(str(kind), KINDS)}; use "
+                         f"{', '.join(KINDS)}")  # fmt: skip
+    return kind
+
+
+def check_figures(figures, plan) -> list[dict]:
+    """The figures of a study file, if they can be drawn once there are results.
+
+    Parameters
+    ----------
+    figures : list of dict
+        As the file has them.
+    plan : Plan
+        Whose dimensions and quantities they are of.
+
+    Raises
+    ------
+    InputError
+        If a name is not known, or a value cannot be.
+    """
+    if not isinstance(figures, list) or not all(isinstance(one, Mapping) for one in figures):
+        raise InputError("figures are tables: [[figures]]")
+    for number, values in enumerate(figures, 1):
+        try:
+            _check(dict(values), plan)
+        except InputError as error:
+            raise InputError(f"figure {number}: {error}") from None
+    return [dict(values) for values in figures]
+
+
+def _check(values: dict, plan) -> None:
+    kind = known_kind(values.pop("kind", None))
+    if not isinstance(title := values.pop("title", ""), str):
+        raise InputError(f"title = {title!r} is not a text")
+    select = values.pop("select", {})
+    if not isinstance(select, Mapping):
+        raise InputError(f"select = {select!r}: give values by dimension, as {{scale = 1.0}}")
+    for name, value in select.items():
+        _check_selection(name, value, plan)
+    try:
+        asked = inspect.signature(KINDS[kind]).bind(None, **values)
+    except TypeError as trouble:
+        raise InputError(f"kind {kind!r}: {trouble}") from None
+    asked.apply_defaults()
+    for name, value in list(asked.arguments.items())[1:]:
+        _check_argument(name, value, select, plan)
+
+
+def _check_argument(name: str, value, select: Mapping, plan) -> None:
+    """One argument of a figure."""
+    if name in _NUMBERS:
+        optional = value is None and name in ("threshold", "level")
+        if not optional and (isinstance(value, bool) or not isinstance(value, int | float)
+                             or not math.isfinite(value)):  # fmt: skip
+            raise InputError(f"{name} = {value!r} is not a number")
+        if name == "confidence" and not 0 < value < 1:
+            raise InputError(f"confidence = {value!r} must lie between 0 and 1")
+        if name == "seed" and (value < 0 or value != int(value)):
+            raise InputError(f"seed = {value!r} must be a whole number of 0 or more")
+        return
+    if not isinstance(value, str):
+        raise InputError(f"{name} = {value!r} is not a name")
+    if name in _DIMENSIONS:
+        _check_dimension(name, value, plan)
+        if value in select and not isinstance(select[value], list):
+            raise InputError(f"{name} = {value!r} has been selected already")
+    elif _stems(plan) and _stem(value) not in _stems(plan):
+        raise InputError(f"{name} = {value!r} is none of the results"
+                         f"{nearest(value, [one.label for one in plan.quantities])}")  # fmt: skip
+
+
+def _check_dimension(what: str, name: str, plan) -> None:
+    """A dimension of the study, or of an array in it."""
+    inner = what in ("x", "y", "select") and (name in RESERVED or _has_functions(plan))
+    if name not in plan.dims and not inner:
+        raise InputError(f"{what}: there is no dimension {name!r}{nearest(name, plan.dims)}; the "
+                         f"study has {', '.join(plan.dims)}")  # fmt: skip
+
+
+def _check_selection(name: str, value, plan) -> None:
+    """Values of a dimension that a figure is of."""
+    _check_dimension("select", name, plan)
+    if name not in plan.dims:
+        return
+    known = np.arange(plan.dims[name])
+    for axis in plan.axes:
+        dims, values, _ = axis.coordinates.get(name, ((), (), {}))
+        if tuple(dims) == (name,):
+            known = np.asarray(values)
+    for one in value if isinstance(value, list) else [value]:
+        if not any(one == there and not isinstance(one, bool) for there in known.tolist()):
+            shown = ", ".join(map(str, known[:8])) + (" …" if len(known) > 8 else "")
+            raise InputError(f"select: {name} has no value {one!r}; it has {shown}")
+
+
+def _stem(name: str) -> str:
+    return name.partition("[")[0].partition(".")[0]
+
+
+def _has_functions(plan) -> bool:
+    """Whether results come from functions, which may return arrays over anything."""
+    return callable(plan.model) or plan.task != "run" or any(q.function for q in plan.quantities)
+
+
+def _stems(plan) -> set[str]:
+    """Names that the results begin with; none where only the results can tell."""
+    if _has_functions(plan) or any(one.name == "verdict" for one in plan.quantities):
+        return set()
+    return {_stem(one.label) for one in plan.quantities}
