@@ -6,6 +6,7 @@ The long mode is a command: tests/robustness/fuzz.py.
 
 import shutil
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -13,9 +14,11 @@ import pytest
 ROBUSTNESS = Path(__file__).parents[1] / "robustness"
 sys.path.insert(0, str(ROBUSTNESS))
 
+from attack import KINDS, attack, kept_case, spread  # noqa: E402
 from fuzz import FILES, PYTHON_PROBE, Probe, Tally, ask_about, fuzz, fuzz_checkpoints  # noqa: E402
 
-CASES = sorted((ROBUSTNESS / "cases").iterdir())
+CASES = sorted(file for file in (ROBUSTNESS / "cases").iterdir() if file.is_file())
+ATTACKS = sorted((ROBUSTNESS / "cases" / "attacks").iterdir())
 
 
 @pytest.mark.parametrize(("kind", "count"), [("input", 400), ("record", 300)])
@@ -44,3 +47,16 @@ def test_what_once_did_harm(case, tmp_path):
     file = Path(shutil.copy(case, tmp_path))
     with Probe(PYTHON_PROBE) as probe:
         assert not ask_about(probe, "input" if case.suffix == ".nml" else "record", file, Tally())
+
+
+def test_attacks_do_no_harm():
+    counts, failures = attack(spread(90, 11, list(KINDS)))
+    assert not failures
+    assert set(counts) == set(KINDS)
+    assert sum(found["done"] for found in counts.values()) >= 10
+
+
+def test_attacks_that_once_did_harm():
+    counts, failures = attack(lambda good: map(kept_case, ATTACKS))
+    assert not failures
+    assert sum(map(Counter.total, counts.values())) == len(ATTACKS) > 0

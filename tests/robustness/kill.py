@@ -3,12 +3,14 @@
 """Kill runs at random moments, resume them, and compare what comes out to the last bit.
 
 usage: python tests/robustness/kill.py [--kills N] [--seed S] [--signals KILL,TERM,USR1] [--quick]
-       [--program PROGRAM] [--folder FOLDER]
+       [--pages N] [--program PROGRAM] [--folder FOLDER]
 
 Each case starts a run and sends it a signal at a random moment; it is resumed, killed again one
 time in four, until it ends.  Its output must have the same bits as that of a run left alone.  Runs
 that end before their signal are spared; "anew" counts those killed before their first checkpoint.
-Ends with status 1 if any output differs.
+--pages kills `sitedda view`, `report`, `movie` and `draw` so often (by TERM, INT, KILL), which must
+leave the older file or the whole new one, and nothing beside it unless killed by KILL.  Ends with
+status 1 if any output differs.
 """
 
 from __future__ import annotations
@@ -119,6 +121,45 @@ def case(program, folder, chance, tally, signals, reference) -> None:
         tally.identical += 1
 
 
+PAGES = {"view": "x.html", "report": "x.html", "movie": "x.gif", "draw": "x.png"}
+PAGE_SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
+
+
+def kill_pages(folder: Path, output: Path, kills: int, chance: random.Random) -> list[str]:
+    """Kill commands that show an output; what they left that they must not."""
+    wrong, done, whole = [], 0, dict.fromkeys(PAGES, 0.0)
+    folder.mkdir()
+    while done < kills:
+        command = chance.choice(list(PAGES))
+        target = folder / PAGES[command]
+        words = [sys.executable, "-m", "sitedda", command, str(output), "-o", str(target)]
+        words += ["--no-open"] if command == "view" else []
+        words += ["-q", "--seconds", "2"] if command == "movie" else []
+        if not whole[command]:
+            begun = time.perf_counter()
+            subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+            whole[command] = time.perf_counter() - begun
+        before = target.read_bytes()
+        running = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        number = chance.choice(PAGE_SIGNALS)
+        try:
+            running.communicate(timeout=whole[command] * chance.uniform(0.5, 1.0))
+            continue
+        except subprocess.TimeoutExpired:
+            running.send_signal(number)
+        _, said = running.communicate()
+        done += 1
+        left = [file.name for file in folder.glob(".new-*")]
+        after = target.read_bytes()
+        if after != before and not after.endswith((b"</html>\n", b";", b"IEND\xaeB`\x82")):
+            wrong.append(f"{command}, {number.name}: half of {target.name}")
+        if left and number != signal.SIGKILL:
+            wrong.append(f"{command}, {number.name}: {left} left over: {said.decode()[-300:]}")
+        for name in left:
+            (folder / name).unlink()
+    return wrong
+
+
 def main() -> int:
     """Run the cases and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -126,6 +167,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--signals", default="KILL")
     parser.add_argument("--quick", action="store_true", help="shorter models")
+    parser.add_argument("--pages", type=int, default=0)
     parser.add_argument("--program", default=None)
     parser.add_argument("--folder", type=Path, default=None)
     options = parser.parse_args()
@@ -146,13 +188,16 @@ def main() -> int:
             reference = folder / "reference.nc"
             (folder / "out.nc").rename(reference)
             share = options.kills * (i + 1) // len(chosen)
+            output = reference
             while sum(other.kills for other in tallies) + tally.kills < share:
                 case(program, folder, chance, tally, signals, reference)
             tallies.append(tally)
+        wrong = kill_pages(Path(scratch) / "pages", output, options.pages, chance)
+        print(*wrong, f"pages: {options.pages} kills, {len(wrong)} wrong", sep="\n")
     print("model              whole    spared  kills  resumes   anew  identical")
     for tally in tallies:
         print(tally.line())
-    return int(any(tally.identical < tally.cases for tally in tallies))
+    return int(bool(wrong) or any(tally.identical < tally.cases for tally in tallies))
 
 
 if __name__ == "__main__":

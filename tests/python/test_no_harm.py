@@ -1,0 +1,448 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is written: nothing in place of what is not the program's own, whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from environment import executable
+from model_text import changed, namelist, tower
+from test_command import NEVER_ENDING
+
+import sitedda
+from sitedda.errors import InputError, OutputError
+from sitedda.files import check_target, save_picture, write, written
+from sitedda.study import collect
+from sitedda.study.plan import make_plan
+from sitedda.study.settings import read_settings
+from sitedda.study.slurm import Slurm, write_batch
+
+PRECIOUS = b"precious\n"
+SIDE_FILES = ("journal", "writing", "partial", "checkpoint", "checkpoint.previous",
+              "checkpoint.coming")  # fmt: skip
+
+
+@pytest.fixture
+def here(tmp_path):
+    """A folder within one that is watched, with a model, and a file that is to stay."""
+    folder = tmp_path / "here"
+    folder.mkdir()
+    (folder / "m.nml").write_text(namelist(changed(tower(steps=5), "output", file="o.nc")))
+    (tmp_path / "victim").write_bytes(PRECIOUS)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The output of a run with several frames."""
+    file = tmp_path_factory.mktemp("finished") / "m.nml"
+    file.write_text(namelist(changed(tower(steps=20), "output", block_interval=5)))
+    sitedda.run(file, file.with_name("o.nc"))
+    return file.with_name("o.nc")
+
+
+def refused(done, *words) -> None:
+    """One line and a status, no traceback."""
+    assert done.returncode in (1, 5), (done.stdout, done.stderr)
+    assert done.stderr.count("\n") == 1, done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+WALL = """&control time_step = 1e-3, steps = 5 /
+&material name = 'rock', density = 2e3, young_modulus = 1e9, poisson_ratio = 0.2 /
+&joint name = 'bed', friction_angle = 30.0 /
+&region name = 'wall', outline = 0, 0, 4, 0, 4, {courses}, 0, {courses} /
+&joint_set joint = 'bed', angle = 0.0, spacing = 1.0 /
+"""
+
+# --- An output replaces only an output -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["victim.nml", "sub/deep.txt"])
+def test_an_output_does_not_replace_other_files(program, here, name):
+    target = here / name
+    target.parent.mkdir(exist_ok=True)
+    target.write_bytes(PRECIOUS)
+    text = (here / "m.nml").read_text().replace("o.nc", name)
+    (here / "m.nml").write_text(text)
+    refused(program("run", "m.nml", "-q", folder=here), name, "not replaced")
+    assert target.read_bytes() == PRECIOUS
+    assert not list(here.glob("*.journal"))
+
+
+@pytest.mark.parametrize("name", ["../x.nc", "sub/../../x.nc", "{above}/x.nc"])
+def test_an_input_names_outputs_in_its_folder_only(native, main, here, name):
+    (here / "sub").mkdir()
+    name = name.format(above=here.parent)
+    text = (here / "m.nml").read_text().replace("o.nc", name)
+    (here / "m.nml").write_text(text)
+    for program in (native, main):
+        refused(program("run", "m.nml", "-q", folder=here), "x.nc", "--output")
+    assert not (here.parent / "x.nc").exists()
+    for words in (["-o", "../y.nc"], ["--set", "output.file=../y.nc"]):
+        for program in (native, main):
+            assert program("run", "m.nml", "-q", *words, folder=here).returncode == 0
+            (here.parent / "y.nc").unlink()
+    sitedda.run(here / "m.nml", True, changes={"output.file": str(here.parent / "z.nc")})
+    assert (here.parent / "z.nc").exists()
+
+
+@pytest.mark.parametrize("name", ["sub/o.nc", "./o.nc", "{here}/o.nc", "link/o.nc", "a..b.nc"])
+def test_names_below_the_folder_are_taken(native, here, name):
+    (here / "sub").mkdir()
+    (here / "elsewhere").mkdir()
+    (here / "link").symlink_to("elsewhere")
+    name = name.format(here=here)
+    (here / "m.nml").write_text((here / "m.nml").read_text().replace("o.nc", name))
+    done = native("run", "m.nml", "-q", folder=here)
+    assert done.returncode == 0, done.stderr
+    assert (here / name).exists()
+
+
+def test_links_pipes_and_devices_are_not_replaced(native, main, here):
+    (here / "link.nc").symlink_to("../victim")
+    (here / "nowhere.nc").symlink_to("../nothing")
+    os.mkfifo(here / "pipe.nc")
+    names = ["link.nc", "nowhere.nc", "pipe.nc"]
+    if os.geteuid() == 0:
+        os.mknod(here / "null.nc", 0o600 | 0o020000, os.makedev(1, 3))
+        names.append("null.nc")
+    before = {name: standing(here / name) for name in names}
+    for name in names:
+        for command in (native, main):
+            refused(command("run", "m.nml", "-q", "-o", name, folder=here), name)
+        refused(main("draw", "m.nml", "-o", name, folder=here), name)
+        refused(main("view", "m.nml", "--no-open", "-o", name, folder=here), name)
+        assert standing(here / name) == before[name]
+    assert (here.parent / "victim").read_bytes() == PRECIOUS
+    assert not (here.parent / "nothing").exists()
+
+
+def standing(file: Path) -> tuple:
+    """What stands under a name."""
+    found = os.lstat(file)
+    return found.st_mode, found.st_ino, found.st_rdev, found.st_size
+
+
+def test_a_device_is_not_replaced_by_root(main, here):
+    before = os.lstat("/dev/null")
+    refused(main("draw", "m.nml", "-o", "/dev/null", folder=here), "/dev/null")
+    refused(main("run", "m.nml", "-q", "-o", "/dev/null", folder=here), "/dev/null")
+    assert os.lstat("/dev/null").st_rdev == before.st_rdev
+
+
+@pytest.mark.parametrize("ending", SIDE_FILES)
+def test_side_files_are_not_written_through_links(native, main, here, ending):
+    side = here / f"o.nc.{ending}"
+    for make in (lambda: side.symlink_to("../victim"), lambda: os.link("victim", side),
+                 lambda: side.write_bytes(PRECIOUS)):  # fmt: skip
+        os.chdir(here.parent)
+        make()
+        for command in (native, main):
+            refused(command("run", "m.nml", "-q", folder=here), f"o.nc.{ending}")
+        assert side.read_bytes() == (here.parent / "victim").read_bytes() == PRECIOUS
+        side.unlink()
+    assert sorted(os.listdir(here)) == ["m.nml"]
+
+
+def test_what_a_killed_run_leaves_is_replaced(native, here):
+    """Empty files, zeros that never got their content, and the program's own."""
+    for ending in SIDE_FILES:
+        (here / f"o.nc.{ending}").write_bytes(b"" if ending == "journal" else bytes(4096))
+    done = native("run", "m.nml", "-q", folder=here)
+    assert done.returncode == 0, done.stderr
+    assert sorted(os.listdir(here)) == ["m.nml", "o.nc"]
+    assert native("run", "m.nml", "-q", folder=here).returncode == 0
+
+
+def test_an_output_does_not_replace_what_is_read_by_another_name(main, here):
+    blocks = [{"vertices": [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0]}]
+    file = sitedda.block_file.write_block_file(here / "blocks.nc", blocks)
+    os.link(file, here / "other.nc")
+    model = sitedda.Model(time_step=1e-3, steps=2)
+    model.material("rock", density=2e3, young_modulus=1e9, poisson_ratio=0.2)
+    model.joint("bed", friction_angle=30.0)
+    model.blocks("blocks.nc")
+    model.folder = here
+    model.write(here / "b.nml")
+    for name in ("blocks.nc", "other.nc"):
+        refused(main("run", "b.nml", "-q", "-o", name, folder=here), "block file")
+    file.rename(here / "o.nc.partial")
+    text = (here / "b.nml").read_text().replace("blocks.nc", "o.nc.partial")
+    (here / "b.nml").write_text(text)
+    refused(main("run", "b.nml", "-q", "-o", "o.nc", folder=here), "o.nc.partial", "block file")
+
+
+# --- Pages, pictures, movies ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", ["view", "report", "draw", "movie", "site", "surface"])
+def test_nothing_replaces_its_own_source(main, here, finished, command):
+    shutil.copy(finished, here / "o.nc")
+    shutil.copy(finished, here / "o.png")  # by its name, a picture
+    (here / "o.gif").write_bytes(PRECIOUS)
+    before = {file.name: file.read_bytes() for file in here.iterdir()}
+    more = ["--no-open"] if command == "view" else []
+    sources = ["o.nc"] if command in ("movie", "surface", "site") else ["o.nc", "m.nml"]
+    for source in sources:
+        for target in {source, "o.gif" if command == "movie" else "o.png"}:
+            done = main(command, source, "-o", target, *more, folder=here)
+            assert done.returncode in (1, 5) and "Traceback" not in done.stderr
+    assert {file.name: file.read_bytes() for file in here.iterdir()} == before
+
+
+def test_files_of_a_kind_replace_each_other(main, here, finished):
+    for name, command in (("v.html", "view"), ("d.png", "draw"), ("r.html", "report")):
+        for _ in range(2):
+            more = ["--no-open"] if command == "view" else []
+            done = main(command, finished, "-o", here / name, *more)
+            assert done.returncode == 0, done.stderr
+    assert main("view", "m.nml", "--no-open", "-o", "r.html", folder=here).returncode == 0
+    for ending in ("svg", "pdf", "jpg"):
+        for _ in range(2):
+            assert main("draw", finished, "-o", here / f"d.{ending}").returncode == 0
+    for _ in range(2):
+        done = main("export", finished, "--vtk", here / "vtk")
+        assert done.returncode == 0, done.stderr
+
+
+def test_inputs_that_were_not_written_by_it_are_not_replaced(main, here):
+    (here / "wall.nml").write_text(WALL.format(courses=2))
+    (here / "column.nml").write_text(WALL.format(courses=3))
+    hand = here / "mine.nml"
+    hand.write_text("! my own\n&run title = 'mine' /\n")
+    before = hand.read_bytes()
+    refused(main("build", "wall.nml", "-o", "mine.nml", folder=here), "mine.nml")
+    with pytest.raises(OutputError, match="not replaced"):
+        sitedda.Model.read(here / "wall.nml").write(hand)
+    assert hand.read_bytes() == before
+    for _ in range(2):  # what it wrote itself it may replace, by other content too
+        assert main("build", "wall.nml", "-o", "built.nml", folder=here).returncode == 0
+        sitedda.Model.read(here / "wall.nml").write(here / "model.nml")
+    sitedda.Model.read(here / "column.nml").write(here / "model.nml")
+    assert main("build", "column.nml", "-o", "built.nml", folder=here).returncode == 0
+
+
+@pytest.mark.parametrize("command", ["view", "report", "draw", "movie"])
+def test_a_full_disk_leaves_nothing_under_the_name(main, here, finished, command):
+    name = {"draw": "x.png", "movie": "x.gif"}.get(command, "x.html")
+    more = ["--no-open"] if command == "view" else []
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3000, limits[1]))
+    try:
+        done = main(command, finished, "-o", name, *more, folder=here)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert done.returncode == 5
+    assert f"{name} cannot be written: File too large" in done.stderr
+    assert sorted(os.listdir(here)) == ["m.nml"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_signal_leaves_nothing_under_the_name(here, number):
+    class Figure:
+        def savefig(self, file, **_):
+            Path(file).write_bytes(b"half")
+            os.kill(os.getpid(), number)
+            time.sleep(5)
+
+    (here / "x.png").write_bytes(b"")
+    interrupts = signal.signal(signal.SIGINT, signal.default_int_handler)
+    with pytest.raises((sitedda.errors.InterruptedRun, KeyboardInterrupt)):
+        save_picture(Figure(), here / "x.png")
+    assert (here / "x.png").read_bytes() == b""
+    assert sorted(os.listdir(here)) == ["m.nml", "x.png"]
+    signal.signal(signal.SIGINT, interrupts)
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_what_is_written_has_the_usual_rights_and_its_kind_is_kept(here):
+    page = write(here / "p.html", "<!DOCTYPE html><p>1", "a page")
+    assert page.stat().st_mode & 0o777 == 0o666 & ~umask()
+    write(page, "<!doctype html><p>2", "a page")
+    with pytest.raises(OutputError, match="is not a picture"):
+        write(page, b"", "a picture")
+    with pytest.raises(OutputError, match="has been|is a link"), written(page, "a page") as beside:
+        beside.write_text("<!doctype html>")
+        page.unlink()
+        page.symlink_to("../victim")
+    assert page.is_symlink() and (here.parent / "victim").read_bytes() == PRECIOUS
+    with pytest.raises(OutputError, match="does not exist"):
+        check_target(here / "no" / "p.html", "a page")
+
+
+def umask() -> int:
+    """Of this process."""
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
+
+
+# --- Side files that vanish ----------------------------------------------------------------------
+
+
+def test_a_journal_that_is_removed_is_written_again(here, same_bits):
+    (here / "m.nml").write_text(namelist(changed(tower(steps=40), "output", file="o.nc")))
+    whole = sitedda.run(here / "m.nml", here / "whole.nc")
+    with sitedda.Simulation(here / "m.nml", here / "o.nc") as run:
+        run.advance(10)
+        for file in here.glob("o.nc.*"):
+            file.unlink()
+        run.advance(5)
+        run.checkpoint()
+        assert (here / "o.nc.journal").exists() and (here / "o.nc.checkpoint").exists()
+        (here / "o.nc.journal").unlink()
+    with xr.open_dataset(here / "o.nc.partial", engine="netcdf4") as partial:
+        assert partial.sizes["time"] == 16
+    sitedda.resume(here / "m.nml", here / "o.nc")
+    same_bits(here / "o.nc", whole.output)
+    with sitedda.Simulation(here / "m.nml", here / "o.nc") as run:
+        run.advance(40)
+        (here / "o.nc.journal").unlink()
+    same_bits(here / "o.nc", whole.output)
+
+
+def test_a_journal_that_is_replaced_is_an_error(here):
+    with sitedda.Simulation(here / "m.nml", here / "o.nc") as run:
+        run.advance(2)
+        (here / "o.nc.journal").unlink()
+        (here / "o.nc.journal").write_bytes(PRECIOUS)
+        with pytest.raises(OutputError, match="replaced during the run"):
+            run.checkpoint()
+    assert (here / "o.nc.journal").read_bytes() == PRECIOUS
+
+
+def test_nothing_is_promised_that_is_not_there(native, here):
+    (here / "m.nml").write_text(namelist(tower(steps=NEVER_ENDING)))
+    folder = here / "results"
+    folder.mkdir()
+    running = subprocess.Popen(
+        [native.path, "run", "m.nml", "-q", "-o", folder / "o.nc"],
+        cwd=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    until = time.monotonic() + 60
+    while not (folder / "o.nc.partial").exists() and time.monotonic() < until:
+        time.sleep(0.02)
+    shutil.move(folder, here / "moved")
+    running.send_signal(signal.SIGTERM)
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 5, said
+    assert "o.nc.journal has been removed" in said and "results so far" not in said
+    assert said.count("\n") == 1
+
+
+# --- Studies -------------------------------------------------------------------------------------
+
+STUDY = """model = "m.nml"
+results = ["displacement[surface].x.largest"]
+[parameters]
+"motion.scale" = [1.0, 2.0]
+"""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'folder = "st\\ntouch PWNED #"',
+        'folder = "st\\r\\ntouch PWNED"',
+        'table = "t\\n.nc"',
+        'slurm = {options = ["--partition=a\\ntouch PWNED"]}',
+        'slurm = {program = "x\\ntouch PWNED"}',
+        'slurm = {time = "1:00\\ntouch PWNED"}',
+        'slurm = {each = "1\\ntouch PWNED"}',
+        "slurm = {each = -1}",
+        "slurm = {each = inf}",
+        "slurm = {memory = nan}",
+        'folder = "../st"',
+        'folder = "/tmp/st"',
+        'table = "../t.nc"',
+        "folder = 3",
+    ],
+)
+def test_no_text_of_a_study_is_a_command(main, here, line):
+    (here / "s.toml").write_text(f"{line}\n{STUDY}")
+    refused(main("study", "plan", "s.toml", folder=here), "s.toml")
+    assert not list(here.rglob("submit.sh"))
+    assert sorted(os.listdir(here.parent)) == ["here", "victim"]
+
+
+def test_python_arguments_are_not_commands_either(here):
+    plan = make_plan(here / "m.nml", {"motion.scale": [1.0]}, folder=here / "a\ntouch b")
+    with pytest.raises(InputError, match="control character"):
+        plan.write()
+    good = make_plan(here / "m.nml", {"motion.scale": [1.0]}, folder=here / "a $(b) 'c' %j").write()
+    evil = Slurm(executable("sitedda-native"), options=["--comment=x\ntouch PWNED"])
+    with pytest.raises(InputError, match="option of sbatch|control character"):
+        write_batch(good, evil)
+    plain = Slurm(executable("sitedda-native"), options=["--comment=a 'b' $(c) #d"])
+    text = write_batch(good, plain).read_text()
+    for line in text.splitlines():  # what a comment holds ends with its line
+        assert "touch" not in line
+    assert "#SBATCH --comment=a\\ \\'b\\'\\ \\$\\(c\\)\\ \\#d\n" in text
+    assert "%%j/slurm-%A_%a.log\n" in text
+
+
+@pytest.mark.parametrize(
+    "figure",
+    [
+        'title = 2\nkind = "map"',
+        'kind = "mop"',
+        "kind = 3",
+        'kind = "fragility"\nquantity = "displacement[surface].x.largest"\nintensity = "scale"',
+        'kind = "fragility"\nquantity = "displacement[surface].x.largest"\nintensity = "pga"\n'
+        "threshold = 1.0",
+        'kind = "fragility"\nquantity = "displacement[surface].x.largest"\nintensity = "scale"\n'
+        'threshold = "high"',
+        'kind = "fragility"\nquantity = "displacement[surface].x.largest"\nintensity = "scale"\n'
+        "threshold = nan",
+        'kind = "fragility"\nquantity = "tilt"\nintensity = "scale"\nthreshold = 1.0',
+        'kind = "ida"\nquantity = "displacement[surface].x.largest"\nintensity = "scale"\n'
+        "select = {phase = 3}",
+        'kind = "ida"\nquantity = "displacement[surface].x.largest"\nintensity = "scale"\n'
+        "select = {scale = 3.0}",
+        'kind = "bands"\nquantity = "displacement[surface].x.largest"\ncolour = "red"',
+    ],
+)
+def test_figures_are_checked_before_the_first_case(main, here, figure):
+    (here / "s.toml").write_text(f"{STUDY}\n[[figures]]\n{figure}\n")
+    refused(main("study", "s.toml", "-q", "--report", folder=here), "s.toml: figure 1")
+    assert not (here / "s_study").exists()
+
+
+def test_good_figures_are_taken(here, root):
+    (here / "s.toml").write_text(
+        f"{STUDY}\n[[figures]]\nkind = 'fragility'\nquantity = 'displacement[surface].x.largest'\n"
+        "intensity = 'scale'\nthreshold = 1\nselect = {scale = [1, 2.0]}\n"
+    )
+    assert len(read_settings(here / "s.toml").figures) == 1
+    for file in (root / "inputs" / "studies").glob("*.toml"):
+        assert read_settings(file).figures
+
+
+def test_a_study_folder_is_no_place_for_a_table_of_something_else(main, here):
+    (here / "s.toml").write_text(STUDY)
+    assert main("study", "s.toml", "-q", "-w", "1", folder=here).returncode == 0
+    results = here / "results"
+    results.mkdir()
+    (results / "mine.txt").write_bytes(PRECIOUS)
+    shutil.copytree(results, here / "results.zarr")
+    (here / "submit.sh").write_bytes(PRECIOUS)
+    for name in ("results", "results.zarr", "m.nml"):
+        refused(main("study", "collect", "s.toml", "-q", "-o", name, folder=here), name)
+    refused(main("study", "plan", "s.toml", "--folder", ".", folder=here), "submit.sh")
+    assert (results / "mine.txt").read_bytes() == PRECIOUS
+    assert (here / "results.zarr" / "mine.txt").exists()
+    assert (here / "submit.sh").read_bytes() == PRECIOUS
+    done = main("study", "collect", "s.toml", "-q", "-o", "../t.nc", folder=here)
+    assert done.returncode == 0, done.stderr
+    assert np.isfinite(collect(here / "s_study")["displacement[surface].x.largest"]).all()

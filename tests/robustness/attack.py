@@ -1,0 +1,694 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Attack every command with hostile files, options and names, and watch what it does to the disk.
+
+usage: python tests/robustness/attack.py [--cases N] [--seed S] [--kinds KIND,…] [--keep FOLDER]
+       python tests/robustness/attack.py --replay FOLDER/KIND_SEED
+
+Each case is a folder of good files of which one is spoilt or one name is a trap – a link, a pipe, a
+device node of its own, a folder, somebody's file – and a command line.  It fails if the command
+ends with a traceback, a signal or a status that is none, takes 30 s of a processor, writes numbers
+that are not finite without a word, leaves a file half written, changes a file that is not its own,
+or makes one outside of its folder.  What fails is kept in a folder, from which it can be replayed.
+To attack as another user: setpriv --reuid=65534 --regid=65534 --clear-groups python ….
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import json
+import os
+import random
+import re
+import shutil
+import stat
+import subprocess
+import sys
+import tempfile
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
+
+from fuzz import Probe  # noqa: E402
+from model_text import changed, namelist, tower  # noqa: E402
+from mutated_files import mutated_file  # noqa: E402
+from mutations import (  # noqa: E402
+    NUMBERS,
+    RECORDS,
+    mutated_bytes,
+    mutated_checkpoint,
+    mutated_input,
+    mutated_record,
+)
+
+TIME_LIMIT = 30.0  # s of a processor for one case
+PRECIOUS = b"somebody's own file\n"
+SIDE_FILES = ("journal", "writing", "partial", "checkpoint", "checkpoint.previous",
+              "checkpoint.coming")  # fmt: skip
+STATUSES = range(8)
+PAYLOAD = "touch PWNED"
+HOSTILE_TEXTS = [
+    "", " ", "..", "../x", "../../x.nc", "x/../../y", "~", "-x", "--help", "a b", "a'b", 'a"b',
+    f"a\n{PAYLOAD} #", f"a\r{PAYLOAD}", f"$({PAYLOAD})", f"`{PAYLOAD}`", f"a; {PAYLOAD}", "a\0b",
+    "x" * 300, "x" * 5000, "é地", "%s%n", "%A%j", "\x1b[2J", "\u2028", "nan", "1e999",
+]  # fmt: skip
+HOSTILE_NUMBERS = [
+    "0",
+    "-1",
+    "-0.0",
+    "nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "1e-308",
+    "1e9",
+    "7.5",
+    "x",
+    "",
+]
+
+STUDY = """model = "m.nml"
+folder = "st"
+table = "t.nc"
+results = ["displacement[surface].x.largest", "largest_tilt_rad"]
+time_limit = 60.0
+memory = 2000
+[fixed]
+"run.title" = "studied"
+[parameters]
+"motion.scale" = [1.0, 2.0]
+density = {changes = "material.rock.density", from = 2000, to = 3000, count = 2}
+[slurm]
+each = 1
+time = "1:00:00"
+memory = 500
+options = ["--partition=long", "--exclusive"]
+[[figures]]
+title = "Map"
+kind = "map"
+quantity = "largest_tilt_rad"
+x = "scale"
+y = "density"
+[[figures]]
+kind = "fragility"
+quantity = "largest_tilt_rad"
+intensity = "scale"
+threshold = 0.1
+select = {density = 2000.0}
+"""
+JOINTED = """&control time_step = 1e-3, steps = 3 /
+&material name = 'rock', density = 2e3, young_modulus = 1e9, poisson_ratio = 0.2 /
+&joint name = 'bed', friction_angle = 30.0 /
+&region name = 'part', {region} /
+&joint_set joint = 'bed', angle = 10.0, spacing = 1.0 /
+"""
+
+
+@dataclass
+class Case:
+    """A command in a folder of files."""
+
+    kind: str
+    seed: str
+    words: list[str] = field(default_factory=list)
+    files: dict[str, bytes] = field(default_factory=dict)  # in place of good ones, or more
+    traps: list[tuple[str, str]] = field(default_factory=list)  # name and what stands there
+    asked: str = ""  # a name outside of the folder that the user has asked for
+
+
+# --- Good files ----------------------------------------------------------------------------------
+
+
+def good_files(folder: Path) -> dict[str, bytes]:
+    """Everything that a command can be given, small."""
+    import sitedda
+
+    shaken = changed(tower(layers=2, steps=12), "output", file="o.nc", block_interval=4)
+    shaken.append(
+        ("amplification", {"surface": "surface", "base": "base", "lowest": 1.0, "highest": 20.0})
+    )
+    (folder / "m.nml").write_text(namelist(shaken))
+    sitedda.run(folder / "m.nml", folder / "good.nc")
+    with sitedda.Simulation(folder / "m.nml", folder / "stopped.nc") as run:
+        run.advance(5)
+    found = {file.name: file.read_bytes() for file in folder.iterdir()}
+    region = "outline = 0, 0, 4, 0, 4, 3, 0, 3"
+    found["jointed.nml"] = JOINTED.format(region=region).encode()
+    found["imported.nml"] = JOINTED.format(region="file = 'part.csv'").encode()
+    found["part.csv"] = b"name, x, y\na, 0, 0\na, 4, 0\na, 4, 3\na, 0, 3\n"
+    found["blocks.nc"] = mutated_block_source()
+    found["blocks.nml"] = (
+        JOINTED.format(region=region).split("&region")[0] + "&blocks file = 'blocks.nc' /\n"
+    ).encode()
+    found["record.smc"] = next(RECORDS.glob("*.smc")).read_bytes()
+    found["s.toml"] = STUDY.encode()
+    found["mine.txt"] = PRECIOUS
+    return found
+
+
+def mutated_block_source() -> bytes:
+    """A good block file."""
+    from mutated_files import good_blocks
+
+    return good_blocks(random.Random(0))
+
+
+# --- Cases ---------------------------------------------------------------------------------------
+
+
+def hostile_input(case: Case, chance: random.Random, good: dict) -> None:
+    """An input that is spoilt, to every command that reads one."""
+    case.files["m.nml"] = mutated_input(chance.randrange(2**31))
+    case.words = chance.choices(
+        [
+            ["run", "m.nml", "-q", "--no-plot"],
+            ["check", "m.nml"],
+            ["build", "m.nml"],
+            ["draw", "m.nml", "-o", "d.png"],
+            ["view", "m.nml", "--no-open", "-o", "v.html"],
+            ["report", "m.nml", "-o", "r.html"],
+            ["safety", "m.nml", "--factor", "1"],
+        ],
+        [12, 6, 6, 1, 2, 1, 1],
+    )[0]
+
+
+def hostile_name(case: Case, chance: random.Random, good: dict) -> None:
+    """An input that sends its output somewhere else, or a trap where something is to be written."""
+    trap = chance.choice(["link", "dangling", "pipe", "device", "folder", "mine", "hard link"])
+    if chance.random() < 0.3:
+        name = chance.choice(
+            [*HOSTILE_TEXTS, "../victim", "{above}/victim", "{above}/new.nc", "m.nml"]
+        )
+        quoted = name.replace("'", "''")
+        case.files["m.nml"] = re.sub(rb"'o\.nc'", lambda _: f"'{quoted}'".encode(), good["m.nml"])
+        case.words = ["run", "m.nml", "-q", "--no-plot"]
+        return
+    command = chance.choice(["run", "resume", "draw", "view", "report", "movie", "export", "build",
+                             "record", "site", "surface", "safety", "study"])  # fmt: skip
+    name = {"draw": "x.png", "view": "x.html", "report": "x.html", "movie": "x.gif",
+            "build": "x.nml", "study": "t.nc"}.get(command, "x.png")  # fmt: skip
+    source = {"build": "jointed.nml", "record": "record.smc", "safety": "jointed.nml"}
+    case.words = [command, source.get(command, "good.nc"), "-o", name]
+    if command in ("run", "resume"):
+        case.words = [command, "m.nml", "-q", "--no-plot"]
+        name = "o.nc" + chance.choice(["", *(f".{ending}" for ending in SIDE_FILES)])
+    elif command == "export":
+        case.words = ["export", "good.nc", "--vtk", "vtk"]
+        name = chance.choice(["vtk", "vtk/blocks_0000.vtp", "vtk/blocks.pvd"])
+    elif command == "study":
+        case.words = ["study", "plan", "s.toml"]
+        name = chance.choice(["st/study.json", "st/submit.sh", "st/tasks.txt", "st/cases", "st"])
+    elif command == "view":
+        case.words.append("--no-open")
+    elif chance.random() < 0.1:
+        name = case.words[1]  # its own source
+        case.words[3] = name
+        return
+    case.traps.append((name, trap))
+
+
+def hostile_record(case: Case, chance: random.Random, good: dict) -> None:
+    """A damaged record."""
+    case.files["record.smc"] = mutated_record(chance.randrange(2**31))
+    case.words = ["record", "record.smc", "-o", "x.png"]
+
+
+def hostile_lines(case: Case, chance: random.Random, good: dict) -> None:
+    """Damaged files of lines and polygons."""
+    kind = chance.choice(["csv", "wkt", "geojson", "dxf"])
+    case.files[f"part.{kind}"] = mutated_file(kind, chance.randrange(2**31))
+    case.files["imported.nml"] = good["imported.nml"].replace(b"part.csv", f"part.{kind}".encode())
+    case.words = ["build", "imported.nml"]
+
+
+def hostile_blocks(case: Case, chance: random.Random, good: dict) -> None:
+    """A damaged block file."""
+    case.files["blocks.nc"] = mutated_file("nc", chance.randrange(2**31))
+    case.words = chance.choice([["run", "blocks.nml", "-q", "--no-plot"], ["check", "blocks.nml"]])
+
+
+def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
+    """A damaged output, or one that lies, to every command that shows one."""
+    data = good["good.nc"]
+    if chance.random() < 0.6:
+        data = lying_output(chance, data)
+    for _ in range(chance.choice([0, 1, 1, 5]) if data != good["good.nc"] else 1):
+        data = mutated_bytes(chance, data)
+    case.files["good.nc"] = data
+    case.words = chance.choices(
+        [
+            ["draw", "good.nc", "-o", "x.png"],
+            ["draw", "good.nc", "-o", "x.png", "--contacts", "force", "--color", "stress"],
+            ["view", "good.nc", "--no-open", "-o", "x.html"],
+            ["report", "good.nc", "-o", "x.html"],
+            ["movie", "good.nc", "-q", "-o", "x.gif", "--seconds", "0.1"],
+            ["export", "good.nc", "--vtk", "vtk"],
+            ["site", "good.nc", "-o", "x.png"],
+            ["surface", "good.nc", "-o", "x.png"],
+        ],
+        [3, 3, 6, 1, 1, 3, 1, 2],
+    )[0]
+
+
+def lying_output(chance: random.Random, data: bytes) -> bytes:
+    """An output in which a variable is missing, or holds what it must not."""
+    import netCDF4
+    import numpy as np
+
+    with tempfile.TemporaryDirectory() as folder:
+        file, new = Path(folder) / "o.nc", Path(folder) / "n.nc"
+        file.write_bytes(data)
+        with netCDF4.Dataset(file) as old, netCDF4.Dataset(new, "w") as made:
+            old.set_auto_maskandscale(False)
+            victim = chance.choice(list(old.variables))
+            how = chance.choice(["gone", "index", "nan", "huge", "attribute", "zeros"])
+            for name, dimension in old.dimensions.items():
+                made.createDimension(name, len(dimension))
+            attributes = {name: old.getncattr(name) for name in old.ncattrs()}
+            if how == "attribute":
+                one = chance.choice(list(attributes))
+                attributes[one] = chance.choice(["", "nan", -1, 1e300, np.nan, "x" * 70_000])
+            made.setncatts(attributes)
+            for name, variable in old.variables.items():
+                if name == victim and how == "gone":
+                    continue
+                copy = made.createVariable(name, variable.dtype, variable.dimensions)
+                copy.setncatts({k: variable.getncattr(k) for k in variable.ncattrs()
+                                if k != "_FillValue"})  # fmt: skip
+                values = np.array(variable[...])
+                if name == victim and values.size and values.dtype.kind in "if":
+                    at = chance.randrange(values.size)
+                    real = values.dtype.kind == "f"
+                    values.flat[at] = {"index": 99_999, "huge": 1e300 if real else 2**31 - 1,
+                                       "nan": np.nan if real else -1, "zeros": 0,
+                                       }.get(how, values.flat[at])  # fmt: skip
+                    if how == "zeros":
+                        values[...] = 0
+                copy[...] = values
+        return new.read_bytes()
+
+
+def hostile_checkpoint(case: Case, chance: random.Random, good: dict) -> None:
+    """Damaged side files of a run that ended early."""
+    ending = chance.choice(["checkpoint", "checkpoint", "journal", "partial"])
+    name = f"stopped.nc.{ending}"
+    case.files[name] = mutated_checkpoint(chance.randrange(2**31), good[name])
+    command = chance.choice(["resume", "resume", "resume", "run"])
+    case.words = [command, "m.nml", "-q", "--no-plot", "-o", "stopped.nc"]
+
+
+def hostile_study(case: Case, chance: random.Random, good: dict) -> None:
+    """A study whose file is spoilt."""
+    text = STUDY
+    for _ in range(chance.choice([1, 1, 2])):
+        lines = text.splitlines()
+        at = chance.randrange(len(lines))
+        name, equals, _ = lines[at].partition(" = ")
+        literals = [
+            *(json.dumps(word) for word in HOSTILE_TEXTS),
+            *("nan", "inf", "-1", "0", "true", "[]", "{}", "[[1]]", "1e400", "9" * 30, "[1, 'a']"),
+            *("{from = 1, to = 2, count = 1e9}", "1979-05-27", '["--x=a\\nb"]', '{x = "\\n"}'),
+        ]
+        new = chance.choice(literals)
+        match chance.randrange(5):
+            case 0 | 1 | 2 if equals:
+                lines[at] = f"{name} = {new}"
+            case 3 if equals:
+                lines[at] = f"{json.dumps(chance.choice(HOSTILE_TEXTS))} = {new}"
+            case _:
+                lines.pop(at)
+        text = "\n".join(lines)
+    data = text.encode("utf-8", "replace")
+    case.files["s.toml"] = mutated_bytes(chance, data) if chance.random() < 0.15 else data
+    case.words = ["study", "plan", "s.toml"]
+
+
+OPTIONS = {
+    "draw": ["--dpi", "--deformation", "--time", "--stage", "--color", "--contacts", "-o"],
+    "movie": ["--fps", "--seconds", "--deformation", "--color", "-o"],
+    "view": ["--color", "-o"],
+    "report": ["-o"],
+    "export": ["--vtk"],
+    "site": ["--surface", "--base", "--damping", "-o"],
+    "surface": ["--axis", "--lowest", "--highest", "-o"],
+    "record": ["--format", "--quantity", "--unit", "--time-step", "-o"],
+    "run": ["--set", "-o"],
+    "check": ["--set"],
+    "safety": ["--factor", "--tolerance", "--displacement", "--set", "-o"],
+    "build": ["-o"],
+    "example": [],
+    "study": ["-o", "--folder", "--workers"],
+}
+
+
+def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
+    """Options of every command, with values that make no sense, on good files."""
+    command = chance.choice(list(OPTIONS))
+    source = {"record": "record.smc", "run": "m.nml", "check": "m.nml", "safety": "jointed.nml",
+              "build": "jointed.nml"}.get(command, "good.nc")  # fmt: skip
+    case.words = [command, source] if command != "example" else [command]
+    if command == "study":
+        case.words = ["study", "plan", "s.toml"]
+    if command == "example":
+        case.words += [chance.choice(["column", *HOSTILE_TEXTS])]
+    for option in chance.sample(
+        OPTIONS[command], min(len(OPTIONS[command]), chance.choice([1, 2]))
+    ):
+        value = chance.choice([*HOSTILE_NUMBERS, *HOSTILE_NUMBERS, *HOSTILE_TEXTS])
+        if option == "--set":
+            name = chance.choice(
+                ["time_step", "output.file", "joint[*].cohesion", "steps", "x", ""]
+            )
+            value = f"{name}={chance.choice([*NUMBERS, value])}"
+        if option in ("-o", "--vtk", "--folder"):
+            value = chance.choice(
+                [*HOSTILE_TEXTS, "mine.txt", "m.nml", "../victim", ".", "no/x.png"]
+            )
+            case.asked = value
+        case.words += [option, value]
+    if command == "view":
+        case.words.append("--no-open")
+    if command == "run":
+        case.words += ["-q", "--no-plot"]
+        case.asked = case.asked or next(
+            (word.partition("=")[2] for word in case.words if word.startswith("output.file=")), ""
+        )
+    case.words = [word.replace("\0", "") for word in case.words]
+    case.asked = case.asked.replace("\0", "")
+
+
+KINDS: dict[str, tuple[Callable, int]] = {
+    "input": (hostile_input, 6),
+    "name": (hostile_name, 5),
+    "record": (hostile_record, 1),
+    "lines": (hostile_lines, 2),
+    "blocks": (hostile_blocks, 2),
+    "output": (hostile_output, 4),
+    "checkpoint": (hostile_checkpoint, 2),
+    "study": (hostile_study, 3),
+    "options": (hostile_options, 4),
+}
+
+
+def make_case(kind: str, seed: int, good: dict) -> Case:
+    """The same kind and seed make the same case."""
+    case = Case(kind, str(seed))
+    KINDS[kind][0](case, random.Random(f"{kind} {seed}"), good)
+    return case
+
+
+# --- The yard ------------------------------------------------------------------------------------
+
+
+class Yard:
+    """The folder that is watched, and the one in it where the command runs."""
+
+    def __init__(self, folder: Path, good: dict[str, bytes]):
+        self.above, self.good = folder, good
+        self.here = folder / "here"
+
+    def lay_out(self, case: Case) -> None:
+        """Fresh files, the case's own, its traps."""
+        for entry in self.above.iterdir():
+            if entry.is_dir() and not entry.is_symlink():
+                shutil.rmtree(entry)
+            else:
+                entry.unlink()
+        self.here.mkdir()
+        (self.above / "victim").write_bytes(PRECIOUS)
+        (self.above / "folder").mkdir()
+        (self.above / "folder" / "inside").write_bytes(PRECIOUS)
+        for name, data in (self.good | case.files).items():
+            above = str(self.above).encode()
+            data = data.replace(b"{above}", above) if name == "m.nml" else data
+            (self.here / name).write_bytes(data)
+        for name, what in case.traps:
+            self.set_trap(self.here / name, what)
+
+    def set_trap(self, place: Path, what: str) -> None:
+        """Something that is not to be written."""
+        place.parent.mkdir(parents=True, exist_ok=True)
+        victim = self.above / "victim"
+        if what == "link":
+            place.symlink_to(victim)
+        elif what == "dangling":
+            place.symlink_to(self.above / "nothing")
+        elif what == "hard link":
+            os.link(victim, place)
+        elif what == "pipe" or (what == "device" and os.geteuid()):
+            os.mkfifo(place)
+        elif what == "device":
+            os.mknod(place, stat.S_IFCHR | 0o666, os.makedev(1, 3))
+        elif what == "folder":
+            place.mkdir()
+        else:
+            place.write_bytes(PRECIOUS)
+
+    def watch(self) -> dict[str, tuple]:
+        """What stands where, with its content."""
+        found = {}
+        for folder, folders, files in os.walk(self.above):
+            for name in [*folders, *files]:
+                path = Path(folder) / name
+                about = os.lstat(path)
+                content = os.readlink(path) if stat.S_ISLNK(about.st_mode) else b""
+                if stat.S_ISREG(about.st_mode):
+                    content = hashlib.sha256(path.read_bytes()).digest()
+                found[str(path.relative_to(self.above))] = (about.st_mode, about.st_rdev, content)
+        return found
+
+
+def own_names(case: Case) -> set[str]:
+    """Files that were there and that the command may replace or remove: those of the same run."""
+    if case.words[0] not in ("run", "resume") or "stopped.nc" not in case.words:
+        return set()
+    return {"here/stopped.nc", *(f"here/stopped.nc.{ending}" for ending in SIDE_FILES)}
+
+
+def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
+    """What a command did to the disk that it must not; blank if nothing."""
+    asked = os.path.normpath(os.path.join(yard.here, case.asked)) if case.asked else ""
+    free = own_names(case)
+    for name, what in before.items():
+        if after.get(name) != what and name not in free and not stat.S_ISDIR(what[0]):
+            return f"{name} has been {'changed' if name in after else 'removed'}"
+        if stat.S_ISDIR(what[0]) and name not in after:
+            return f"the folder {name} has been removed"
+    for name in after.keys() - before.keys():
+        path = str(yard.above / name)
+        if os.path.basename(name) == "PWNED":
+            return "a command was executed"
+        if os.path.basename(name).startswith(".new-") or name.endswith((".writing", ".coming")):
+            return f"{name} is left over"
+        if not name.startswith("here/") and not (asked and path.startswith(asked)):
+            return f"{name} was made outside of the folder"
+        if name not in free and (words := half_written(yard.above / name)):
+            return f"{name} {words}"
+    return ""
+
+
+def half_written(file: Path) -> str:
+    """What is wrong with a file that stands under its own name; blank if nothing."""
+    if not file.is_file() or file.is_symlink():
+        return ""
+    data = file.read_bytes()
+    ends = {".png": b"IEND\xaeB`\x82", ".html": b"</html>\n", ".gif": b";", ".vtp": b"</VTKFile>\n",
+            ".pvd": b"</VTKFile>\n", ".toml": b"\n", ".sh": b"exit $worst\n"}  # fmt: skip
+    if file.suffix in ends and not data.endswith(ends[file.suffix]):
+        return "is half written"
+    if file.suffix == ".nc" and data[:4] in (b"\x89HDF", b"CDF\1", b"CDF\2", b"CDF\5"):
+        return not_finite(file)
+    return ""
+
+
+def not_finite(file: Path) -> str:
+    """The first variable of an output that holds what is not a number."""
+    import netCDF4
+    import numpy as np
+
+    try:
+        with netCDF4.Dataset(file) as data:
+            data.set_auto_maskandscale(False)
+            for name, variable in data.variables.items():
+                if variable.dtype.kind == "f" and not np.all(np.isfinite(variable[...])):
+                    return f"holds numbers that are not finite in {name}"
+    except OSError as trouble:
+        return f"cannot be read: {trouble}"
+    return ""
+
+
+# --- Answers -------------------------------------------------------------------------------------
+
+
+def serve() -> None:
+    """Carry out command lines, a line of JSON each, in this process; answer in JSON."""
+    from sitedda.command import main
+
+    answers = os.fdopen(os.dup(1), "w")
+    for request in sys.stdin:
+        folder, words = json.loads(request)
+        os.chdir(folder)
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            os.dup2(out.fileno(), 1)
+            os.dup2(err.fileno(), 2)
+            trouble = ""
+            try:
+                status = main([word.encode("utf-8", "surrogatepass").decode("utf-8", "replace")
+                               for word in words])  # fmt: skip
+            except SystemExit as end:
+                status = end.code
+            except BaseException:
+                status, trouble = None, traceback.format_exc()
+            for stream in (sys.stdout, sys.stderr):
+                with contextlib.suppress(ValueError, OSError):
+                    stream.flush()
+            said = []
+            for stream in (out, err):
+                stream.seek(0)
+                said.append(stream.read(20_000).decode("utf-8", "replace"))
+        close_pictures()
+        os.chdir("/")
+        answers.write(json.dumps([status, said[0], said[1] + trouble]) + "\n")
+        answers.flush()
+
+
+def close_pictures() -> None:
+    """A process of thousands of commands keeps no pictures."""
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
+
+
+def judge(answer: str) -> tuple[str, str]:
+    """Whether a command was carried out, and what is wrong with how it ended."""
+    if not answer.startswith("["):
+        return "failed", answer
+    status, out, err = json.loads(answer)
+    if "Traceback" in err or status is None:
+        lines = [line for line in err.strip().splitlines() if line.strip()]
+        where = next((x.strip() for x in reversed(lines) if x.strip().startswith("File ")), "")
+        return "failed", f"traceback: {lines[-1][:300]} {where}"
+    if status not in STATUSES:
+        return "failed", f"status {status}"
+    if status and not err.strip():
+        return "failed", f"status {status} without a word"
+    return ("done" if status == 0 else f"status {status}"), ""
+
+
+def run_script(yard: Yard) -> str:
+    """Run what a study gave to Slurm, as its first task; what is wrong."""
+    for script in yard.above.rglob("submit.sh"):
+        if script.is_file() and not script.is_symlink() and b"#SBATCH" in script.read_bytes():
+            numbers = {"SLURM_ARRAY_TASK_ID": "0", "SLURM_ARRAY_JOB_ID": "1"}
+            done = subprocess.run(["bash", str(script)], cwd=yard.here, env=os.environ | numbers,
+                                  capture_output=True, text=True, check=False)  # fmt: skip
+            if "command not found" in done.stderr or "syntax error" in done.stderr:
+                return done.stderr.strip().splitlines()[0]
+    return ""
+
+
+def carry_out(case: Case, yard: Yard, probe: Probe) -> tuple[str, str]:
+    """One case: what became of it, and what is wrong."""
+    yard.lay_out(case)
+    before = yard.watch()
+    answer = probe.ask(json.dumps([str(yard.here), case.words]), TIME_LIMIT)
+    what, wrong = judge(answer)
+    if not wrong and case.words[0] == "study" and what == "done":
+        wrong = run_script(yard)
+    wrong = wrong or harm(case, yard, before, yard.watch())
+    return ("failed" if wrong else what), wrong
+
+
+def keep_case(case: Case, wrong: str, folder: Path) -> None:
+    """Keep what failed, so that it can be replayed."""
+    place = folder / f"{case.kind}_{case.seed}"
+    place.mkdir(parents=True, exist_ok=True)
+    for name, data in case.files.items():
+        (place / name).write_bytes(data)
+    about = {"kind": case.kind, "words": case.words, "traps": case.traps, "asked": case.asked,
+             "files": sorted(case.files), "wrong": wrong}  # fmt: skip
+    (place / "case.json").write_text(json.dumps(about, indent=1) + "\n")
+
+
+def kept_case(folder: Path) -> Case:
+    """A case that was kept."""
+    about = json.loads((folder / "case.json").read_text())
+    files = {name: (folder / name).read_bytes() for name in about["files"]}
+    return Case(about["kind"], folder.name, about["words"], files,
+                [tuple(trap) for trap in about["traps"]], about["asked"])  # fmt: skip
+
+
+def attack(cases: Callable, keep: Path | None = None, say: bool = False):
+    """Carry out the cases that a function makes of good files; counts, and what failed."""
+    counts: dict[str, Counter] = {}
+    failures = []
+    command = [sys.executable, str(Path(__file__).resolve()), "--serve"]
+    with tempfile.TemporaryDirectory() as good, tempfile.TemporaryDirectory() as above:
+        goods = good_files(Path(good))
+        yard = Yard(Path(above).resolve(), goods)
+        with Probe(command) as probe:
+            for case in cases(goods):
+                what, wrong = carry_out(case, yard, probe)
+                counts.setdefault(case.kind, Counter())[what] += 1
+                done = sum(map(Counter.total, counts.values()))
+                if say and done % 500 == 0:
+                    print(f"… {done} cases, {len(failures)} failed", flush=True)
+                if wrong:
+                    failures.append(f"{case.kind} {case.seed}: {' '.join(case.words)}: {wrong}")
+                    if say:
+                        print(failures[-1][:600], flush=True)
+                    if keep:
+                        keep_case(case, wrong, keep)
+    return counts, failures
+
+
+def spread(count: int, first: int, kinds: list[str]) -> Callable:
+    """So many cases over kinds by their weights, from a seed on."""
+
+    def cases(good):
+        whole = sum(KINDS[kind][1] for kind in kinds)
+        for number in range(count):
+            at = number * 7919 % whole
+            for kind in kinds:
+                at -= KINDS[kind][1]
+                if at < 0:
+                    yield make_case(kind, first * 1_000_000 + number, good)
+                    break
+
+    return cases
+
+
+def main() -> int:
+    """Attack, and count."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--cases", type=int, default=20_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--keep", type=Path, default=Path("attack_failures"))
+    parser.add_argument("--replay", type=Path)
+    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
+    wanted = parser.parse_args()
+    if wanted.serve:
+        serve()
+        return 0
+    cases = spread(wanted.cases, wanted.seed, wanted.kinds.split(","))
+    if wanted.replay:
+        cases = lambda good: [kept_case(wanted.replay)]  # noqa: E731
+    counts, failures = attack(cases, None if wanted.replay else wanted.keep.resolve(), say=True)
+    for kind, found in counts.items():
+        words = ", ".join(f"{number} {what}" for what, number in sorted(found.items()))
+        print(f"{kind:11s} {sum(found.values()):6d}: {words}")
+    print(f"{sum(map(Counter.total, counts.values()))} cases, seed {wanted.seed}, "
+          f"{len(failures)} failed")  # fmt: skip
+    return min(len(failures), 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
