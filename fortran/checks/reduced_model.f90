@@ -10,10 +10,10 @@
 !> where K_e acts at the end of the step, C, C_e are dashpots, and K_g, M_g belong to the blocks of
 !> one damping, g being its complex modulus at the pre-warped frequency over the given one
 !> (`dda_damping`).  The damping is not classical, so no real modes do.  The equations are projected
-!> on a real basis, orthonormal in M, which begins with the static response and grows by the real
-!> and imaginary part of (K + sM)⁻¹ times the residual at sample frequencies until that is small at
-!> all of them.  The shift s, far below the end of the band, lets K be singular: a model may stand
-!> on dashpots alone.
+!> on a real basis, orthonormal in M, which begins with the static response, if there is one, and
+!> grows by the real and imaginary part of (K + sM)⁻¹ times the residual at sample frequencies until
+!> that is small at all of them.  The shift s, far below the end of the band, lets K be singular: a
+!> model may stand on dashpots alone.
 module dda_reduced_model
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -195,7 +195,8 @@ contains
             a(i, i) = a(i, i) + weights%inertia
          end do
          y = matmul(reduced%force(:m, :), load)
-         call zsysv('L', m, 1, a, max(1, m), pivot, y, max(1, m), work, size(work), info)
+         if (m == 0) return  ! what only dashpots move has no static response to begin with
+         call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
          ! On an undamped resonance: as large as rounding lets it be.
          if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))
       end associate

@@ -279,3 +279,73 @@ def test_the_transfer_function_of_an_inclined_base_is_that_of_its_axes():
         cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
         expected = cos**2 * across + sin**2 * along
         np.testing.assert_allclose(centre("y", turn, **motions), expected, rtol=1e-9)
+
+
+def rigid_on_dashpots(width: float, height: float, frequencies) -> np.ndarray:
+    """Top over outcrop of a rigid block on a base that moves, between sides that do not.
+
+    (−ω²M + iωC) q = iω C_b e_x, C = Σ ∫ Rᵀ (ρV_p n nᵀ + ρV_s t tᵀ) R over the edges, of which C_b is
+    the base: q = (u, v, φ) of the centroid, R the rigid motion of a point.
+    """
+    normal, along = (ROCK["density"] * ROCK[f"{kind}_velocity"] for kind in ("pressure", "shear"))
+
+    def damping(start, end) -> np.ndarray:
+        start, end = np.array(start), np.array(end)
+        length = np.hypot(*(end - start))
+        t = (end - start) / length
+        n, total = np.array([t[1], -t[0]]), np.zeros((3, 3))
+        for place in (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)):
+            x, y = start + place * (end - start)
+            motion = np.array([[1.0, 0.0, -y], [0.0, 1.0, x]])
+            for direction, impedance in ((n, normal), (t, along)):
+                row = direction @ motion
+                total += 0.5 * length * impedance * np.outer(row, row)
+        return total
+
+    right, top = 0.5 * width, 0.5 * height
+    base = damping((-right, -top), (right, -top))
+    sides = damping((right, -top), (right, top)) + damping((-right, top), (-right, -top))
+    mass = DENSITY * width * height * np.diag([1.0, 1.0, (width**2 + height**2) / 12])
+    omega = 2 * np.pi * np.asarray(frequencies)[:, None, None]
+    response = np.linalg.solve(-(omega**2) * mass + 1j * omega * (base + sides), 1j * omega * base)
+    return response[:, 0, 0] - top * response[:, 2, 0]
+
+
+@pytest.mark.parametrize(("width", "height"), [(2.0, 1.0), (1.0, 3.0)])
+def test_a_rigid_block_on_dashpots_alone_of_which_some_move(width, height, capfd):
+    """Nothing holds it at rest, and no part of the ground moves all of it."""
+    model = soil(integration="midpoint", time_step=1e-6)
+    model["material"][0].young_modulus = 1e7 * MODULUS  # ωρV_p/E is 2e-6
+    model.block([0.0, 0.0, width, 0.0, width, height, 0.0, height], name="block")
+    model.motion("rock", [0.0, 1.0, 0.0], 0.01, "acceleration")
+    model.boundary("base", "compliant", side="bottom", motion_x="rock", **ROCK)
+    for side in ("left", "right"):
+        model.boundary(side, "viscous", side=side, **ROCK)
+    model.measured_point("top", 0.5 * width, height)
+    frequencies = np.array([0.5, 5.0, 50.0, 200.0])
+    found = sitedda.transfer(model, frequencies, "top", None)
+    np.testing.assert_allclose(found, rigid_on_dashpots(width, height, frequencies), rtol=1e-5)
+    assert "illegal" not in "".join(capfd.readouterr())
+
+
+def test_a_layer_between_two_half_spaces_lets_through_what_the_closed_form_says():
+    """1/[(1 + Z₂/Z₁) cos kH + i (Z/Z₁ + Z₂/Z) sin kH], Z₁ of the base, Z₂ of what is above."""
+    height, layers = 20.0, 40
+    model = soil(penalty=2e5, integration="midpoint", time_step=1e-5)
+    model.layers("layer", width=1.0, thickness=height / layers, count=layers)
+    model.motion("rock", [0.0, 1.0, 0.0], 0.01, "acceleration")
+    model.boundary("base", "compliant", side="bottom", motion_x="rock", **ROCK)
+    above = {"density": 900.0, "shear_velocity": 150.0, "pressure_velocity": 300.0}
+    model.boundary("top", "viscous", side="top", **above)
+    model.boundary(kind="tied")
+    model.measured_point("surface", 0.5, height)
+    frequencies = np.linspace(0.5, 5.0, 10)
+    phase = 2 * np.pi * frequencies * height / SPEED
+    soil_impedance, below = DENSITY * SPEED, ROCK["density"] * ROCK["shear_velocity"]
+    over = above["density"] * above["shear_velocity"]
+    exact = 1 / (
+        (1 + over / below) * np.cos(phase)
+        + 1j * (soil_impedance / below + over / soil_impedance) * np.sin(phase)
+    )
+    found = sitedda.transfer(model, frequencies, "surface", None)
+    assert max(abs(found - exact)) < 1e-3 * max(abs(exact))
