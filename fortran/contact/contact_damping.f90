@@ -148,6 +148,11 @@ contains
    end function is_approached
 
    !> The contact is hit: its gap leaves the step at a velocity of at least `target`.
+   !>
+   !> One that only goes to its touch in this step, target = −z₀/Δt, takes the share
+   !> α = 1 − target/v⁻ of an impact that leaves Tᵀv⁺: friction is that of the whole impact, so the
+   !> slip is to end at (1 − α) of its velocity.  The step after takes the rest, and both together
+   !> what a single step would have taken, whatever α is.
    pure subroutine strike(contacts, laws, blocks, step, c, target)
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -155,15 +160,17 @@ contains
       type(step_type), intent(in) :: step  !< the one being taken
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: target  !< m/s
-      real(wp) :: gain
+      real(wp) :: gain, left
 
       gain = rigid_gain(contacts, laws, blocks, step, c)
+      left = 0.0_wp
+      if (target < 0.0_wp) left = target/contacts%gap_rate(c)
       contacts%damping(c) = is_struck
       contacts%normal_gain(c) = gain
       contacts%shear_gain(c) = gain
       contacts%normal_shift(c) = -contacts%gap(c) - gain*way_of(step, contacts%gap_rate(c), target)
       contacts%shear_shift(c) = -contacts%stretch(c) &
-         - gain*way_of(step, contacts%slip_rate(c), 0.0_wp)
+         - gain*way_of(step, contacts%slip_rate(c), left*contacts%slip_rate(c))
    end subroutine strike
 
    !> A closed contact of a block that is hit: it keeps its force and does not yield.

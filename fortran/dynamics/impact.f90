@@ -13,7 +13,8 @@
 !> left.  Contacts that the impact opens, like the corner about which a block has rocked, keep their
 !> force for the share of the step before the impact.
 !>
-!> With e = 0 the contact first goes to its touch, v⁺ = −z₀/Δt, and stops in the step after.
+!> With e = 0 the contact first goes to its touch, v⁺ = −z₀/Δt, and stops in the step after; both
+!> steps together take the impact that one would.
 module dda_impact
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type

@@ -284,8 +284,8 @@ def test_the_transfer_function_of_an_inclined_base_is_that_of_its_axes():
 def rigid_on_dashpots(width: float, height: float, frequencies) -> np.ndarray:
     """Top over outcrop of a rigid block on a base that moves, between sides that do not.
 
-    (−ω²M + iωC) q = iω C_b e_x, C = Σ ∫ Rᵀ (ρV_p n nᵀ + ρV_s t tᵀ) R over the edges, of which C_b is
-    the base: q = (u, v, φ) of the centroid, R the rigid motion of a point.
+    (−ω²M + iωC) q = iω C_b e_x, C = Σ ∫ Rᵀ (ρV_p n nᵀ + ρV_s t tᵀ) R over the edges, C_b over the
+    base: q = (u, v, φ) of the centroid, R the rigid motion of a point.
     """
     normal, along = (ROCK["density"] * ROCK[f"{kind}_velocity"] for kind in ("pressure", "shear"))
 
