@@ -16,7 +16,8 @@ module dda_driver
    use dda_output_place, only: partial_name
    use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
-   use dda_simulation, only: simulation_type, end_of_run, summary, ending
+   use dda_run_verdict, only: run_verdict_type, new_verdict, judge_movement
+   use dda_simulation, only: simulation_type, end_of_run, summary
    use dda_peak_check, only: peak_warning
    use dda_settings, only: name_output
    use dda_site_response, only: response_peak_type, amplification_peak, peak_text
@@ -159,12 +160,15 @@ contains
       end if
    end subroutine close_run
 
-   !> Counts of a run, the verdict of its energy audit, its output.
+   !> Counts of a run, how it moved, the verdict of its energy audit, its output.
    subroutine print_summary(simulation)
       type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(run_verdict_type) :: verdict
 
-      if (simulation%stop%reason /= '') call say(ending(simulation))
       call say(summary(simulation))
+      verdict = new_verdict(0)
+      call judge_movement(verdict, simulation)
+      call say(verdict%words)
       call warn_of_state(state_warnings(simulation))
       if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
       if (team_words() /= '') call say('note: '//team_words())

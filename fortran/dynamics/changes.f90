@@ -21,6 +21,7 @@ module dda_changes
    use dda_friction, only: laws_type, set_laws
    use dda_model, only: model_type
    use dda_motion, only: motion_type
+   use dda_running_maxima, only: change_base
    use dda_simulation, only: simulation_type, next_step
    use dda_stage, only: never
    use dda_stages, only: book
@@ -62,6 +63,7 @@ contains
          simulation%time)
       call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
       call book(simulation, energy_changed, 1.0_wp)
+      call change_base(simulation)
    end subroutine change_now
 
    !> The model must be the same but for what can change.

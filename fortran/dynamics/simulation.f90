@@ -2,15 +2,18 @@
 !> The whole state of a run in one derived type.  No input, no output.
 module dda_simulation
    use dda_kinds, only: wp, long
+   use dda_base_motion, only: base_type
    use dda_system, only: system_type
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, hand_over
    use dda_detection, only: detection_type
    use dda_elements, only: elements_type
    use dda_energy, only: energy_type
+   use dda_first_contacts, only: first_contacts_type
    use dda_friction, only: laws_type
    use dda_history, only: history_type
    use dda_impact, only: impacts_type
+   use dda_maxima, only: largest_type, number_of_maxima
    use dda_model, only: model_type
    use dda_neighbours, only: neighbours_type
    use dda_open_close, only: open_close_type
@@ -19,9 +22,9 @@ module dda_simulation
    use dda_text, only: to_text
    implicit none
    private
-   public :: simulation_type, companions_type, counters_type, stop_state_type, next_step, &
-      exchange_lists, end_of_run, finished, stage_finished, summary, ending, block_name, &
-      comes_suddenly
+   public :: simulation_type, companions_type, counters_type, stop_state_type, maxima_type, &
+      next_step, exchange_lists, end_of_run, finished, stage_finished, summary, ending, &
+      block_name, comes_suddenly
 
    !> What has been counted since the start.
    type :: counters_type
@@ -41,6 +44,22 @@ module dda_simulation
       real(wp), allocatable :: window(:,:)      !< [3, blocks] places that rest is judged by
       real(wp) :: since = 0.0_wp                !< time of the latter, s
    end type stop_state_type
+
+   !> The largest values of all steps since counting began (`dda_running_maxima`).
+   type :: maxima_type
+      logical :: counting = .false.
+      type(largest_type) :: largest(number_of_maxima)  !< so far
+      type(largest_type) :: last(number_of_maxima)     !< of the present state, see `take_residuals`
+      integer :: moved(3) = 0                   !< contacts that touched; slipped; opened; likewise
+      type(base_type) :: base                   !< that displacements and rates count from
+      type(first_contacts_type) :: contacts     !< that slip and opening are of
+      real(wp), allocatable :: first(:,:)       !< [3,blocks] places that displacements count from
+      real(wp), allocatable :: size_of(:)       !< [blocks] root of the area, m
+      real(wp) :: least_size = 0.0_wp           !< of these
+      integer, allocatable :: below(:)          !< [points] the point below each, or 0
+      !> displacement of the base that those of points count from, m
+      real(wp) :: points_from(2) = 0.0_wp
+   end type maxima_type
 
    !> Runs beside a run (`dda_columns`).
    type, abstract :: companions_type
@@ -65,6 +84,7 @@ module dda_simulation
       type(energy_type) :: energy
       type(counters_type) :: counters
       type(stop_state_type) :: stop
+      type(maxima_type) :: maxima
       class(companions_type), allocatable :: columns  !< of free fields
       integer :: stage = 0                     !< present stage
       integer(long) :: first_step = 0          !< steps done before it

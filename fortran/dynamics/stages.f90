@@ -21,6 +21,7 @@ module dda_stages
    use dda_errors, only: error_type, error_input, error_interrupted, fail
    use dda_friction, only: accept_contacts
    use dda_model, only: model_type
+   use dda_running_maxima, only: begin_maxima, restart_points
    use dda_scheme, only: scheme_named
    use dda_simulation, only: simulation_type, counters_type, next_step
    use dda_stage, only: stage_type, never
@@ -56,7 +57,9 @@ contains
          if (simulation%model%stages(1)%static .and. .not. simulation%model%stages(2)%static) &
             call begin_next_stage(simulation, error)
       end if
-      if (.not. allocated(error)) call begin_stop_rule(simulation)
+      if (allocated(error)) return
+      call begin_stop_rule(simulation)
+      call begin_maxima(simulation)
    end subroutine begin_first_stage
 
    !> Begin the stage after the present one, of columns of free fields first.
@@ -338,6 +341,7 @@ contains
 
       associate (points => simulation%model%points, energy => simulation%energy)
          call stand_here(points)
+         call restart_points(simulation)
          do i = 1, size(simulation%model%boundary_motions)
             call stand_here(simulation%model%boundary_motions(i)%point)
          end do

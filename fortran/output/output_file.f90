@@ -7,6 +7,7 @@
 module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
+   use dda_base_motion, only: base_words
    use dda_byte_file, only: reserve_space, flush_file, close_file
    use dda_bolt, only: bolt_type
    use dda_bolts, only: bolt_columns
@@ -17,14 +18,14 @@ module dda_output_file
    use dda_frame, only: most_columns, contact_columns
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       row_sample
+   use dda_maxima, only: known, maxima_table, number_of_maxima
    use dda_model, only: model_type, block_sources
    use dda_output_place, only: partial_name, writing_name
    use dda_own_file, only: check_replaceable, netcdf_file
    use dda_netcdf_calls, only: dataset_type, variable_type, path_of, checked, define_variables, &
       define_dimension, describe, describe_number, name_length, put, put_names, text_of
-   use dda_run_verdict, only: run_verdict_type, new_verdict, add_frame, add_corners, add_column, &
-      add_samples, conclude
-   use dda_sample, only: sample_head, sample_size
+   use dda_run_verdict, only: run_verdict_type, new_verdict, add_samples, conclude
+   use dda_sample, only: sample_energies, sample_head, sample_size
    use dda_simulation, only: simulation_type, summary, ending
    use dda_linear_solver, only: work_done
    use dda_stage, only: stage_type
@@ -71,6 +72,21 @@ module dda_output_file
       variable_type('block_stress', nf90_double, 'component block frame', 'Pa', &
          'sigma_x, sigma_y, tau_xy in axes of the model, tension positive'), &
       variable_type('vertices', nf90_double, 'axis vertex frame', 'm', 'places of the vertices')]
+
+   !> The largest values of all steps, see `dda_maxima`.
+   type(variable_type), parameter :: maxima_variables(8) = [ &
+      variable_type('maximum', nf90_char, 'letter maximum', '1', 'what a largest value is of'), &
+      variable_type('maximum_unit', nf90_char, 'letter maximum', '1', 'unit of a largest value'), &
+      variable_type('largest', nf90_double, 'maximum', '', &
+         'largest value of all steps; not a number: there is none'), &
+      variable_type('largest_time', nf90_double, 'maximum', 's', 'when it was so large'), &
+      variable_type('largest_block', nf90_int, 'side maximum', '1', &
+         'its block, of contacts those of vertex and edge, from 0; -1: none'), &
+      variable_type('largest_point', nf90_int, 'side maximum', '1', &
+         'its measured point, of drift also the one below, from 0; -1: none'), &
+      variable_type('residual', nf90_double, 'maximum', '', 'largest value at the end'), &
+      variable_type('largest_so_far', nf90_double, 'maximum time', '', &
+         'largest value of all steps up to a sample')]
 
    !> Contact states of all frames, one after the other: the frame, then the columns of
    !> `append_frame`.
@@ -187,7 +203,6 @@ module dda_output_file
       integer :: contacts = 0                     !< contact states written
       type(run_verdict_type) :: verdict
       real(wp), allocatable :: sample(:,:)        !< [numbers of a sample, buffered]
-      real(wp), allocatable :: corners(:)         !< [2 × vertices] in the last frame, m
    end type output_type
 
 contains
@@ -283,10 +298,13 @@ contains
       call define_dimension(dataset, 'contact', journal%contacts)
       call define_dimension(dataset, 'letter', name_length)
       call define_dimension(dataset, 'joint', size(simulation%model%joints))
+      call define_dimension(dataset, 'maximum', number_of_maxima)
+      call define_dimension(dataset, 'side', 2)
       call define_variables(dataset, [sample_variables, &
          (variable_type('energy_'//energy_terms(i)%name, nf90_double, 'time', 'J/m', &
          trim(energy_terms(i)%meaning)//', per metre of thickness'), i=1, size(energy_terms)), &
-         frame_variables, contact_variables(:contact_columns(simulation)), model_variables])
+         frame_variables, contact_variables(:contact_columns(simulation)), model_variables, &
+         maxima_variables])
       if (size(simulation%model%bolts) > 0) then
          call define_dimension(dataset, 'bolt', size(simulation%model%bolts))
          call define_dimension(dataset, 'coordinate4', 4)
@@ -333,7 +351,8 @@ contains
       call describe(dataset, 'solver', work_done(simulation%solver))
       call describe(dataset, 'complete', trim(complete))
       call describe(dataset, 'coordinates', &
-         'frame_time frame_stage stage coordinate_unit rate_unit block_removal')
+         'frame_time frame_stage stage coordinate_unit rate_unit maximum_unit block_removal')
+      call describe(dataset, 'maxima_base', base_words(simulation%maxima%base, simulation%model))
    end subroutine describe_run
 
    !> What happened, in words and numbers.
@@ -342,7 +361,7 @@ contains
       type(run_verdict_type), intent(in) :: verdict  !< of all frames
       integer :: i
 
-      if (verdict%frames == 0) return
+      if (verdict%words == '') return
       call describe(dataset, 'verdict', verdict%words)
       do i = 1, size(verdict%values)
          call describe_number(dataset, verdict%values(i)%name, verdict%values(i)%value)
@@ -408,6 +427,7 @@ contains
             [blocks%n])
          call put(dataset, 'edge_joint', real(simulation%model%blocks%joint - 1, wp), [1], &
             [size(blocks%owner)])
+         call put_maxima(dataset, simulation)
          call put_bolts(dataset, simulation)
          call put_boundaries(dataset, simulation)
          call put(dataset, 'vertex_block', real(blocks%owner - 1, wp), [1], [size(blocks%owner)])
@@ -416,6 +436,29 @@ contains
             [blocks%n])
       end associate
    end subroutine write_constants
+
+   !> The largest values of the run up to the present time.
+   subroutine put_maxima(dataset, simulation)
+      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      integer, parameter :: n = number_of_maxima
+      real(wp) :: who(2, n, 2)
+      integer :: i
+
+      associate (maxima => simulation%maxima)
+         who = -1.0_wp
+         do i = 1, n
+            who(:, i, merge(2, 1, maxima_table(i)%of_points)) = maxima%largest(i)%who - 1
+         end do
+         call put_names(dataset, 'maximum', maxima_table%name)
+         call put_names(dataset, 'maximum_unit', maxima_table%units)
+         call put(dataset, 'largest', known(maxima%largest), [1], [n])
+         call put(dataset, 'largest_time', maxima%largest%time, [1], [n])
+         call put(dataset, 'largest_block', pack(who(:, :, 1), .true.), [1, 1], [2, n])
+         call put(dataset, 'largest_point', pack(who(:, :, 2), .true.), [1, 1], [2, n])
+         call put(dataset, 'residual', known(maxima%last), [1], [n])
+      end associate
+   end subroutine put_maxima
 
    !> What does not change of the bolts.
    subroutine put_bolts(dataset, simulation)
@@ -506,8 +549,7 @@ contains
          end if
       end do
       if (.not. allocated(error)) call put_samples(output)
-      if (allocated(output%corners) .and. .not. allocated(error)) call conclude(output%verdict, &
-         simulation, size(output%corners)/2, output%corners)
+      if (output%frames > 0 .and. .not. allocated(error)) call conclude(output%verdict, simulation)
       call close_file(reader%file, error)
    end subroutine copy_rows
 
@@ -528,6 +570,8 @@ contains
             call put(dataset, 'energy_'//trim(energy_terms(i)%name), sample(4 + i, :n), [first], &
                [n])
          end do
+         call put(dataset, 'largest_so_far', reshape(sample(sample_energies + 1:sample_head, :n), &
+            [number_of_maxima*n]), [1, first], [number_of_maxima, n])
          at = sample_head
          associate (velocity => at + 2*output%points, acceleration => at + 4*output%points, &
             last => at + 6*output%points)
@@ -578,20 +622,15 @@ contains
       call put(output%dataset, 'frame_stage', head(2:2), [f], [1])
       associate (n => simulation%blocks%n, vertices => size(simulation%blocks%owner))
          call copy('block_coordinates', [1, 1, f], [6, n, 1])
-         call add_frame(output%verdict, head(1), n, part)
          call copy('block_rates', [1, 1, f], [6, n, 1])
          call copy('block_stress', [1, 1, f], [3, n, 1])
-         if (allocated(output%corners)) deallocate (output%corners)
          call copy('vertices', [1, 1, f], [2, vertices, 1])
-         call add_corners(output%verdict, vertices, part)
-         call move_alloc(part, output%corners)
       end associate
       if (contacts == 0) return
       part = spread(real(f - 1, wp), 1, contacts)
       call put(output%dataset, 'contact_frame', part, [output%contacts + 1], [contacts])
       do i = 1, contact_columns(simulation)
          call copy(contact_variables(i)%name, [output%contacts + 1], [contacts])
-         call add_column(output%verdict, simulation, trim(contact_variables(i)%name), part)
       end do
       output%contacts = output%contacts + contacts
 

@@ -1,27 +1,27 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> What happened in a run, in words and numbers: from the frames as they are written, at no cost to
-!> the steps.
-!>
-!> Slip and opening are those of the contacts that touch in the first frame: the vertex against the
-!> point of the edge where its foot was, which keeps its share of the edge since strains of a block
-!> are uniform.
+!> What happened in a run, in words and numbers: from its largest values and, of measured points,
+!> from the samples as they are written.
 module dda_run_verdict
    use dda_kinds, only: wp, pi
+   use dda_base_motion, only: base_words, counts_from_motion
    use dda_diagnostics, only: audit_warning, state_warnings
    use dda_energy, only: balance
-   use dda_model, only: half_size
+   use dda_maxima, only: largest_type, maxima_table, of_tilt, of_displacement, of_velocity, &
+      of_acceleration, of_strain, of_slip, of_opening, of_penetration, of_penetration_ratio, &
+      of_contact_force, of_point_displacement, of_point_velocity, of_point_acceleration, &
+      of_point_drift
    use dda_point_intensity, only: intensity_type, new_intensity, add_motion, main_axis, &
       arias_intensity
    use dda_response_spectrum, only: low_passed_peak, spectral_acceleration
+   use dda_running_maxima, only: least_movement
    use dda_simulation, only: simulation_type, ending
    use dda_text, only: to_text, short_text, valid_text
    implicit none
    private
-   public :: run_verdict_type, verdict_value_type, new_verdict, add_frame, add_corners, &
-      add_column, add_samples, conclude
+   public :: run_verdict_type, verdict_value_type, new_verdict, add_samples, judge_movement, &
+      conclude
 
    real(wp), parameter :: low_share = 0.7_wp  !< of a peak acceleration below 50 Hz: less is said
-   real(wp), parameter :: least_movement = 1.0e-5_wp  !< of the model's size: below, none is counted
 
    !> A number of the verdict.
    type :: verdict_value_type
@@ -29,33 +29,21 @@ module dda_run_verdict
       real(wp) :: value = 0.0_wp
    end type verdict_value_type
 
-   !> The largest value of a kind so far: of which block, when.
-   type :: largest_type
-      real(wp) :: value = -1.0_wp
-      integer :: block = 0
-      real(wp) :: time = 0.0_wp              !< s
-   end type largest_type
-
    !> A verdict in the making.
    type :: run_verdict_type
       character(len=:), allocatable :: words           !< "topic: sentence", a line each
       type(verdict_value_type), allocatable :: values(:)
-      integer :: frames = 0
-      real(wp), allocatable :: first(:,:)              !< [3, blocks] places in the first frame
-      real(wp), allocatable :: corners(:,:)            !< [2, vertices] in the first frame, m
-      integer, allocatable :: vertex(:), edge(:)       !< [contacts] that touch in the first frame
-      type(largest_type) :: moved, turned              !< of all frames
-      type(largest_type) :: moved_last, turned_last    !< of the last frame
       type(intensity_type), allocatable :: shaken(:)   !< [measured points]
    end type run_verdict_type
 
 contains
 
-   !> Before the first frame and sample.
+   !> Before the first sample.
    pure type(run_verdict_type) function new_verdict(points) result(verdict)
       integer, intent(in) :: points  !< that are measured
 
-      allocate (verdict%values(0), verdict%vertex(0), verdict%edge(0))
+      verdict%words = ''
+      allocate (verdict%values(0))
       allocate (verdict%shaken(points), source=new_intensity())
    end function new_verdict
 
@@ -76,95 +64,13 @@ contains
       end do
    end subroutine add_samples
 
-   !> Take in the places of a frame, in the order of the run.
-   subroutine add_frame(verdict, time, n, coordinates)
-      type(run_verdict_type), intent(inout) :: verdict   !< of the frames so far
-      real(wp), intent(in) :: time                       !< of the frame, s
-      integer, intent(in) :: n                           !< number of blocks
-      real(wp), intent(in) :: coordinates(6, n)          !< m, rad
-      real(wp) :: moved(3)
-      integer :: b
-
-      verdict%frames = verdict%frames + 1
-      if (verdict%frames == 1) verdict%first = coordinates(:3, :)
-      verdict%moved_last = largest_type()
-      verdict%turned_last = largest_type()
-      do b = 1, n
-         moved = coordinates(:3, b) - verdict%first(:, b)
-         call take(verdict%moved_last, norm2(moved(:2)), b, time)
-         call take(verdict%turned_last, abs(moved(3)), b, time)
-      end do
-      call take(verdict%moved, verdict%moved_last%value, verdict%moved_last%block, time)
-      call take(verdict%turned, verdict%turned_last%value, verdict%turned_last%block, time)
-   end subroutine add_frame
-
-   !> Take in the vertices of the frame, m.
-   subroutine add_corners(verdict, vertices, corners)
-      type(run_verdict_type), intent(inout) :: verdict   !< of the frames so far
-      integer, intent(in) :: vertices                    !< how many
-      real(wp), intent(in) :: corners(2, vertices)       !< m
-
-      if (verdict%frames == 1) verdict%corners = corners
-   end subroutine add_corners
-
-   !> Take in a column of the contacts of the frame, in the order of the output: of the first one
-   !> those are kept that touch.
-   subroutine add_column(verdict, simulation, name, column)
-      type(run_verdict_type), intent(inout) :: verdict   !< of the frames so far
-      type(simulation_type), intent(in) :: simulation    !< whose frame it is
-      character(len=*), intent(in) :: name               !< of the variable
-      real(wp), intent(in) :: column(:)                  !< [contacts]
-      logical :: touches(size(column))
-
-      if (verdict%frames > 1) return
-      select case (name)
-      case ('contact_vertex')
-         verdict%vertex = nint(column) + 1
-      case ('contact_edge')
-         verdict%edge = nint(column) + 1
-      case ('contact_gap')
-         touches = column <= threshold(simulation)
-         verdict%vertex = pack(verdict%vertex, touches)
-         verdict%edge = pack(verdict%edge, touches)
-      end select
-   end subroutine add_column
-
-   !> Keep a value if it is larger.
-   pure subroutine take(largest, value, block, time)
-      type(largest_type), intent(inout) :: largest  !< so far
-      real(wp), intent(in) :: value, time           !< m or rad; s
-      integer, intent(in) :: block                  !< number
-
-      if (value > largest%value) largest = largest_type(value, block, time)
-   end subroutine take
-
-   !> Movement that counts, m.
-   pure real(wp) function threshold(simulation)
-      type(simulation_type), intent(in) :: simulation    !< a run and its state
-
-      threshold = least_movement*2*half_size(simulation%model%blocks)
-   end function threshold
-
-   !> Words and values, after the last frame.
-   subroutine conclude(verdict, simulation, vertices, corners)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all frames
+   !> Words and values, after the last sample.
+   subroutine conclude(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      integer, intent(in) :: vertices                    !< how many
-      real(wp), intent(in) :: corners(2, vertices)       !< in the last frame, m
       character(len=8) :: left
 
-      verdict%words = ''
-      if (simulation%stop%reason /= '') then
-         call say(verdict, 'end', ending(simulation))
-         call note(verdict, 'end_s', simulation%time)
-      end if
-      call say_largest(verdict, simulation, 'displacement', verdict%moved, verdict%moved_last)
-      call say_largest(verdict, simulation, 'tilt', verdict%turned, verdict%turned_last)
-      call judge_contacts(verdict, simulation, corners)
-      if (simulation%counters%broken > 0) then
-         call say(verdict, 'bonds', to_text(simulation%counters%broken)//' broken')
-         call note(verdict, 'bonds_broken', real(simulation%counters%broken, wp))
-      end if
+      call judge_movement(verdict, simulation)
       call judge_points(verdict, simulation)
       if (state_warnings(simulation) /= '') verdict%words = verdict%words//new_line('a')// &
          state_warnings(simulation)
@@ -177,96 +83,158 @@ contains
       call note(verdict, 'energy_balance_j_m', balance(simulation%energy))
    end subroutine conclude
 
-   !> The largest displacement or tilt of all times and of the end.
-   subroutine say_largest(verdict, simulation, topic, largest, last)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all frames
-      type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      character(len=*), intent(in) :: topic              !< 'displacement' or 'tilt'
-      type(largest_type), intent(in) :: largest, last    !< of all frames and of the last one
-      character(len=:), allocatable :: unit, seen
+   !> Why the run has ended early, the largest values of its steps, and broken bonds.
+   subroutine judge_movement(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets lines and values
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      integer :: i
 
-      seen = ''
-      if (verdict%frames == 2 .and. topic == 'displacement') &
-         seen = ' (of the first and the last frame alone)'
-      call say(verdict, topic, 'largest '//size_text(topic, largest%value)//', '// &
-         label(simulation, largest%block)//' at '//to_text(largest%time)// &
-         ' s; at the end '//size_text(topic, last%value)//', '//label(simulation, last%block)//seen)
-      unit = '_m'
-      if (topic == 'tilt') unit = '_rad'
-      call note(verdict, 'largest_'//topic//unit, largest%value)
-      call note(verdict, 'residual_'//topic//unit, last%value)
-   end subroutine say_largest
-
-   !> A displacement or a tilt as one says it.
-   pure function size_text(topic, value) result(text)
-      character(len=*), intent(in) :: topic      !< 'displacement' or 'tilt'
-      real(wp), intent(in) :: value              !< m or rad
-      character(len=:), allocatable :: text
-
-      if (topic == 'tilt') then
-         text = angle_text(value)
-      else
-         text = length_text(value)
+      if (simulation%stop%reason /= '') then
+         call say(verdict, 'end', ending(simulation))
+         call note(verdict, 'end_s', simulation%time)
       end if
-   end function size_text
-
-   !> Slip and opening of the contacts since the first frame.
-   subroutine judge_contacts(verdict, simulation, corners)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all frames
-      type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      real(wp), intent(in) :: corners(:,:)               !< [2, vertices] in the last frame, m
-      type(largest_type) :: slip, opening
-      real(wp) :: moved(2)
-      integer :: c, slipped, opened, total
-      integer, allocatable :: touched(:)
-
-      touched = touched_edges(simulation)
-      slipped = 0
-      opened = 0
-      total = 0
-      associate (blocks => simulation%blocks, limit => threshold(simulation))
-         do c = 1, size(verdict%vertex)
-            associate (v => verdict%vertex(c), e => verdict%edge(c))
-               if (blocks%removed(blocks%owner(v)) .or. blocks%removed(blocks%owner(e))) cycle
-               total = total + 1
-               moved = gap_and_slip(corners, v, e, blocks%next(e), verdict%corners)
-               if (touched(v) == e) moved(1) = min(moved(1), 0.0_wp)  ! lifted by dilation at most
-               if (moved(1) > limit) opened = opened + 1
-               if (abs(moved(2)) > limit) slipped = slipped + 1
-               call take(opening, moved(1), c, 0.0_wp)
-               call take(slip, abs(moved(2)), c, 0.0_wp)
-            end associate
+      associate (maxima => simulation%maxima)
+         do i = 1, size(maxima_table)
+            if (maxima%largest(i)%value >= 0.0_wp) call note(verdict, 'largest_'// &
+               trim(maxima_table(i)%number), maxima%largest(i)%value)
+            if (maxima%last(i)%value >= 0.0_wp) call note(verdict, 'residual_'// &
+               trim(maxima_table(i)%number), maxima%last(i)%value)
          end do
       end associate
-      if (total == 0) return
-      call say(verdict, 'contacts', to_text(slipped)//' of '//to_text(total)// &
-         ' have slipped and '//to_text(opened)//' have opened at the end'// &
-         where_text(verdict, simulation, slipped, '; largest slip ', slip)// &
-         where_text(verdict, simulation, opened, '; widest opening ', opening))
-      call note(verdict, 'contacts_slipped', real(slipped, wp))
-      call note(verdict, 'contacts_opened', real(opened, wp))
-      call note(verdict, 'largest_slip_m', slip%value)
-      call note(verdict, 'largest_opening_m', max(opening%value, 0.0_wp))
+      call say_blocks(verdict, simulation)
+      call judge_contacts(verdict, simulation)
+      call say_points(verdict, simulation)
+      if (simulation%counters%broken > 0) then
+         call say(verdict, 'bonds', to_text(simulation%counters%broken)//' broken')
+         call note(verdict, 'bonds_broken', real(simulation%counters%broken, wp))
+      end if
+   end subroutine judge_movement
+
+   !> How far, how fast and how strongly blocks moved, turned and were strained.
+   subroutine say_blocks(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets lines
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      integer, parameter :: topics(*) = [of_displacement, of_tilt, of_velocity, of_acceleration, &
+         of_strain]
+      character(len=:), allocatable :: words
+      integer :: i
+
+      do i = 1, size(topics)
+         associate (k => topics(i), largest => simulation%maxima%largest, &
+            last => simulation%maxima%last)
+            if (i > 2 .and. .not. largest(k)%value > 0.0_wp) cycle
+            words = 'largest '//largest_text(simulation, k)
+            if (i <= 2) words = words//'; at the end '//value_text(k, last(k)%value)//', '// &
+               who_text(simulation, k, last(k)%who)
+            if (k == of_displacement .and. counts_from_motion(simulation%maxima%base, &
+               simulation%model)) words = words//'; '//base_words(simulation%maxima%base, &
+               simulation%model)
+            call say(verdict, trim(maxima_table(k)%name), words)
+         end associate
+      end do
+   end subroutine say_blocks
+
+   !> Slip and opening of the contacts that touched at first; penetrations and forces of all.
+   subroutine judge_contacts(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets lines and values
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      character(len=:), allocatable :: words
+
+      associate (moved => simulation%maxima%moved, largest => simulation%maxima%largest)
+         if (moved(1) > 0) then
+            words = to_text(moved(2))//' of '//to_text(moved(1))//' have slipped and '// &
+               to_text(moved(3))//' have opened at the end'
+            if (largest(of_slip)%value > least_movement(simulation)) words = words// &
+               '; largest slip '//largest_text(simulation, of_slip)
+            if (largest(of_opening)%value > least_movement(simulation)) words = words// &
+               '; widest opening '//largest_text(simulation, of_opening)
+            call say(verdict, 'contacts', words)
+            call note(verdict, 'contacts_slipped', real(moved(2), wp))
+            call note(verdict, 'contacts_opened', real(moved(3), wp))
+         end if
+         if (largest(of_penetration)%value > 0.0_wp) call say(verdict, 'penetration', &
+            'deepest '//largest_text(simulation, of_penetration)//'; up to '// &
+            value_text(of_penetration_ratio, largest(of_penetration_ratio)%value)// &
+            ' of the size of a block')
+         if (largest(of_contact_force)%value > 0.0_wp) call say(verdict, 'contact force', &
+            'largest '//largest_text(simulation, of_contact_force))
+      end associate
    end subroutine judge_contacts
 
-   !> An edge that each vertex presses on (of two, the last in order), 0 without one.
-   pure function touched_edges(simulation) result(touched)
-      type(simulation_type), intent(in) :: simulation  !< at the time of the last frame
-      integer, allocatable :: touched(:)
-      integer :: c
+   !> How measured points moved against the base and each other.
+   subroutine say_points(verdict, simulation)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets a line
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      integer, parameter :: topics(*) = [of_point_displacement, of_point_velocity, &
+         of_point_acceleration, of_point_drift]
+      character(len=:), allocatable :: words
+      integer :: i
 
-      allocate (touched(size(simulation%blocks%owner)), source=0)
-      associate (contacts => simulation%contacts(simulation%now))
-         do c = 1, contacts%n
-            if (contacts%normal_force(c) > 0.0_wp) touched(contacts%vertex(c)) = contacts%edge(c)
-         end do
+      words = ''
+      do i = 1, size(topics)
+         if (.not. simulation%maxima%largest(topics(i))%value > 0.0_wp) cycle
+         if (words /= '') words = words//'; '
+         words = words//trim(maxima_table(topics(i))%name(len('point_') + 1:))//' '// &
+            largest_text(simulation, topics(i))
+      end do
+      if (words /= '') call say(verdict, 'points', 'largest '//words)
+   end subroutine say_points
+
+   !> A largest value with its blocks or points and its time.
+   function largest_text(simulation, k) result(text)
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      integer, intent(in) :: k                           !< place in the table
+      character(len=:), allocatable :: text
+
+      associate (largest => simulation%maxima%largest(k))
+         text = value_text(k, largest%value)//', '//who_text(simulation, k, largest%who)//' at '// &
+            to_text(largest%time)//' s'
       end associate
-   end function touched_edges
+   end function largest_text
+
+   !> A value as one says it.
+   pure function value_text(k, value) result(text)
+      integer, intent(in) :: k                           !< place in the table
+      real(wp), intent(in) :: value                      !< in its unit
+      character(len=:), allocatable :: text
+
+      select case (maxima_table(k)%units)
+      case ('rad')
+         text = angle_text(value)
+      case ('m')
+         text = length_text(value)
+      case ('1')
+         text = short_text(100*value)//' %'
+      case ('N/m')
+         text = short_text(1.0e-3_wp*value)//' kN/m'
+      case ('m/s^2')
+         text = short_text(value)//' m/s²'
+      case default
+         text = short_text(value)//' '//trim(maxima_table(k)%units)
+      end select
+   end function value_text
+
+   !> Names of the blocks or points of a value.
+   pure function who_text(simulation, k, who) result(text)
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      integer, intent(in) :: k                           !< place in the table
+      integer, intent(in) :: who(2)                      !< blocks or points; 0: none
+      character(len=:), allocatable :: text
+
+      if (maxima_table(k)%of_points) then
+         text = point_label(simulation%model%points(who(1))%name, who(1))
+         if (who(2) > 0) text = text//' over '//point_label(simulation%model%points(who(2))%name, &
+            who(2))
+      else
+         text = label(simulation, who(1))
+         if (who(2) > 0) text = text//' on '//label(simulation, who(2))
+      end if
+   end function who_text
 
    !> How strongly the measured points that moved were shaken, along the axis of the largest
    !> velocity; a peak acceleration that is of higher frequencies is told as such.
    subroutine judge_points(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all frames and samples
+      type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
       character(len=:), allocatable :: name, along
       real(wp) :: arias, spectral, period, low
@@ -322,43 +290,9 @@ contains
       end do
    end function point_label
 
-   !> How much, and between which blocks.
-   function where_text(verdict, simulation, number, what, largest) result(text)
-      type(run_verdict_type), intent(in) :: verdict   !< of all frames
-      type(simulation_type), intent(in) :: simulation    !< at the time of the last
-      integer, intent(in) :: number              !< of contacts; 0: nothing to say
-      character(len=*), intent(in) :: what       !< it is
-      type(largest_type), intent(in) :: largest  !< by number of the contact, m
-      character(len=:), allocatable :: text
-
-      text = ''
-      if (number == 0) return
-      associate (c => largest%block, owner => simulation%blocks%owner)
-         text = what//length_text(largest%value)//' ('//label(simulation, &
-            owner(verdict%vertex(c)))//' on '//label(simulation, owner(verdict%edge(c)))//')'
-      end associate
-   end function where_text
-
-   !> Growth of the gap, and way of the vertex along the edge, since the first frame, m.
-   pure function gap_and_slip(corners, v, e, next, start) result(moved)
-      real(wp), intent(in) :: corners(:,:), start(:,:)  !< [2, vertices] now and at first, m
-      integer, intent(in) :: v, e, next         !< vertex; ends of the edge
-      real(wp) :: moved(2)
-      real(wp) :: along(2), apart(2), share, gap
-
-      along = start(:, next) - start(:, e)
-      apart = start(:, v) - start(:, e)
-      share = dot_product(apart, along)/dot_product(along, along)
-      gap = (along(2)*apart(1) - along(1)*apart(2))/norm2(along)
-      along = corners(:, next) - corners(:, e)
-      apart = corners(:, v) - corners(:, e) - share*along
-      along = along/norm2(along)
-      moved = [along(2)*apart(1) - along(1)*apart(2) - gap, dot_product(apart, along)]
-   end function gap_and_slip
-
    !> Add a line.
    subroutine say(verdict, topic, sentence)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all frames
+      type(run_verdict_type), intent(inout) :: verdict   !< in the making
       character(len=*), intent(in) :: topic, sentence    !< of the line
 
       if (verdict%words /= '') verdict%words = verdict%words//new_line('a')
@@ -367,7 +301,7 @@ contains
 
    !> Add a value.
    pure subroutine note(verdict, name, value)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all frames
+      type(run_verdict_type), intent(inout) :: verdict   !< in the making
       character(len=*), intent(in) :: name               !< with its unit
       real(wp), intent(in) :: value                      !< in that unit
 

@@ -1,19 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A sample of the output as a row of numbers: measured points, energies, bolts and boundaries.
+!> A sample of the output as a row of numbers: energies, maxima, measured points, bolts and
+!> boundaries.
 module dda_sample
    use dda_kinds, only: wp
    use dda_bolts, only: bolt_columns
    use dda_boundary_motion, only: boundary_series, take_boundary_motions
    use dda_elements, only: bolt_states
    use dda_energy, only: energy_terms, energy_values
+   use dda_maxima, only: number_of_maxima, known
    use dda_measure, only: measure_point
    use dda_simulation, only: simulation_type
    implicit none
    private
-   public :: sample_head, sample_size, take_sample
+   public :: sample_energies, sample_head, sample_size, take_sample
 
-   !> time, Δt, iterations, stage, energies
-   integer, parameter :: sample_head = 4 + size(energy_terms)
+   integer, parameter :: sample_energies = 4 + size(energy_terms)  !< behind the last of them
+   !> time, Δt, iterations, stage, energies, maxima
+   integer, parameter :: sample_head = sample_energies + number_of_maxima
 
 contains
 
@@ -26,9 +29,9 @@ contains
          + 2*boundary_series*size(simulation%model%boundary_motions)
    end function sample_size
 
-   !> Time, Δt, iterations, stage, energies; then [2, points, 3] displacement, velocity,
-   !> acceleration; then [columns, bolts] of the bolts; then [2, boundaries, series] of boundaries
-   !> that something comes in through.
+   !> Time, Δt, iterations, stage, energies, the largest values so far; then [2, points, 3]
+   !> displacement, velocity, acceleration; then [columns, bolts] of the bolts; then [2, boundaries,
+   !> series] of boundaries that something comes in through.
    subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer, intent(in) :: iterations  !< most of a step since the last sample
@@ -38,7 +41,8 @@ contains
 
       sample(:4) = [simulation%time, simulation%last_time_step, real(iterations, wp), &
          real(simulation%stage, wp)]
-      sample(5:sample_head) = energy_values(simulation%energy)
+      sample(5:sample_energies) = energy_values(simulation%energy)
+      sample(sample_energies + 1:sample_head) = known(simulation%maxima%largest)
       associate (points => simulation%model%points)
          do i = 1, size(points)
             call measure_point(simulation%blocks, points(i), motion(:, 1), motion(:, 2), &

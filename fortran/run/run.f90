@@ -21,6 +21,7 @@ module dda_run
    use dda_own_file, only: journal_file, netcdf_file, remove_own
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_sample, only: sample_size, take_sample
+   use dda_running_maxima, only: count_step, count_rest, take_residuals
    use dda_simulation, only: simulation_type, finished, stage_finished
    use dda_start, only: start
    use dda_output_times, only: aim_type, aim_at_output, reach_output, is_output_time
@@ -165,10 +166,12 @@ contains
          between = stage_finished(run%simulation)
          if (between) then
             call begin_next_stage(run%simulation, error)
+            if (.not. allocated(error)) call count_rest(run%simulation)
          else
             call aim_at_output(run%simulation, aim)
             call advance(run%simulation, error)
             if (.not. allocated(error)) call reach_output(run%simulation, aim)
+            if (.not. allocated(error)) call count_step(run%simulation)
          end if
          if (.not. allocated(error)) call apply_stop_rule(run%simulation)
          run%sound = run%sound .and. .not. allocated(error)
@@ -255,6 +258,7 @@ contains
       call keep_in_place(run%journal, error)
       if (allocated(error)) return
       call begin_task(run%publishing)
+      call take_residuals(run%simulation)
       call write_output(run%simulation%model%output%file, run%journal, run%simulation, .false., &
          error)
       call end_task(run%publishing)
@@ -312,6 +316,7 @@ contains
 
       if (.not. run%writes) return
       call keep_in_place(run%journal, error)
+      call take_residuals(run%simulation)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) call write_output( &
          run%simulation%model%output%file, run%journal, run%simulation, .true., error)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) then

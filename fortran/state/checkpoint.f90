@@ -35,7 +35,8 @@ module dda_checkpoint
    !> of all that is written
    character(len=*), parameter :: layout = &
       ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
-      'free fields, motions of boundaries, mean velocities, kept variables of contacts first'
+      'free fields, motions of boundaries, mean velocities, kept variables of contacts first, '// &
+      'maxima'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

@@ -13,6 +13,7 @@ module dda_simulation_state
    use dda_errors, only: error_type
    use dda_input, only: read_model
    use dda_model, only: model_type
+   use dda_maxima_state, only: serialise_maxima
    use dda_neighbours, only: find_corners
    use dda_open_close, only: open_close_type
    use dda_simulation, only: simulation_type, stop_state_type, next_step
@@ -38,6 +39,7 @@ contains
       call serialise_stage(archive, simulation)
       call serialise_counters(archive, simulation)
       call serialise_stop(archive, simulation%stop)
+      call serialise_maxima(archive, simulation)
       call serialise_energy(archive, simulation%energy)
       call serialise_blocks(archive, simulation%blocks)
       call serialise_label(archive, 'corners')

@@ -22,6 +22,7 @@ module api
       built_groups
    use dda_input_joint, only: reduced_strengths
    use dda_joint_law, only: strength_type
+   use dda_maxima, only: known, maxima_table, number_of_maxima
    use dda_measure, only: measure_point
    use dda_kinds, only: long, pi
    use dda_linear_model, only: linear_model_type, linearise
@@ -39,6 +40,7 @@ module api
    use dda_scheme, only: scheme_type, scheme_named, integration_names
    use dda_scheme_response, only: free_damping, period_elongation, forced_damping, steps_to_decay, &
       amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
+   use dda_running_maxima, only: take_residuals
    use dda_simulation, only: end_of_run, summary, ending
    use dda_site_response, only: response_peak_type, amplification_peak
    use dda_start, only: set_rates
@@ -54,7 +56,7 @@ module api
    public :: open_run, advance_run, change_input, save_state, finish_run, close_run, run_sizes, &
       run_clock, run_text
    public :: block_states, block_properties, set_block_states, vertex_places, contact_states, &
-      boundary_edges, bolts, energies, point_motions, run_phases, run_counts
+      boundary_edges, bolts, energies, maxima, point_motions, run_phases, run_counts
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
@@ -595,6 +597,46 @@ contains
       call report(error, status, message)
    end subroutine point_motions
 
+   !> Largest values of all steps, their times, present values; their blocks and points, from 0.
+   subroutine maxima(handle, n, values, blocks, points, status, message)
+      integer(c_int), intent(in) :: handle, n
+      real(c_double), intent(out) :: values(3, n)
+      integer(c_int), intent(out) :: blocks(2, n), points(2, n)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(run_type), pointer :: run
+      integer :: i
+
+      values = 0.0_c_double
+      blocks = -1
+      points = -1
+      call find_run(handle, run, error)
+      if (.not. allocated(error)) call check_size(n, number_of_maxima, error)
+      if (.not. allocated(error)) call require_state(run, error)
+      if (.not. allocated(error)) then
+         call take_residuals(run%simulation)
+         associate (found => run%simulation%maxima)
+            values(1, :) = known(found%largest)
+            values(2, :) = found%largest%time
+            values(3, :) = known(found%last)
+            do i = 1, n
+               if (maxima_table(i)%of_points) points(:, i) = found%largest(i)%who - 1
+               if (.not. maxima_table(i)%of_points) blocks(:, i) = found%largest(i)%who - 1
+            end do
+         end associate
+      end if
+      call report(error, status, message)
+   end subroutine maxima
+
+   !> A complete output that has only been opened has no state.
+   subroutine require_state(run, error)
+      type(run_type), intent(in) :: run
+      type(error_type), allocatable, intent(inout) :: error
+
+      if (run%was_complete) call fail(error, error_input, 'the output is complete: read its maxima')
+   end subroutine require_state
+
    !> Seconds spent in each phase of the steps since the first call, which starts the watch.
    subroutine run_phases(handle, seconds, status, message)
       integer(c_int), intent(in) :: handle
@@ -1040,6 +1082,12 @@ contains
       select case (what)
       case ('energies')
          names = joined(energy_terms%name, ' ')
+      case ('maxima')
+         names = joined(maxima_table%name, ' ')
+      case ('maxima units')
+         names = joined(maxima_table%units, ' ')
+      case ('maxima numbers')
+         names = joined(maxima_table%number, ' ')
       case ('phases')
          names = joined(phase_names, ' ')
       case ('counts')

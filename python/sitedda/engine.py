@@ -80,9 +80,10 @@ def engine_names(what: str) -> tuple[str, ...]:
     Parameters
     ----------
     what : str
-        ``'energies'``, ``'phases'``, ``'counts'``; ``'groups'`` of the input, ``'single groups'``
-        those that may appear only once; ``'boundary kinds'``, and ``'boundary kinds at rest'``,
-        which act like these in models of static stages alone.
+        ``'energies'``, ``'phases'``, ``'counts'``; ``'maxima'``, ``'maxima units'`` and ``'maxima
+        numbers'``, as the verdict has them behind ``largest_`` and ``residual_``; ``'groups'`` of
+        the input, ``'single groups'`` those that may appear only once; ``'boundary kinds'``, and
+        ``'boundary kinds at rest'``, which act like these in models of static stages alone.
     """
     return tuple(api.engine_names(what).decode().split())
 

@@ -10,6 +10,10 @@ class PeakWarning(UserWarning):
     """The amplification peak of a linear run is not that of its exact transfer function."""
 
 
+class MaximaWarning(UserWarning):
+    """An output of an earlier version holds no largest values of its run."""
+
+
 class SiteddaError(Exception):
     """An error of the engine: what went wrong, where, and what to try.
 

@@ -26,6 +26,7 @@ from .engine import FILES, api, checked, engine_names
 from .errors import AuditWarning, InputError, OutputError, PeakWarning, SiteddaError
 from .groups import checked as checked_value
 from .groups import group_text
+from .maxima import Maximum, as_maxima, maxima_of
 from .reading import read_bounded
 from .stop import Stop
 
@@ -452,6 +453,18 @@ class Simulation:
         return dict(zip(names, map(float, self._ask("energies", len(names))), strict=True))
 
     @property
+    def maxima(self) -> dict[str, Maximum]:
+        """The largest values of all steps so far, by name, as `Run.maxima`.
+
+        The ``residual`` of each is the present value.
+        """
+        names, units = engine_names("maxima"), engine_names("maxima units")
+        values, blocks, points = self._ask("maxima", len(names))
+        named = [name or f"block {i + 1}" for i, name in enumerate(self.block_names)]
+        rows = zip(names, units, *values, blocks.T, points.T, strict=True)
+        return as_maxima(rows, named, self.point_names)
+
+    @property
     def counts(self) -> dict[str, int]:
         """What has been counted since the start.
 
@@ -527,6 +540,14 @@ class Run:
         from .verdict import verdict
 
         return verdict(self.history)
+
+    @cached_property
+    def maxima(self) -> dict[str, Maximum]:
+        """The largest values of all steps, by name, each a `sitedda.maxima.Maximum`.
+
+        ``run.maxima["tilt"].value``, ``.time``, ``.blocks``, ``.residual``; see docs/output.md.
+        """
+        return maxima_of(self.history)
 
     def draw(self, **options):
         """Draw the blocks, see `sitedda.draw`; matplotlib axes."""

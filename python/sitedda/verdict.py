@@ -9,6 +9,8 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
+from .engine import engine_names
+from .maxima import lacking, warn_of
 from .namelist_groups import listed, small_groups
 from .response import amplifications
 from .scene import Scene
@@ -17,6 +19,8 @@ from .signals import spectral_acceleration
 
 PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
 SPECTRUM_DAMPING = 0.05
+LARGEST = tuple(f"largest_{name}" for name in engine_names("maxima numbers"))
+_OF_FRAMES = ("displacement", "tilt", "contacts")  # lines of outputs without maxima
 _LEAST_DRIFT = 1e-6  # below, none is said
 _MOST_FRAMES = 200  # that are looked at for the largest values
 
@@ -133,7 +137,14 @@ def _engine_lines(found: Verdict, data: xr.Dataset) -> list[tuple[str, str]]:
         if isinstance(value, float | np.floating):
             found.values[name] = float(value)
     lines = str(data.attrs.get("verdict", "")).splitlines()
-    return [(topic, words) for topic, _, words in (line.partition(": ") for line in lines)]
+    said = [(topic, words) for topic, _, words in (line.partition(": ") for line in lines)]
+    if "largest" in data:
+        return said
+    # The words of versions before maxima were recorded are those of single frames.
+    warn_of(data.attrs)
+    found.values.update(dict.fromkeys(LARGEST, np.nan))
+    said = [line for line in said if line[0] not in _OF_FRAMES]
+    return [("maxima", lacking(data.attrs)), *said]
 
 
 def add_drift(found: Verdict, scene: Scene) -> None:

@@ -91,6 +91,16 @@ REMADE = {
     ("elements", "energy_type"): {},
     ("dynamics", "counters_type"): {},
     ("dynamics", "stop_state_type"): {},
+    ("dynamics", "maxima_type"): {
+        "last": "taken before it is written",
+        "moved": "taken before it is written",
+        "size_of": "the input",
+        "least_size": "the input",
+        "below": "the input",
+    },
+    ("dynamics", "base_type"): {},
+    ("dynamics", "first_contacts_type"): {"pressed": "found before it is used"},
+    ("dynamics", "largest_type"): {},
     ("output", "journal_type"): {"file": "opened anew"},
 }
 

@@ -152,10 +152,11 @@ def _done(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array],
     if not work.start and not (folder / WORDS).exists():
         raise Missing
     warning = run_input(folder, work.time_limit)
-    numbers, arrays = measure(folder / OUTPUT, work.quantities)
+    notes: list[str] = []
+    numbers, arrays = measure(folder / OUTPUT, work.quantities, notes)
     if not work.keep:
         remove_output(folder)
-    return numbers, arrays, {"warning": warning}
+    return numbers, arrays, {"warning": "\n".join(filter(None, [warning, *notes]))}
 
 
 def _sorted(values: dict) -> tuple[dict[str, float], dict[str, Array]]:

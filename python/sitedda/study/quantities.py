@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..engine import FILES
+from ..engine import FILES, engine_names
 from ..errors import InputError, OutputError
+from ..maxima import lacking, warn_of
 from ..reading import check_readable
 
 DEFAULT = ("verdict",)
@@ -29,11 +30,12 @@ _LABELS = {
     "coordinate": ("x", "y", "rotation", "strain_x", "strain_y", "shear_strain"),
 }
 _WRITTEN = "attributes"  # of the output: what the engine itself says
+_MAXIMA = engine_names("maxima numbers")
+_LARGEST = tuple(f"largest_{name}" for name in _MAXIMA)
 _TOPICS = {
-    _WRITTEN: ("largest_displacement_m", "residual_displacement_m", "largest_tilt_rad",
-               "residual_tilt_rad", "contacts_slipped", "contacts_opened", "largest_slip_m",
-               "largest_opening_m", "bonds_broken", "energy_balance_j_m", "end_s",
-               "pga_m_s2", "pgv_m_s", "arias_m_s", "sa_m_s2", "sa_period_s"),
+    _WRITTEN: (*_LARGEST, *(f"residual_{name}" for name in _MAXIMA), "contacts_slipped",
+               "contacts_opened", "bonds_broken", "energy_balance_j_m", "end_s", "pga_m_s2",
+               "pgv_m_s", "arias_m_s", "sa_m_s2", "sa_period_s"),
     "add_drift": ("residual_drift",),
     "add_fallen": ("blocks_fallen", "first_block_fallen_s"),
     "add_lost": ("blocks_lost", "first_block_lost_s"),
@@ -130,6 +132,8 @@ class Output:
                 raise OutputError(f"{file} cannot be read as an output: {trouble}") from trouble
             self._data.set_auto_maskandscale(False)
             self._data.set_auto_chartostring(False)
+            self.has_maxima = "largest" in self._data.variables
+            self.asked_in_vain = False  # for maxima that it does not hold
             self.attributes = {name: self._data.getncattr(name) for name in self._data.ncattrs()}
 
     def __enter__(self) -> Output:
@@ -177,7 +181,9 @@ class Output:
         return found.assign_coords(point=("point", self.names("point")))
 
 
-def measure(file: Path, wanted: Iterable[Quantity]) -> tuple[dict[str, float], dict[str, Array]]:
+def measure(
+    file: Path, wanted: Iterable[Quantity], notes: list[str] | None = None
+) -> tuple[dict[str, float], dict[str, Array]]:
     """Numbers and arrays of an output, by their label.
 
     Names are
@@ -195,6 +201,8 @@ def measure(file: Path, wanted: Iterable[Quantity]) -> tuple[dict[str, float], d
     file : path
         An output.
     wanted : iterable of Quantity
+    notes : list of str, optional
+        Gets what must be said of the numbers; without it, warnings say it.
 
     Raises
     ------
@@ -210,6 +218,10 @@ def measure(file: Path, wanted: Iterable[Quantity]) -> tuple[dict[str, float], d
                     arrays[label] = value
                 else:
                     numbers[label] = float(value)
+        if output.asked_in_vain and notes is None:
+            warn_of(output.attributes)
+        elif output.asked_in_vain:
+            notes.append(lacking(output.attributes))
     return numbers, arrays
 
 
@@ -217,6 +229,8 @@ def _one(output: Output, wanted: Quantity) -> dict:
     if wanted.function:
         return returned(wanted.label, wanted.function(_run(output.file)))
     name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
+    if not output.has_maxima and (name in _LARGEST or name == "verdict"):
+        output.asked_in_vain = True
     if name == "verdict":
         return _verdict(output, list(_TOPICS))
     for part, names in _TOPICS.items():
@@ -246,6 +260,8 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     if _WRITTEN in parts:
         written = output.attributes.items()
         found |= {n: v for n, v in written if n.partition("[")[0] in _TOPICS[_WRITTEN]}
+        if not output.has_maxima:
+            found |= dict.fromkeys(_LARGEST, np.nan)
     read = [part for part in parts if part != _WRITTEN]
     return found | _read_verdict(output, read) if read else found
 

@@ -1,0 +1,228 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Slip and opening of the contacts that touch when counting begins: of the vertex against the point
+!> of the edge where its foot was, which keeps its share of the edge since strains of a block are
+!> uniform.
+!>
+!> Contacts are not looked at in every step.  Since the last look none can have moved by more than
+!> the blocks have, so that none can exceed the largest, or what is worth following, while that way
+!> is short enough.  What is worth following are movements of more than 1e-7 of the model's size.
+module dda_first_contacts
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type
+   use dda_maxima, only: largest_type, take, of_slip, of_opening
+   use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
+   implicit none
+   private
+   public :: first_contacts_type, begin_first_contacts, reserve_first_contacts, add_movement, &
+      may_exceed, drop_removed, count_moved
+
+   !> of the way of the blocks, to each side: how far a contact may have moved; what exact rotations
+   !> and feet beyond the ends of an edge add to the two sides of a contact is less than half
+   real(wp), parameter :: both_sides = 3.0_wp
+
+   !> The contacts, and what the last look at them found.
+   type :: first_contacts_type
+      integer, allocatable :: vertex(:), edge(:)  !< [contacts]
+      real(wp), allocatable :: share(:)           !< [contacts] of the edge before the foot
+      real(wp), allocatable :: gap(:)             !< [contacts] first distance, of overlaps 0, m
+      integer, allocatable :: pressed(:)          !< [vertices] edge that each presses on, or 0
+      real(wp) :: shortest = 0.0_wp               !< of all edges, m
+      real(wp) :: found(3) = 0.0_wp               !< at the last look, see `scan`
+      real(wp) :: path = 0.0_wp                   !< that the blocks had gone then, m
+   end type first_contacts_type
+
+contains
+
+   !> Room for n contacts.
+   subroutine reserve_first_contacts(first, n, vertices)
+      type(first_contacts_type), intent(out) :: first  !< not yet set
+      integer, intent(in) :: n, vertices               !< contacts; vertices of the model
+
+      allocate (first%vertex(n), first%edge(n), source=0)
+      allocate (first%share(n), first%gap(n), source=0.0_wp)
+      allocate (first%pressed(vertices), source=0)
+   end subroutine reserve_first_contacts
+
+   !> Keep the contacts that touch now.
+   subroutine begin_first_contacts(first, contacts, blocks, touching)
+      type(first_contacts_type), intent(out) :: first  !< the contacts
+      type(contacts_type), intent(in) :: contacts      !< of the present state
+      type(blocks_type), intent(in) :: blocks          !< in their present state
+      real(wp), intent(in) :: touching                 !< distance up to which they do, m
+      real(wp) :: apart(2)
+      integer :: c
+
+      associate (gap => contacts%new_gap(:contacts%n) + contacts%offset(:contacts%n))
+         call reserve_first_contacts(first, count(gap <= touching), size(blocks%owner))
+         first%vertex = pack(contacts%vertex(:contacts%n), gap <= touching)
+         first%edge = pack(contacts%edge(:contacts%n), gap <= touching)
+      end associate
+      first%shortest = minval(blocks%length)
+      do c = 1, size(first%vertex)
+         associate (v => first%vertex(c), e => first%edge(c))
+            apart = blocks%vertex(:, v) - blocks%vertex(:, e)
+            first%share(c) = dot_product(apart, blocks%along(:, e))/blocks%length(e)
+            first%gap(c) = max(0.0_wp, blocks%along(2, e)*apart(1) - blocks%along(1, e)*apart(2))
+         end associate
+      end do
+   end subroutine begin_first_contacts
+
+   !> Take out contacts of blocks that are no longer part of the model.
+   pure subroutine drop_removed(first, blocks)
+      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(blocks_type), intent(in) :: blocks            !< in their present state
+      logical :: stays(size(first%vertex))
+
+      stays = .not. (blocks%removed(blocks%owner(first%vertex)) .or. &
+         blocks%removed(blocks%owner(first%edge)))
+      if (all(stays)) return
+      first%share = pack(first%share, stays)
+      first%gap = pack(first%gap, stays)
+      first%vertex = pack(first%vertex, stays)
+      first%edge = pack(first%edge, stays)
+   end subroutine drop_removed
+
+   !> A look at the contacts could find what is more than the largest so far and worth following.
+   pure logical function may_exceed(first, largest, path, least)
+      type(first_contacts_type), intent(in) :: first   !< the contacts
+      type(largest_type), intent(in) :: largest(:)     !< [maxima] so far
+      real(wp), intent(in) :: path                     !< sum of the farthest moves of all steps, m
+      real(wp), intent(in) :: least                    !< movement that is worth following, m
+      real(wp) :: way
+
+      may_exceed = .false.
+      if (size(first%vertex) == 0) return
+      way = both_sides*(path - first%path)
+      way = way*(1.0_wp + (first%found(3) + way)/first%shortest)  ! edges turn as well
+      may_exceed = any(first%found(:2) + way > max(least, largest([of_slip, of_opening])%value))
+   end function may_exceed
+
+   !> Look at all contacts.
+   subroutine add_movement(first, largest, contacts, blocks, time, path)
+      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
+      type(contacts_type), intent(in) :: contacts        !< of the last step
+      type(blocks_type), intent(in) :: blocks            !< in their present state
+      real(wp), intent(in) :: time                       !< s
+      !> sum of the farthest moves of all steps, m; without it, later looks do not count from this
+      real(wp), intent(in), optional :: path
+      real(wp) :: most(3, most_pieces), found(3)
+      integer :: p, n
+
+      associate (m => size(first%vertex))
+         n = 1
+         if (m >= parallel_from) n = pieces(m)
+         if (n == 1) then
+            call scan(first, blocks, 1, m, most(:, 1))
+         else
+            !$omp parallel do schedule(static)
+            do p = 1, n
+               call scan(first, blocks, first_of(p, m), last_of(p, m), most(:, p))
+            end do
+         end if
+      end associate
+      found = maxval(most(:, :n), 2)
+      if (found(1) > largest(of_slip)%value .or. found(2) > largest(of_opening)%value) &
+         call place(first, largest, contacts, blocks, time)
+      if (.not. present(path)) return
+      first%path = path
+      first%found = found
+   end subroutine add_movement
+
+   !> The largest slip, growth of the distance, and way from the foot, of contacts begin … end.
+   pure subroutine scan(first, blocks, begin, end, most)
+      type(first_contacts_type), intent(in) :: first  !< the contacts
+      type(blocks_type), intent(in) :: blocks         !< in their present state
+      integer, intent(in) :: begin, end               !< of the range
+      real(wp), intent(out) :: most(3)                !< m
+      real(wp) :: slip, growth, least, x, y
+      integer :: c, v, e
+
+      slip = 0.0_wp
+      growth = -huge(1.0_wp)
+      least = huge(1.0_wp)
+      !$omp simd reduction(max:slip, growth) reduction(min:least) &
+      !$omp private(v, e, x, y)
+      do c = begin, end
+         v = first%vertex(c)
+         e = first%edge(c)
+         x = blocks%vertex(1, v) - blocks%vertex(1, e)
+         y = blocks%vertex(2, v) - blocks%vertex(2, e)
+         slip = max(slip, abs(x*blocks%along(1, e) + y*blocks%along(2, e) &
+            - first%share(c)*blocks%length(e)))
+         x = x*blocks%along(2, e) - y*blocks%along(1, e) - first%gap(c)
+         growth = max(growth, x)
+         least = min(least, x)
+      end do
+      most = [slip, growth, slip + max(growth, -least)]
+   end subroutine scan
+
+   !> The same with the contacts, one by one: slip and opening.
+   subroutine place(first, largest, contacts, blocks, time)
+      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
+      type(contacts_type), intent(in) :: contacts        !< of the last step
+      type(blocks_type), intent(in) :: blocks            !< in their present state
+      real(wp), intent(in) :: time                       !< s
+      real(wp) :: moved(2)
+      integer :: c
+
+      call find_pressed(first, contacts)
+      do c = 1, size(first%vertex)
+         moved = movement(first, blocks, c)
+         associate (who => blocks%owner([first%vertex(c), first%edge(c)]))
+            call take(largest(of_slip), abs(moved(1)), time, who)
+            call take(largest(of_opening), max(0.0_wp, moved(2)), time, who)
+         end associate
+      end do
+   end subroutine place
+
+   !> Slip and opening of contact c: one that presses is lifted by dilation at most.
+   pure function movement(first, blocks, c) result(moved)
+      type(first_contacts_type), intent(in) :: first  !< with the edges that vertices press on
+      type(blocks_type), intent(in) :: blocks         !< in their present state
+      integer, intent(in) :: c                        !< one of them
+      real(wp) :: moved(2)
+
+      associate (v => first%vertex(c), e => first%edge(c))
+         associate (apart => blocks%vertex(:, v) - blocks%vertex(:, e), &
+            along => blocks%along(:, e))
+            moved(1) = dot_product(apart, along) - first%share(c)*blocks%length(e)
+            moved(2) = apart(1)*along(2) - apart(2)*along(1) - first%gap(c)
+         end associate
+         if (first%pressed(v) == e) moved(2) = min(moved(2), 0.0_wp)
+      end associate
+   end function movement
+
+   !> The edge that each vertex presses on (of two, the last in order).
+   pure subroutine find_pressed(first, contacts)
+      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(contacts_type), intent(in) :: contacts        !< of the last step
+      integer :: c
+
+      first%pressed = 0
+      do c = 1, contacts%n
+         if (contacts%normal_force(c) > 0.0_wp) first%pressed(contacts%vertex(c)) = contacts%edge(c)
+      end do
+   end subroutine find_pressed
+
+   !> How many contacts there are, and how many have slipped and opened by more than a limit.
+   subroutine count_moved(first, contacts, blocks, limit, numbers)
+      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(contacts_type), intent(in) :: contacts        !< of the last step
+      type(blocks_type), intent(in) :: blocks            !< in their present state
+      real(wp), intent(in) :: limit                      !< movement that counts, m
+      integer, intent(out) :: numbers(3)                 !< all, slipped, opened
+      real(wp) :: moved(2)
+      integer :: c
+
+      numbers = 0
+      call find_pressed(first, contacts)
+      do c = 1, size(first%vertex)
+         moved = movement(first, blocks, c)
+         numbers = numbers + [1, merge(1, 0, abs(moved(1)) > limit), merge(1, 0, moved(2) > limit)]
+      end do
+   end subroutine count_moved
+
+end module dda_first_contacts

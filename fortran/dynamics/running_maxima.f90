@@ -1,0 +1,231 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The largest values of a run, step by step.
+!>
+!> Counting begins with the first frame of the output, that is at rest where the first stage is
+!> static.  Every dynamic step counts.  Of a later static stage its end counts, without velocities
+!> and accelerations: the steps on its way to rest are none of the model.
+module dda_running_maxima
+   use dda_kinds, only: wp
+   use dda_base_motion, only: begin_base, renew_base, follow_base
+   use dda_blocks, only: place_of
+   use dda_first_contacts, only: begin_first_contacts, reserve_first_contacts, add_movement, &
+      may_exceed, drop_removed, count_moved
+   use dda_maxima, only: largest_type, number_of_maxima, take, add_blocks, add_contacts, &
+      of_point_displacement, of_point_velocity, of_point_acceleration, of_point_drift
+   use dda_measure, only: measure_point
+   use dda_model, only: half_size
+   use dda_scheme, only: step_type
+   use dda_simulation, only: simulation_type, finished
+   implicit none
+   private
+   public :: begin_maxima, reserve_maxima, count_step, count_rest, change_base, restart_points, &
+      take_residuals, least_movement
+
+   real(wp), parameter :: least_share = 1.0e-5_wp  !< of the model's size: below, no contact moves
+
+   real(wp), parameter :: least_followed = 1.0e-7_wp  !< of it: below, slip is not followed closely
+
+contains
+
+   !> Movement of a contact that counts, m.
+   pure real(wp) function least_movement(simulation)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+
+      least_movement = least_share*2*half_size(simulation%model%blocks)
+   end function least_movement
+
+   !> Count from the present state.
+   subroutine begin_maxima(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+
+      call reserve_maxima(simulation, 0)
+      associate (maxima => simulation%maxima, contacts => simulation%contacts(simulation%now))
+         call begin_first_contacts(maxima%contacts, contacts, simulation%blocks, &
+            least_movement(simulation))
+         maxima%first = simulation%blocks%position(1:3, :)
+      end associate
+      call take_state(simulation, .true., .true.)
+   end subroutine begin_maxima
+
+   !> Room for what counting needs, with so many contacts that touch at first.
+   subroutine reserve_maxima(simulation, contacts)
+      type(simulation_type), intent(inout) :: simulation  !< started
+      integer, intent(in) :: contacts                     !< that slip and opening are of
+      type(largest_type) :: none
+      integer :: i
+
+      associate (maxima => simulation%maxima, blocks => simulation%blocks, &
+         points => simulation%model%points)
+         maxima%counting = .true.
+         maxima%largest = none
+         maxima%points_from = 0.0_wp
+         if (allocated(maxima%first)) deallocate (maxima%first, maxima%size_of, maxima%below)
+         allocate (maxima%first(3, blocks%n), source=0.0_wp)
+         allocate (maxima%size_of, source=sqrt(blocks%area))
+         maxima%least_size = minval(maxima%size_of)
+         allocate (maxima%below(size(points)))
+         do i = 1, size(points)
+            maxima%below(i) = point_below(simulation, i)
+         end do
+         call begin_base(maxima%base, simulation%model, blocks, simulation%time)
+         call reserve_first_contacts(maxima%contacts, contacts, size(blocks%owner))
+      end associate
+   end subroutine reserve_maxima
+
+   !> The nearest measured point below point i, within 45° of the vertical at the start; 0 without.
+   pure integer function point_below(simulation, i) result(below)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      integer, intent(in) :: i                         !< measured point
+      real(wp) :: apart(2), nearest
+      integer :: k
+
+      below = 0
+      nearest = huge(1.0_wp)
+      do k = 1, size(simulation%model%points)
+         apart = first_place(simulation, i) - first_place(simulation, k)
+         if (apart(2) <= 0.0_wp .or. apart(2) < abs(apart(1)) .or. norm2(apart) >= nearest) cycle
+         nearest = norm2(apart)
+         below = k
+      end do
+   end function point_below
+
+   !> Where a measured point was in the reference shape of its block, m.
+   pure function first_place(simulation, i) result(place)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      integer, intent(in) :: i                         !< measured point
+      real(wp) :: place(2)
+
+      associate (point => simulation%model%points(i))
+         place = simulation%model%blocks%position(1:2, point%block) + point%reference
+      end associate
+   end function first_place
+
+   !> After a dynamic step.
+   subroutine count_step(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      logical :: look
+
+      associate (maxima => simulation%maxima, dt => simulation%last_time_step, &
+         size_of_model => 2*half_size(simulation%model%blocks))
+         call follow_base(maxima%base, simulation%model, simulation%blocks, &
+            step_type(simulation%scheme, simulation%time - dt, dt), simulation%time)
+         ! Of a step the path holds half the model at most.
+         look = may_exceed(maxima%contacts, maxima%largest, simulation%path, &
+            least_followed*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
+      end associate
+      look = look .or. finished(simulation)
+      call take_state(simulation, .true., look)
+   end subroutine count_step
+
+   !> After a stage that has been entered: blocks may be gone, and of a static one its rest counts.
+   subroutine count_rest(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+
+      call drop_removed(simulation%maxima%contacts, simulation%blocks)
+      if (.not. simulation%model%stages(simulation%stage)%static) return
+      call take_state(simulation, .false., .true.)
+   end subroutine count_rest
+
+   !> The present state counts.
+   subroutine take_state(simulation, rates, look)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      logical, intent(in) :: rates             !< with velocities and accelerations
+      logical, intent(in) :: look              !< with slip and opening
+      type(largest_type) :: largest(number_of_maxima)
+
+      largest = simulation%maxima%largest
+      call add_state(simulation, largest, rates)
+      if (look) call add_movement(simulation%maxima%contacts, largest, &
+         simulation%contacts(simulation%now), simulation%blocks, simulation%time, simulation%path)
+      simulation%maxima%largest = largest
+   end subroutine take_state
+
+   !> Values of the present state, but slip and opening.
+   subroutine add_state(simulation, largest, rates)
+      type(simulation_type), intent(in) :: simulation   !< between two steps
+      type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
+      logical, intent(in) :: rates                      !< velocities and accelerations count
+
+      associate (maxima => simulation%maxima, blocks => simulation%blocks, time => simulation%time)
+         call add_blocks(largest, blocks, maxima%first, maxima%base, time, rates)
+         call add_contacts(largest, simulation%contacts(simulation%now), maxima%size_of, &
+            maxima%least_size, time)
+         if (size(maxima%below) > 0) call add_points(simulation, largest, rates)
+      end associate
+   end subroutine add_state
+
+   !> Motions of the measured points relative to the base, and their drift.
+   subroutine add_points(simulation, largest, rates)
+      type(simulation_type), intent(in) :: simulation   !< between two steps
+      type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
+      logical, intent(in) :: rates                      !< velocities and accelerations count
+      real(wp) :: motion(2, 3), apart(2)
+      integer :: i
+
+      associate (maxima => simulation%maxima, base => simulation%maxima%base, &
+         points => simulation%model%points, time => simulation%time)
+         do i = 1, size(points)
+            if (simulation%blocks%removed(points(i)%block)) cycle
+            call measure_point(simulation%blocks, points(i), motion(:, 1), motion(:, 2), &
+               motion(:, 3))
+            motion(:, 1) = motion(:, 1) - (base%displacement - maxima%points_from)
+            call take(largest(of_point_displacement), norm2(motion(:, 1)), time, [i, 0])
+            if (rates) call take(largest(of_point_velocity), norm2(motion(:, 2) - base%velocity), &
+               time, [i, 0])
+            if (rates) call take(largest(of_point_acceleration), norm2(motion(:, 3) &
+               - base%acceleration), time, [i, 0])
+            associate (k => maxima%below(i))
+               if (k == 0) cycle
+               if (simulation%blocks%removed(points(k)%block)) cycle
+               apart = first_place(simulation, i) - first_place(simulation, k)
+               call take(largest(of_point_drift), abs(sideways(simulation, i) &
+                  - sideways(simulation, k))/apart(2), time, [i, k])
+            end associate
+         end do
+      end associate
+   end subroutine add_points
+
+   !> Displacement of a measured point in x, m.
+   pure real(wp) function sideways(simulation, i)
+      type(simulation_type), intent(in) :: simulation   !< between two steps
+      integer, intent(in) :: i                          !< measured point
+      real(wp) :: place(2)
+
+      associate (point => simulation%model%points(i))
+         place = place_of(simulation%blocks, point%block, point%reference) - point%place
+      end associate
+      sideways = place(1)
+   end function sideways
+
+   !> Supports or motions have been changed between two steps.
+   subroutine change_base(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+
+      if (simulation%maxima%counting) call renew_base(simulation%maxima%base, simulation%model, &
+         simulation%blocks, simulation%time)
+   end subroutine change_base
+
+   !> Displacements of measured points have been set to zero.
+   subroutine restart_points(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(largest_type) :: none
+
+      simulation%maxima%points_from = simulation%maxima%base%displacement
+      simulation%maxima%largest(of_point_displacement) = none
+      simulation%maxima%largest(of_point_drift) = none
+   end subroutine restart_points
+
+   !> The values of the present state, and how many contacts have moved.
+   subroutine take_residuals(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(largest_type) :: last(number_of_maxima)
+
+      call add_state(simulation, last, .true.)
+      call add_movement(simulation%maxima%contacts, last, simulation%contacts(simulation%now), &
+         simulation%blocks, simulation%time)
+      simulation%maxima%last = last
+      call count_moved(simulation%maxima%contacts, simulation%contacts(simulation%now), &
+         simulation%blocks, least_movement(simulation), simulation%maxima%moved)
+   end subroutine take_residuals
+
+end module dda_running_maxima
