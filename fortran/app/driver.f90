@@ -62,6 +62,7 @@ contains
       if (allocated(error)) return
       call fail_if_stopped(error)
       if (allocated(error)) return
+      call say_description(model)
       allocate (simulation, report)
       call add_notes(report, model_notes(model))
       call begin_simulation(simulation, model, error)
@@ -85,6 +86,7 @@ contains
       if (allocated(error)) return
       if (names_output(arguments)) call name_output(model%output, model%output%file)
       if (arguments%output /= '') call name_output(model%output, arguments%output)
+      if (.not. arguments%check_first) call say_description(model)
       if (.not. arguments%check_first) call say_notes(model)
       call fail_if_stopped(error)
       if (allocated(error)) return
@@ -103,8 +105,8 @@ contains
       call print_amplifications(run%simulation, run%was_complete, error)
    end subroutine run_input
 
-   !> What a model takes for granted, and what is seldom meant.
-   subroutine say_notes(model)
+   !> What a model takes for granted: its elastic law, and what its motions are.
+   subroutine say_description(model)
       type(model_type), intent(in) :: model  !< as read from the input
       integer :: i
 
@@ -113,6 +115,13 @@ contains
             call say(trim(lines(i)))
          end do
       end associate
+   end subroutine say_description
+
+   !> Probable mistakes in a model.
+   subroutine say_notes(model)
+      type(model_type), intent(in) :: model  !< as read from the input
+      integer :: i
+
       associate (notes => model_notes(model))
          do i = 1, size(notes)
             call say('note: '//trim(notes(i)))

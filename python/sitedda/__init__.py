@@ -102,7 +102,7 @@ _HOMES = {
         "transfer",
         "column": "Column HalfSpace Layer",
         "errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
-        "InterruptedRun OutOfMemory OutputError PeakWarning SiteddaError SolverError",
+        "InterruptedRun MaximaWarning OutOfMemory OutputError PeakWarning SiteddaError SolverError",
         "model": "Model",
         "pictures": "draw",
         "records": "read_record",

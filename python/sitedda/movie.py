@@ -18,7 +18,7 @@ from PIL import Image
 from tqdm import tqdm
 
 from .arguments import ANY, PICTURES_A_SECOND, SECONDS
-from .errors import InputError, MissingLibrary, OutputError
+from .errors import InputError, MissingLibrary
 from .files import check_target, written
 from .pictures import BlockPicture
 from .scene import Scene

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError, OutputError
+from ..errors import InputError
 from ..files import is_below, plain_text
 from ..groups import nearest
 from ..reading import read_bounded
