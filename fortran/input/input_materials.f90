@@ -27,10 +27,9 @@ contains
       type(motion_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name, format, quantity, unit, after_end
-      character(len=1024) :: file
+      character(len=1024) :: file, message
       real(wp) :: time_step, values(most_values), scale, taper
       integer :: drift_order, channel, status
-      character(len=256) :: message
       type(record_type) :: record
       namelist /motion/ name, file, format, quantity, unit, time_step, values, scale, taper, &
          drift_order, channel, after_end
@@ -67,7 +66,6 @@ contains
          call take_values(place, values, time_step, trim(quantity), trim(unit), record, error)
       end if
       if (allocated(error)) return
-      new%stops = after_end == 'hold'
       call make_motion(place, record, drift_order, baseline_type(taper=taper, scale=scale, &
          after_end=after_end(:8)), new, error)
    end subroutine read_motion
@@ -137,6 +135,7 @@ contains
       type(baseline_type) :: baseline
 
       baseline = wanted
+      new%stops = wanted%after_end == 'hold'
       baseline%order = drift_order
       if (drift_order == -1) baseline%order = merge(2, 0, record%quantity == 'acceleration')
       call make_motion_curve(new%curve, record%quantity, record%values, record%time_step, failure, &

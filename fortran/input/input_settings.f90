@@ -55,10 +55,9 @@ contains
          base_motion_y, integration, theta, damping_ratio, damping_frequency, settle
 
       call leave_unset(time_step, duration, steps, least_time_step, theta, damping_ratio, &
-         damping_frequency)
+         damping_frequency, gravity)
       dynamic_factor = settings%dynamic_factor
       max_displacement_ratio = settings%max_displacement_ratio
-      gravity = unset
       settle = settings%settle
       time_step_control = 'fixed'
       analysis = ''
@@ -112,8 +111,8 @@ contains
    end subroutine require_analysis
 
    !> Numbers that the input may leave out.
-   pure subroutine leave_unset(a, b, c, d, e, f, g)
-      real(wp), intent(out) :: a, b, c, d, e, f, g  !< variables of a group
+   pure subroutine leave_unset(a, b, c, d, e, f, g, h)
+      real(wp), intent(out) :: a, b, c, d, e, f, g, h(2)  !< variables of a group
 
       a = unset
       b = unset
@@ -122,6 +121,7 @@ contains
       e = unset
       f = unset
       g = unset
+      h = unset
    end subroutine leave_unset
 
    !> Stages have steps of their own.

@@ -78,6 +78,7 @@ contains
 
       left = curve%velocity(size(curve%velocity))
       curve%ends_at_rest = .not. abs(left) > still*maxval(abs(curve%velocity))
+      if (ends_at_rest(wanted) .and. wanted%order > 0) curve%ends_at_rest = .true.
       if (wanted%after_end == 'hold' .or. curve%ends_at_rest) return
       curve%velocity_after = left
       curve%method = curve%method//'; after the end it goes on with '//to_text(left)//' m/s'

@@ -146,12 +146,15 @@ contains
       call check_close(v_rate(1:n - 1), acceleration(1:n - 1), 'acceleration from '//quantity, &
          absolute=h*jerk + 1.0e-6_wp)
       ! An end counts as inside: the difference across it is the mean of the limits.
-      call check_close(d_rate([0, n]), 0.5_wp*velocity([0, n]), 'ends, from '//quantity, &
+      call check_close(d_rate([0, n]), 0.5_wp*(velocity([0, n]) + [0.0_wp, &
+         curve%velocity_after]), 'ends, from '//quantity, &
          absolute=h*maxval(abs(curve%acceleration([1, samples]))) + h**2*jerk + 1.0e-8_wp)
       call check(all(velocity(:-1) == 0.0_wp .and. d_rate(:-1) == 0.0_wp .and. &
          acceleration(:-1) == 0.0_wp), 'zero before')
-      call check(all(velocity(n + 1:) == 0.0_wp .and. d_rate(n + 1:) == 0.0_wp .and. &
-         acceleration(n + 1:) == 0.0_wp), 'zero after')
+      call check(all(velocity(n + 1:) == curve%velocity_after .and. acceleration(n + 1:) &
+         == 0.0_wp), 'steady after')
+      call check_close(d_rate(n + 1:), velocity(n + 1:), 'steadily so far, from '//quantity, &
+         absolute=1.0e-8_wp)
       call check(maxval(abs(velocity)) > 0.01_wp, 'it moves')
       call check_close(velocity(0:n:parts), curve%velocity, 'at the samples', absolute=1.0e-12_wp)
       t = 1.0_wp - 1.0e-12_wp

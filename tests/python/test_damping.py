@@ -93,6 +93,7 @@ def test_velocities_are_moduli(write_input):
     pressure = shear * np.sqrt((2 - 2 * ratio) / (1 - 2 * ratio))
     velocities = {"shear_velocity": shear, "pressure_velocity": pressure}
     by_velocity = damped(young_modulus=None, poisson_ratio=None, **velocities)
+    by_velocity = changed(by_velocity, "control", analysis="plane_stress")  # as of the other
     first = sitedda.modes(write_input(by_velocity, "velocities"), 3).frequency
     assert first == pytest.approx(sitedda.modes(write_input(damped(), "moduli"), 3).frequency, 1e-9)
 
