@@ -511,6 +511,8 @@ def old_output(write_input, tmp_path):
     data.attrs |= {"source": "sitedda 0.1.0", "largest_tilt_rad": 1e-9,
                    "verdict": "tilt: largest 0.1°, cap at 1 s\nenergy: balances"}  # fmt: skip
     file = tmp_path / "old.nc"
+    for variable in data.variables.values():
+        variable.encoding.clear()
     data.to_netcdf(file)
     return file
 

@@ -282,16 +282,21 @@ def polygon_area(cell) -> float:
 
 def test_the_verdict_says_what_moved_and_slipped(run):
     scene, values = Scene.of(run), run.verdict.values
-    moved = max(np.linalg.norm(scene.displacement(f), axis=1).max() for f in range(scene.frames))
-    assert values["largest_displacement_m"] == pytest.approx(moved)
-    turned = max(
-        abs(scene.coordinates(f)[:, 2] - scene.coordinates(0)[:, 2]).max()
-        for f in range(scene.frames)
-    )
-    assert values["largest_tilt_rad"] == pytest.approx(turned)
-    assert values["residual_displacement_m"] == pytest.approx(
-        np.linalg.norm(scene.displacement(scene.frames - 1), axis=1).max()
-    )
+
+    def moved(frame: int) -> float:
+        """Against the table, which its supports carry along."""
+        away = scene.displacement(frame)
+        return np.linalg.norm(away - away[0], axis=1).max()
+
+    def turned(frame: int) -> float:
+        return abs(scene.coordinates(frame)[:, 2] - scene.coordinates(0)[:, 2]).max()
+
+    last = scene.frames - 1
+    assert values["residual_displacement_m"] == pytest.approx(moved(last), rel=1e-3)
+    assert values["residual_tilt_rad"] == pytest.approx(turned(last))
+    most = max(moved(frame) for frame in range(scene.frames))
+    assert most * (1 - 1e-3) <= values["largest_displacement_m"] <= 1.1 * most
+    assert values["largest_tilt_rad"] >= max(turned(frame) for frame in range(scene.frames))
     text = str(run.verdict)
     assert "PGA" in text and "Arias" in text and "balances" in text
 
