@@ -3,6 +3,7 @@
 module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
+   use dda_free_memory, only: require_addresses
    use dda_input_group, only: place_type, place_of_group, input_error, require_name, &
       name_length
    use dda_input_catalogue, only: input_groups, unknown_group
@@ -32,6 +33,8 @@ module dda_input
    public :: read_model_file, read_model
 
    integer(long), parameter :: largest_input = 1024_long**3  !< bytes
+   real(wp), parameter :: reading_bytes = 2.0_wp**20  !< of memory, whatever the input, measured
+   integer, parameter :: text_copies = 3              !< of the input, as a whole and by groups
 
 contains
 
@@ -63,6 +66,9 @@ contains
       character(len=name_length) :: base_motion(2)
       character(len=:), allocatable :: folder
 
+      call require_addresses(reading_bytes + text_copies*len(text), file// &
+         ': reading the input', 'use a machine with more', error)
+      if (allocated(error)) return
       model%file = file
       model%text = text
       folder = file(:index(file, '/', back=.true.))

@@ -4,7 +4,7 @@ module dda_input_bodies
    use dda_kinds, only: wp, long
    use dda_blocks, only: set_blocks
    use dda_errors, only: error_type, error_input, fail
-   use dda_free_memory, only: require_memory
+   use dda_free_memory, only: require_memory, require_for_blas
    use dda_input_blocks, only: read_blocks, is_block_group
    use dda_input_group, only: place_of_group, input_error
    use dda_model, only: model_type
@@ -25,8 +25,8 @@ module dda_input_bodies
    !> of a block over the same: less has no direction
    real(wp), parameter :: least_side = 1.0e-12_wp
    real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the size
-   integer(long), parameter :: block_bytes = 7800  !< a block of a wall with its contacts, measured
-   real(wp), parameter :: buffer_bytes = 2.0_wp**22  !< of output and checkpoints of any model
+   integer(long), parameter :: block_bytes = 9000  !< a block of a wall with its contacts, measured
+   real(wp), parameter :: buffer_bytes = 1.1e7_wp  !< of output and checkpoints, measured
 
 contains
 
@@ -49,6 +49,7 @@ contains
       call require_memory(real(outlines%n, wp)*block_bytes + buffer_bytes, file// &
          ': the model of '//to_text(outlines%n)//' blocks', &
          'use fewer blocks, or a machine with more', error)
+      call require_for_blas(error)
       if (allocated(error)) return
       call check_sizes(file, groups, outlines, error)
       if (allocated(error)) call name_block_files(error, model)

@@ -25,6 +25,7 @@
 module dda_damping
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type, error_input, fail
+   use dda_free_memory, only: require_for_blas
    use dda_nonnegative, only: nonnegative_least_squares
    use dda_text, only: to_text
    implicit none
@@ -137,6 +138,8 @@ contains
             to_text(damping%band(1))//" Hz: give a smaller time_step, or integration = 'midpoint'")
          return
       end if
+      call require_for_blas(error)
+      if (allocated(error)) return
       if (damping%n > 0) then
          call fit_mechanisms(damping, damping%n, limit)
       else

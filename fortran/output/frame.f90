@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A frame of the output as a row of numbers: blocks and contacts.
 !>
-!> It goes to the journal part by part, since the whole takes more than half a kilobyte a block.
+!> It goes to the journal part by part: the whole takes more than half a kilobyte a block, and
+!> nothing is allocated in a step.
 module dda_frame
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, stress_of
@@ -13,6 +14,7 @@ module dda_frame
    private
    public :: most_columns, contact_columns, append_frame
 
+   integer, parameter :: at_once = 512       !< blocks, vertices or contacts
    integer, parameter :: plain_columns = 9   !< of a contact
    integer, parameter :: most_columns = 12   !< of one under a joint law
 
@@ -38,7 +40,7 @@ contains
          call append_numbers(journal, [simulation%time, real(simulation%stage, wp)], 2, error)
          call append_blocks(journal, simulation%blocks, simulation%model%origin, error)
          do i = 1, contact_columns(simulation)
-            call append_numbers(journal, column_of(contacts, i), contacts%n, error)
+            call append_column(journal, contacts, i, error)
          end do
       end associate
    end subroutine append_frame
@@ -49,51 +51,82 @@ contains
       type(blocks_type), intent(in) :: blocks  !< in their places
       real(wp), intent(in) :: origin(2)  !< of the places, m
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp), allocatable :: part(:,:)
-      integer :: b
+      real(wp) :: stress(3, at_once)
+      integer :: first, n, b
 
-      part = blocks%position
-      do b = 1, blocks%n
-         part(:2, b) = part(:2, b) + origin
-      end do
-      call append_numbers(journal, part, size(part), error)
+      call append_places(journal, blocks%position, origin, error)
       call append_numbers(journal, blocks%velocity, size(blocks%velocity), error)
-      deallocate (part)
-      allocate (part(3, blocks%n))
-      do b = 1, blocks%n
-         part(:, b) = stress_of(blocks, b)
+      do first = 1, blocks%n, at_once
+         n = min(at_once, blocks%n - first + 1)
+         do b = 1, n
+            stress(:, b) = stress_of(blocks, first + b - 1)
+         end do
+         call append_numbers(journal, stress, 3*n, error)
       end do
-      call append_numbers(journal, part, size(part), error)
-      part = blocks%vertex
-      do b = 1, size(part, 2)
-         part(:, b) = part(:, b) + origin
-      end do
-      call append_numbers(journal, part, size(part), error)
+      call append_places(journal, blocks%vertex, origin, error)
    end subroutine append_blocks
+
+   !> Columns whose first two numbers are a place from the engine's origin.
+   subroutine append_places(journal, columns, origin, error)
+      type(journal_type), intent(inout) :: journal  !< of the run
+      real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] m, …
+      real(wp), intent(in) :: origin(2)  !< of the places, m
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp) :: part(6*at_once)
+      integer :: rows, first, n, i, at
+
+      rows = size(columns, 1)
+      do first = 1, size(columns, 2), at_once
+         n = min(at_once, size(columns, 2) - first + 1)
+         do i = 1, n
+            at = rows*(i - 1)
+            part(at + 1:at + rows) = columns(:, first + i - 1)
+            part(at + 1:at + 2) = part(at + 1:at + 2) + origin
+         end do
+         call append_numbers(journal, part, rows*n, error)
+      end do
+   end subroutine append_places
+
+   !> A column of the contacts.
+   subroutine append_column(journal, contacts, number, error)
+      type(journal_type), intent(inout) :: journal  !< of the run
+      type(contacts_type), intent(in) :: contacts  !< of the last step
+      integer, intent(in) :: number  !< of the column
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp) :: part(at_once)
+      integer :: first, n
+
+      do first = 1, contacts%n, at_once
+         n = min(at_once, contacts%n - first + 1)
+         call take_column(contacts, number, first, part(:n))
+         call append_numbers(journal, part, n, error)
+      end do
+   end subroutine append_column
 
    !> Vertex and edge from 0, state, bonded, joint from 0; distance, normal force, shear force,
    !> stretch; under a joint law also length, slip path, weakening.
-   pure function column_of(contacts, number) result(column)
+   pure subroutine take_column(contacts, number, first, column)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       integer, intent(in) :: number  !< of the column
-      real(wp) :: column(contacts%n)
+      integer, intent(in) :: first   !< contact
+      real(wp), intent(out) :: column(:)  !< [contacts from the first]
+      integer :: last
 
-      associate (n => contacts%n)
-         select case (number)
-         case (1); column = contacts%vertex(:n) - 1
-         case (2); column = contacts%edge(:n) - 1
-         case (3); column = contacts%state(:n)
-         case (4); column = merge(1, 0, contacts%bonded(:n))
-         case (5); column = contacts%joint(:n) - 1
-         case (6); column = contacts%new_gap(:n) + contacts%offset(:n)
-         case (7); column = contacts%normal_force(:n)
-         case (8); column = contacts%shear_force(:n)
-         case (9); column = contacts%stretch(:n)
-         case (10); column = contacts%length(:n)
-         case (11); column = contacts%slip_path(:n)
-         case (12); column = contacts%weakened(:n)
-         end select
-      end associate
-   end function column_of
+      last = first + size(column) - 1
+      select case (number)
+      case (1); column = contacts%vertex(first:last) - 1
+      case (2); column = contacts%edge(first:last) - 1
+      case (3); column = contacts%state(first:last)
+      case (4); column = merge(1, 0, contacts%bonded(first:last))
+      case (5); column = contacts%joint(first:last) - 1
+      case (6); column = contacts%new_gap(first:last) + contacts%offset(first:last)
+      case (7); column = contacts%normal_force(first:last)
+      case (8); column = contacts%shear_force(first:last)
+      case (9); column = contacts%stretch(first:last)
+      case (10); column = contacts%length(first:last)
+      case (11); column = contacts%slip_path(first:last)
+      case (12); column = contacts%weakened(first:last)
+      end select
+   end subroutine take_column
 
 end module dda_frame

@@ -36,10 +36,11 @@ module dda_output_file
       nf90_nowrite, nf90_noerr, nf90_set_fill, nf90_nofill, nf90_double, nf90_int, nf90_char
    implicit none
    private
-   public :: write_output, is_complete
+   public :: write_output, writing_memory, is_complete
 
    integer, parameter :: buffered = 1024          !< samples between writes
    integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
+   real(wp), parameter :: library_bytes = 5.0e6_wp  !< of memory: netCDF and HDF5, measured
 
    character(len=*), parameter :: motions(3) = [character(len=12) :: 'displacement', 'velocity', &
       'acceleration']
@@ -248,6 +249,22 @@ contains
          bytes = bytes + 2*len(simulation%model%motions(i)%source)
       end do
    end function bytes_for
+
+   !> Upper bound of the memory that `write_output` takes, bytes: a frame and the first one, samples
+   !> and copies of parts of them, texts.
+   pure real(wp) function writing_memory(simulation) result(bytes)
+      type(simulation_type), intent(in) :: simulation  !< at its present time
+      integer, parameter :: word = storage_size(1.0_wp)/8  ! bytes of a number
+      real(wp) :: frame, samples
+
+      associate (contacts => simulation%contacts(simulation%now)%n, n => simulation%blocks%n)
+         frame = real(max(6*n, 2*contacts), wp) + 3*n + 3*2*size(simulation%blocks%owner) &
+            + 3*contacts
+      end associate
+      samples = 3*real(buffered, wp)*sample_size(simulation)
+      bytes = library_bytes + word*(frame + samples) + 4*len(simulation%model%text) &
+         + 4*len(simulation%changes)
+   end function writing_memory
 
    !> Create the file, write everything, close it.
    subroutine write_dataset(output, journal, simulation, complete, error)

@@ -2,12 +2,16 @@
 !> Memory that this process may still allocate, so that a model that is too large is refused.
 module dda_free_memory
    use, intrinsic :: iso_c_binding, only: c_int, c_long
+   use, intrinsic :: iso_fortran_env, only: int8
+   use dda_blas_buffers, only: missing_buffers, take_buffers
    use dda_errors, only: error_type, error_memory, fail
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, long
    use dda_text, only: short_text
    implicit none
    private
-   public :: free_memory, require_memory, require_for_factor, fail_allocation
+   public :: free_memory, require_memory, require_addresses, require_for_factor, require_for_blas, &
+      fail_allocation
+   public :: reserve_type, hold_reserve
 
    !> RLIMIT_DATA and RLIMIT_AS on Linux: private pages, all addresses
    integer(c_int), parameter :: data_pages = 2, address_space = 9
@@ -18,6 +22,15 @@ module dda_free_memory
    real(wp), parameter :: step_bytes = 3000.0_wp  !< of a block, iterations and output, measured
    real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; less is taken without a question
    character(len=*), parameter :: advice_on_factors = "try solver = 'jacobi', which makes none"
+   character(len=*), parameter :: advice_on_limits = 'raise the limit of the process (ulimit -v)'
+
+   real(wp), parameter :: call_bytes = 2.0_wp**22  !< of a call of LAPACK beside its buffer
+
+   !> Memory that is held for what must not lack it; deallocated for that time.  No page of it is
+   !> touched.
+   type :: reserve_type
+      integer(int8), allocatable :: bytes(:)
+   end type reserve_type
 
    interface
       !> POSIX: the limits of this process on a resource, now and at most (bytes); −1 as a signed
@@ -42,19 +55,75 @@ contains
       if (allocated(error)) return
       free = free_memory()
       if (bytes > free) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
-         ' GB of memory, '//short_text(max(0.0_wp, free)/giga)//' GB are free; '//advice)
+         ' GB of memory, '//short_text(max(0.0_wp, free)/giga)//' GB are free'// &
+         beside_buffers()//'; '//advice)
    end subroutine require_memory
 
-   !> An error if a factor leaves no memory for the steps with it, which ask for none.
-   subroutine require_for_factor(bytes, blocks, what, error)
+   !> What a limit on addresses has to leave besides, in words.
+   function beside_buffers() result(words)
+      character(len=:), allocatable :: words
+
+      words = ''
+      if (missing_buffers(1) > 0.0_wp .and. free_addresses() < unknown) words = ' beside '// &
+         short_text(missing_buffers(1)/giga)//' GB of addresses for BLAS'
+   end function beside_buffers
+
+   !> An error if a factor, and BLAS within it, leave no memory for the steps with it, which ask for
+   !> none; else BLAS has its buffers.
+   subroutine require_for_factor(bytes, blocks, threads, what, error)
       real(wp), intent(in) :: bytes         !< of the factor
       integer, intent(in) :: blocks         !< of the matrix
+      integer, intent(in) :: threads        !< that call BLAS at the same time
       character(len=*), intent(in) :: what  !< what needs it, for the message
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=*), parameter :: room = ', with room for the steps'
+      real(wp) :: needed, buffers
 
-      if (bytes > worth_asking) call require_memory(bytes + blocks*step_bytes, &
-         what//', with room for the steps,', advice_on_factors, error)
+      buffers = missing_buffers(threads)
+      if (allocated(error) .or. bytes + buffers <= worth_asking) return
+      needed = bytes + blocks*step_bytes
+      call require_memory(needed, what//room//',', advice_on_factors, error)
+      if (allocated(error) .or. buffers <= 0.0_wp) return
+      call require_addresses(needed + buffers, what//room//' and the buffers of BLAS,', &
+         advice_on_factors, error)
+      if (.not. allocated(error)) call take_buffers(threads)
    end subroutine require_for_factor
+
+   !> An error if a call of BLAS or LAPACK by one thread does not get the buffer that it needs.
+   subroutine require_for_blas(error)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      if (allocated(error) .or. missing_buffers(1) <= 0.0_wp) return
+      call require_addresses(missing_buffers(1) + call_bytes, 'a call of BLAS', advice_on_limits, &
+         error)
+      if (.not. allocated(error)) call take_buffers(1)
+   end subroutine require_for_blas
+
+   !> An error if the system refuses so many addresses, of which few will be used.
+   subroutine require_addresses(bytes, what, advice, error)
+      real(wp), intent(in) :: bytes            !< of addresses
+      character(len=*), intent(in) :: what     !< what needs them, for the message
+      character(len=*), intent(in) :: advice   !< what to do
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(reserve_type), volatile :: trial  ! lest a compiler leaves it out, which nothing reads
+
+      call hold_reserve(trial, bytes, what, advice, error)
+   end subroutine require_addresses
+
+   !> Hold memory, or an error.
+   subroutine hold_reserve(reserve, bytes, what, advice, error)
+      type(reserve_type), intent(inout) :: reserve  !< held, unless it was
+      real(wp), intent(in) :: bytes            !< to hold
+      character(len=*), intent(in) :: what     !< what needs it, for the message
+      character(len=*), intent(in) :: advice   !< what to do
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: status
+
+      if (allocated(error) .or. allocated(reserve%bytes)) return
+      allocate (reserve%bytes(int(bytes, long)), stat=status)
+      if (status /= 0) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
+         ' GB of memory, which the system does not give; '//advice)
+   end subroutine hold_reserve
 
    !> The error of a factor that the system has no memory for.
    subroutine fail_allocation(bytes, what, error)
@@ -67,12 +136,16 @@ contains
    end subroutine fail_allocation
 
    !> Bytes that the system, the limits of the process and of its control groups leave; huge where
-   !> none of them says.
+   !> none of them says.  Limits on addresses have to leave those of a buffer of BLAS besides.
    real(wp) function free_memory() result(bytes)
       bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), &
-         free_in_groups(), below_limit(data_pages, 'VmData:'), &
-         below_limit(address_space, 'VmSize:'))
+         free_in_groups(), free_addresses() - missing_buffers(1))
    end function free_memory
+
+   !> Bytes that limits on the addresses of this process leave.
+   real(wp) function free_addresses() result(bytes)
+      bytes = min(below_limit(data_pages, 'VmData:'), below_limit(address_space, 'VmSize:'))
+   end function free_addresses
 
    !> Bytes that a limit of the process leaves.
    real(wp) function below_limit(resource, taken) result(bytes)

@@ -13,7 +13,7 @@ module dda_team
    use dda_text, only: short_text, to_text
    implicit none
    private
-   public :: begin_team, adjust_team, team_words
+   public :: begin_team, adjust_team, largest_team, team_words
 
    real(wp), parameter :: between = 0.3_wp        !< s between looks: many turns
    real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost
@@ -47,6 +47,12 @@ contains
       team%full = allowed
       call set_size(allowed)
    end subroutine begin_team
+
+   !> Threads that the team may ever have.
+   integer function largest_team() result(threads)
+      threads = team%full
+      !$ threads = max(threads, omp_get_max_threads())
+   end function largest_team
 
    !> Between two iterations: look, now and then, whether the team should be of another size.
    subroutine adjust_team()

@@ -13,10 +13,11 @@ module dda_run
    use dda_input, only: read_model
    use dda_interrupts, only: stop_heard
    use dda_frame, only: append_frame
+   use dda_free_memory, only: reserve_type, hold_reserve
    use dda_journal, only: journal_type, open_journal, keep_in_place, begin_row, append_numbers, &
       row_sample, journal_name
    use dda_model, only: model_type, run_steps, run_duration
-   use dda_output_file, only: write_output, is_complete
+   use dda_output_file, only: write_output, writing_memory, is_complete
    use dda_output_place, only: check_target, partial_name
    use dda_own_file, only: journal_file, netcdf_file, remove_own
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
@@ -42,6 +43,7 @@ module dda_run
       type(checkpoints_type) :: checkpoints
       type(rate_limiter_type) :: publishing                 !< of the partial output
       real(wp), allocatable :: sample(:)
+      type(reserve_type) :: reserve                 !< memory to write the output in
       character(len=:), allocatable :: notice       !< where a resumed run goes on from
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.
@@ -125,6 +127,7 @@ contains
          if (.not. allocated(error)) call open_journal(run%journal, model%output%file, error)
          call begin_checkpoints(run%checkpoints, model)
       end associate
+      call hold_for_output(run, error)
       run%writes = .not. allocated(error)
       allocate (run%sample(sample_size(run%simulation)))
       call system_clock(run%saved)
@@ -136,6 +139,7 @@ contains
       type(error_type), allocatable :: unused
 
       call close_file(run%journal%file, unused)
+      if (allocated(run%reserve%bytes)) deallocate (run%reserve%bytes)
       run%writes = .false.
    end subroutine close_files
 
@@ -259,10 +263,32 @@ contains
       if (allocated(error)) return
       call begin_task(run%publishing)
       call take_residuals(run%simulation)
-      call write_output(run%simulation%model%output%file, run%journal, run%simulation, .false., &
-         error)
+      call write_now(run, .false., error)
       call end_task(run%publishing)
    end subroutine publish
+
+   !> Write the output in the memory that was held for it, and hold it again for the next time.
+   subroutine write_now(run, complete, error)
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      logical, intent(in) :: complete  !< the run has reached its duration
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      call hold_for_output(run, error)
+      if (allocated(error)) return
+      deallocate (run%reserve%bytes)
+      call write_output(run%simulation%model%output%file, run%journal, run%simulation, complete, &
+         error)
+      if (.not. complete) call hold_for_output(run, error)
+   end subroutine write_now
+
+   !> Hold the memory that writing the output takes.
+   subroutine hold_for_output(run, error)
+      type(run_type), intent(inout) :: run  !< with the files it writes
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+
+      call hold_reserve(run%reserve, writing_memory(run%simulation), 'writing '// &
+         run%simulation%model%output%file, 'use fewer blocks, or a machine with more', error)
+   end subroutine hold_for_output
 
    !> Flush the buffers of this process, which a fork would copy.
    subroutine flush_run(run, error)
@@ -317,8 +343,8 @@ contains
       if (.not. run%writes) return
       call keep_in_place(run%journal, error)
       call take_residuals(run%simulation)
-      if (is_done(run) .and. run%sound .and. .not. allocated(error)) call write_output( &
-         run%simulation%model%output%file, run%journal, run%simulation, .true., error)
+      if (is_done(run) .and. run%sound .and. .not. allocated(error)) &
+         call write_now(run, .true., error)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) then
          call remove_leftovers(run)
       else

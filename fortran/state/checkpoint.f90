@@ -61,6 +61,7 @@ contains
       checkpoints%coming = checkpoints%newest//'.coming'
       checkpoints%build = build_of_program()
       call digest_model(model, checkpoints%input, checkpoints%motions)
+      call write_archive(checkpoints%archive)  ! takes its memory now
    end subroutine begin_checkpoints
 
    !> Checksums of all that an input says.

@@ -43,7 +43,7 @@ contains
 
       if (allocated(factor%band)) return
       needed = storage_size(1.0_wp)/8*real(factor%half_width + 1, wp)*6*factor%n
-      call require_for_factor(needed, factor%n, what, error)
+      call require_for_factor(needed, factor%n, 1, what, error)
       if (allocated(error)) return
       allocate (factor%band(factor%half_width + 1, 6*factor%n), stat=status)
       if (status /= 0) then

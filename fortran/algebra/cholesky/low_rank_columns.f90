@@ -13,6 +13,7 @@ module dda_low_rank_columns
    use dda_front_plan, only: front_plan_type, longest_front_vector
    use dda_rank_one, only: rank_one_type, most_changes
    use dda_packed_panels, only: packed_rows, panels_of
+   use dda_team, only: largest_team
    implicit none
    private
    public :: low_rank_columns_type, plan_columns, make_columns, multiply_columns, project, &
@@ -46,7 +47,8 @@ contains
       real(wp), parameter :: of_block = storage_size(1.0_sp)/8*vector_width*6*column_panels ! bytes
       integer :: front, i, status
 
-      call require_for_factor(of_block*plan%n, plan%n, what, error)
+      call require_for_factor(of_block*plan%n, plan%n, merge(largest_team(), 1, &
+         plan%sharing%is_shared), what, error)
       if (allocated(error)) return
       allocate (columns%permuted(plan%n), columns%front_of(plan%n))
       allocate (columns%touched(plan%fronts, column_panels))

@@ -6,6 +6,7 @@
 module dda_arnoldi
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_solver, fail
+   use dda_free_memory, only: require_for_blas
    use dda_arpack, only: dsaupd, dseupd
    use dda_interrupts, only: fail_if_stopped
    use dda_text, only: to_text
@@ -66,7 +67,8 @@ contains
       iteration%iparam(3) = 3000
       if (present(most_restarts)) iteration%iparam(3) = most_restarts
       iteration%resid = irregular_vector(n, salt)
-      call iterate(iteration, operator, error)
+      call require_for_blas(error)
+      if (.not. allocated(error)) call iterate(iteration, operator, error)
       if (allocated(error)) return
       call extract(iteration, values, vectors, error)
       if (allocated(error)) return

@@ -3,6 +3,7 @@
 module dda_dense_eigen
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_solver, fail
+   use dda_free_memory, only: require_for_blas
    use dda_text, only: to_text
    implicit none
    private
@@ -45,6 +46,8 @@ contains
       n = size(a, 1)
       allocate (values(n))
       if (n == 0) return
+      call require_for_blas(error)
+      if (allocated(error)) return
       call dsyev('V', 'L', n, a, n, values, work, size(work), info)
       if (info /= 0) call fail(error, error_solver, 'LAPACK dsyev failed with info = '// &
          to_text(info))
@@ -59,6 +62,8 @@ contains
       real(wp) :: b(6, 6), work(6*work_columns)
       integer :: info
 
+      call require_for_blas(error)
+      if (allocated(error)) return
       vectors = k
       b = m
       call dsygv(1, 'V', 'L', 6, vectors, 6, b, 6, values, work, size(work), info)

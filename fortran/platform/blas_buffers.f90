@@ -1,0 +1,59 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The buffers of OpenBLAS.
+!>
+!> OpenBLAS takes a buffer for each thread that is within one of its calls, when there is none to
+!> use again, and keeps it.  Where the system refuses one it asks again for ever.  So all that will
+!> be used are taken at once, when it is known that they fit.  Most of their pages are never
+!> touched: they count where addresses are limited, not in the memory that is used.
+module dda_blas_buffers
+   use, intrinsic :: iso_c_binding, only: c_int, c_null_ptr, c_ptr
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: missing_buffers, take_buffers
+
+   !> bytes of one (BUFFER_SIZE and a page of OpenBLAS on 64-bit processors)
+   real(wp), parameter :: buffer_bytes = 135266304.0_wp
+   integer :: taken = 0  !< buffers that OpenBLAS has
+
+   interface
+      !> OpenBLAS: a free buffer, or a new one.
+      type(c_ptr) function blas_memory_alloc(unused) bind(c, name='blas_memory_alloc')
+         import :: c_int, c_ptr
+         integer(c_int), value :: unused
+      end function blas_memory_alloc
+
+      !> OpenBLAS: the buffer is free for the next call.
+      subroutine blas_memory_free(buffer) bind(c, name='blas_memory_free')
+         import :: c_ptr
+         type(c_ptr), value :: buffer
+      end subroutine blas_memory_free
+   end interface
+
+contains
+
+   !> Bytes of addresses that calls by so many threads at once still need.
+   real(wp) function missing_buffers(threads) result(bytes)
+      integer, intent(in) :: threads  !< within a call at the same time
+
+      bytes = buffer_bytes*max(0, threads - taken)
+   end function missing_buffers
+
+   !> Let OpenBLAS take the buffers for so many threads, which must be known to fit.
+   subroutine take_buffers(threads)
+      integer, intent(in) :: threads  !< within a call at the same time
+      type(c_ptr) :: buffer(threads)
+      integer :: i
+
+      if (threads <= taken) return
+      buffer = c_null_ptr
+      do i = 1, threads
+         buffer(i) = blas_memory_alloc(0_c_int)
+      end do
+      do i = 1, threads
+         call blas_memory_free(buffer(i))
+      end do
+      taken = threads
+   end subroutine take_buffers
+
+end module dda_blas_buffers

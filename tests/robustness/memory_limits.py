@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Give runs less memory than they need, step by step: each must end, or say what it needs.
+
+usage: python tests/robustness/memory_limits.py [--from MIB] [--to MIB] [--step MIB]
+       [--solvers NAME …] [--cores NAME …] [--blocks N] [--program PROGRAM]
+
+A limit on the addresses of a process (ulimit -v) grows from one run of a wall to the next.  A run
+must end with status 0, or with status 7 and one message; below some limit the system cannot load
+the program, and says so.  What ends by a signal, by a limit on processor time, or with words of
+a compiler or a library is printed, and the status is then 1.  --cores names processors whose
+kernels OpenBLAS shall take (OPENBLAS_CORETYPE): without AVX-512 all its products need a buffer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
+
+from environment import executable  # noqa: E402
+from model_text import DRY, ROCK, namelist  # noqa: E402
+
+MEBI = 2**20
+SOLVERS = ("direct", "banded", "lagged", "jacobi")
+# Threads reserve addresses of their own, by chance more or fewer.
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+PROCESSOR_TIME = 60  # s; a run takes less than one
+NOT_LOADED = 127  # status of the dynamic linker
+DONE, REFUSED, NOT_STARTED = "done", "refused", "not loaded"
+
+
+def wall(blocks: int, solver: str, steps: int = 1) -> str:
+    """A wall that is as wide as it is high, at rest."""
+    side = int(blocks**0.5)
+    return namelist(
+        [
+            ("control", {"time_step": 1e-4, "steps": steps, "solver": solver}),
+            ("material", dict(ROCK)),
+            ("joint", dict(DRY)),
+            ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": side, "courses": side}),
+            ("fixed_point", {"x": 0.5, "y": 0.25}),
+        ]
+    )
+
+
+def limited(program, limit: int, *arguments, folder, core="") -> subprocess.CompletedProcess:
+    """A run that may have so many bytes of addresses, with kernels of a processor."""
+
+    def limit_process() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+        resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_TIME, PROCESSOR_TIME))
+
+    environment = os.environ | ONE_THREAD | ({"OPENBLAS_CORETYPE": core} if core else {})
+    return subprocess.run(
+        [program, *arguments],
+        cwd=folder,
+        env=environment,
+        preexec_fn=limit_process,
+        capture_output=True,
+        text=True,
+    )
+
+
+def outcome(done: subprocess.CompletedProcess) -> str:
+    """How a run has ended: one of the good ways, or what is wrong, in words."""
+    lines = done.stderr.splitlines()
+    if done.returncode == 0 and not lines:
+        return DONE
+    if done.returncode == 7 and len(lines) == 1 and "GB of memory" in lines[0]:
+        return REFUSED
+    if done.returncode == NOT_LOADED and "shared libraries" in done.stderr:
+        return NOT_STARTED
+    return f"status {done.returncode}: {done.stderr.strip() or 'not a word'}"
+
+
+def sweep(program, limits, solver: str, blocks: int, folder: Path, core: str = "") -> list[str]:
+    """The outcomes of runs of a wall under limits (bytes) that grow."""
+    input_file = folder / "wall.nml"
+    input_file.write_text(wall(blocks, solver))
+    found = []
+    for limit in limits:
+        done = limited(program, limit, "run", input_file.name, "-q", folder=folder, core=core)
+        found.append(outcome(done))
+        if found[-1] != DONE and (folder / "wall.nc").exists():
+            found[-1] += ", but there is an output"
+        for left in folder.glob("wall.nc*"):
+            left.unlink()
+    return found
+
+
+def is_sound(outcomes: list[str]) -> bool:
+    """Every outcome is a good one, and more memory never makes it worse."""
+    order = [NOT_STARTED, REFUSED, DONE]
+    return all(one in order for one in outcomes) and outcomes == sorted(outcomes, key=order.index)
+
+
+def main() -> int:
+    """Go through solvers and processors, and print what is wrong."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--from", dest="first", type=int, default=100, metavar="MIB")
+    parser.add_argument("--to", type=int, default=360, metavar="MIB")
+    parser.add_argument("--step", type=int, default=1, metavar="MIB")
+    parser.add_argument("--solvers", nargs="+", default=SOLVERS, choices=SOLVERS)
+    parser.add_argument("--cores", nargs="+", default=["Haswell", "SkylakeX"])
+    parser.add_argument("--blocks", type=int, default=2500)
+    parser.add_argument("--program", default=None)
+    options = parser.parse_args()
+    program = options.program or executable("sitedda-native")
+    limits = [mib * MEBI for mib in range(options.first, options.to + 1, options.step)]
+    failed = False
+    with tempfile.TemporaryDirectory() as folder:
+        for core in options.cores:
+            for solver in options.solvers:
+                found = sweep(program, limits, solver, options.blocks, Path(folder), core)
+                counts = collections.Counter(one.partition(":")[0] for one in found)
+                words = ", ".join(f"{count} {kind}" for kind, count in counts.items())
+                print(f"{core:10s} {solver:7s} {len(found)} limits: {words}", flush=True)
+                failed = failed or not is_sound(found)
+                for limit, one in zip(limits, found, strict=True):
+                    if one not in (DONE, REFUSED, NOT_STARTED):
+                        print(f"  {limit // MEBI} MiB: {one}", flush=True)
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
