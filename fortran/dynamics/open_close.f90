@@ -435,10 +435,11 @@ contains
       do c = 1, contacts%n
          if (contacts%strength_ratio(c) <= 0.0_wp) cycle
          broken = broken + 1
-         if (laws%plain .or. has_bond(contacts, laws, c)) iteration%broken = iteration%broken + 1
          if (laws%plain) then
+            iteration%broken = iteration%broken + 1
             contacts%bonded(c) = .false.
          else
+            if (has_bond(contacts, laws, c)) iteration%broken = iteration%broken + 1
             call break_joint(contacts, laws, c)
          end if
       end do

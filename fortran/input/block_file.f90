@@ -284,7 +284,8 @@ contains
 
       if (present(n)) allocate (names(n), source=repeat(' ', name_length))
       if (.not. present(n)) allocate (names(0))
-      if (allocated(reader%dataset%error) .or. .not. has(reader, name)) return
+      if (allocated(reader%dataset%error)) return
+      if (.not. has(reader, name)) return
       call find_shape(reader, name, 2, .true., shape_of)
       if (present(n)) then
          if (shape_of(2) /= n) call refuse(reader, name//' holds '//to_text(shape_of(2))// &

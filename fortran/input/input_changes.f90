@@ -46,7 +46,9 @@ contains
          if (chosen(i)) call set_in(text, spans(i), change)
       end do
       if (any(chosen)) return
-      if (text /= '' .and. text(len(text):) /= newline) text = text//newline
+      if (len(text) > 0) then
+         if (text(len(text):) /= newline) text = text//newline
+      end if
       text = text//'&'//change%group//' '//change%variable//' = '//change%value//' /'//newline
    end subroutine change_text
 

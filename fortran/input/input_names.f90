@@ -32,7 +32,8 @@ contains
          found = .false.
          do i = 1, size(names)
             if (star > 0) then
-               if (star /= len(entry) .or. index(names(i), entry(:star - 1)) /= 1) cycle
+               if (star /= len(entry)) cycle
+               if (index(names(i), entry(:star - 1)) /= 1) cycle
             else if (names(i) /= entry) then
                cycle
             end if

@@ -47,6 +47,7 @@ contains
       integer, intent(in) :: place(:)               !< as above
       real(wp), allocatable, intent(out) :: values(:)  !< [samples]
       integer :: id, time, samples, n, dimensions(nf90_max_var_dims)
+      logical :: has_history
 
       allocate (values(0))
       if (allocated(dataset%error)) return
@@ -58,7 +59,9 @@ contains
       call checked(dataset, nf90_inquire_variable(dataset%id, id, ndims=n, dimids=dimensions), &
          'read '//quoted(name))
       if (allocated(dataset%error)) return
-      if (n /= size(place) + 1 .or. dimensions(max(n, 1)) /= time) then
+      has_history = n == size(place) + 1
+      if (has_history) has_history = dimensions(n) == time
+      if (.not. has_history) then
          call fail(dataset%error, error_input, dataset%file//': '//quoted(name)// &
             ' has no history at such a place')
          return

@@ -154,7 +154,8 @@ contains
       integer(c_long) :: limits(2)
 
       bytes = unknown
-      if (getrlimit(resource, limits) /= 0 .or. limits(1) < 0) return
+      if (getrlimit(resource, limits) /= 0) return
+      if (limits(1) < 0) return
       bytes = real(limits(1), wp) - kibi*number_after(own_status, taken, 0.0_wp)
    end function below_limit
 

@@ -115,3 +115,134 @@ def _names(text: str) -> set[str]:
     while (flat := re.sub(r"\([^()]*\)", "", text)) != text:
         text = flat
     return {part.split("=")[0].strip().lower() for part in text.split(",")}
+
+
+# --- Operands of .and. and .or., which are evaluated in any order or not at all ---
+
+_FUNCTION = re.compile(rf"\s*{_PREFIX}function\s+(\w+)", re.I)
+_ONLY = re.compile(r"\s*use\b[^!]*?\bonly\s*:(.*)", re.I)
+_STATUS = re.compile(r"\b(?:present|allocated|associated)\s*\(\s*([\w%]+)\s*\)", re.I)
+_COMPARED = re.compile(r"(.*?)(==|/=|<=|>=|<|>)(.*)")
+_CALL = re.compile(r"(%?)\b(\w+)\s*\(")
+_INTRINSIC = set(
+    """abs aint all anint any cmplx count dot_product findloc huge iachar index int len len_trim max
+    maxloc maxval merge min minloc minval mod modulo nint norm2 pack real reshape scan sign size
+    spread sqrt sum transfer trim verify""".split()
+)
+
+
+def read_statements(file: Path) -> list[tuple[int, str]]:
+    """Statements of a file without comments and texts, in lower case, each with its first line."""
+    found = _statements(file.read_text().splitlines())
+    return [(line, re.sub(r"'[^']*'|\"[^\"]*\"", "''", code).lower()) for line, _, code, _ in found]
+
+
+def functions_in_scope(statements, tree_functions: set[str], bound: set[str]) -> set[str]:
+    """Functions of the tree that a file may call by their names; bound ones with a % before."""
+    own = {match[1] for _, code in statements if (match := _FUNCTION.match(code))}
+    used = {
+        name.split("=>")[0].strip()
+        for _, code in statements
+        if (match := _ONLY.match(code))
+        for name in match[1].split(",")
+    }
+    return own | (used & tree_functions) | {"%" + name for name in bound}
+
+
+def own_functions(statements) -> set[str]:
+    """Functions that a file defines."""
+    return {match[1] for _, code in statements if (match := _FUNCTION.match(code))}
+
+
+def bound_names(statements) -> set[str]:
+    """Names that procedures of types are called by."""
+    found = [match[1] for _, code in statements if (match := _BINDING.match(code))]
+    return {part.split("=>")[0].strip() for names in found for part in names.split(",")}
+
+
+def logical_operands(code: str) -> list[list[str]]:
+    """The operands of each .and. and .or. of a statement, by pairs of brackets."""
+    if match := re.match(r"\s*(?:else\s+)?(?:if|where|do\s+while)\s*(?=\()", code):
+        end = _closing(code, match.end() + 1)
+        return _operands(code[match.end() : end]) + _operands(code[end:])
+    return _operands(code)
+
+
+def _operands(code: str) -> list[list[str]]:
+    groups: list[list[str]] = []
+    open_groups = [[""]]
+    for token in re.findall(r"\.and\.|\.or\.|[(),]|\.|[^(),.]+", code):
+        if token in (".and.", ".or."):
+            for group in open_groups[:-1]:
+                group[-1] += token
+            open_groups[-1].append("")
+            continue
+        if token in "),":
+            groups.append(open_groups.pop())
+        for group in open_groups:
+            group[-1] += token
+        if token in "(," or not open_groups:
+            open_groups.append([""])
+    return [group for group in groups + open_groups if len(group) > 1]
+
+
+def _closing(code: str, at: int) -> int:
+    """Behind the bracket that closes the one before a place."""
+    depth = 1
+    while depth and at < len(code):
+        depth += {"(": 1, ")": -1}.get(code[at], 0)
+        at += 1
+    return at
+
+
+def guards(operands: list[str], functions: set[str] = frozenset()) -> list[str]:
+    """Names whose status or value one operand asks for, and that another uses as if it knew.
+
+    An argument or allocatable that may not be there and is used, and a scalar that is compared and
+    is an index or the bound of a part of an array.
+    """
+    found = []
+    for i, operand in enumerate(operands):
+        others = operands[:i] + operands[i + 1 :]
+        for name in _STATUS.findall(operand):
+            use = re.compile(rf"(?<![\w%]){re.escape(name)}(?!\w)")
+            if any(use.search(_STATUS.sub("", other)) for other in others):
+                found.append(name)
+        found += [
+            name
+            for name in _compared(operand)
+            if any(_has_index(other, name, functions) for other in others)
+        ]
+    return found
+
+
+def _compared(operand: str) -> list[str]:
+    """The plain names on either side of a comparison, if they are not on both."""
+    plain = operand.replace(".not.", "").strip()
+    while plain.startswith("(") and _closing(plain, 1) == len(plain):
+        plain = plain[1:-1].strip()
+    match = _COMPARED.fullmatch(plain)
+    if not match:
+        return []
+    left, right = match[1].strip(), match[3].strip()
+    return [
+        name
+        for name, other in ((left, right), (right, left))
+        if re.fullmatch(r"[a-z]\w*", name) and not re.search(rf"(?<![\w%]){name}\b", other)
+    ]
+
+
+def _has_index(operand: str, name: str, functions: set[str]) -> bool:
+    """Whether a name is within the brackets of anything but a function."""
+    for match in _CALL.finditer(operand):
+        inside = operand[match.end() : _closing(operand, match.end()) - 1]
+        plain = match[2] not in _INTRINSIC | functions
+        if plain and re.search(rf"(?<![\w%]){name}(?!\w|\s*\()", inside):
+            return True
+    return False
+
+
+def functions_called(operands: list[str], scope: set[str]) -> set[str]:
+    """Functions of the tree that operands call."""
+    calls = (mark + name for one in operands for mark, name in _CALL.findall(one))
+    return {name.removeprefix("%") for name in calls if name in scope}

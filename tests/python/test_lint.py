@@ -7,7 +7,16 @@ from pathlib import Path
 
 import pytest
 from environment import executable
-from fortran_source import read_tree
+from fortran_source import (
+    bound_names,
+    functions_called,
+    functions_in_scope,
+    guards,
+    logical_operands,
+    own_functions,
+    read_statements,
+    read_tree,
+)
 
 ROOT = Path(__file__).parents[2]
 TREE = read_tree(ROOT / "fortran")
@@ -100,3 +109,81 @@ def test_most_arguments_are_documented():
     count = sum(len(p.arguments) for p in PROCEDURES)
     documented = sum(len(set(p.arguments) & p.documented) for p in PROCEDURES)
     assert documented >= DOCUMENTED * count, f"{documented} of {count}"
+
+
+# Functions that have no preconditions: what stands beside them in an expression need not hold.
+TOTAL = set(
+    """agree all_are_sound allowed_move balance block_sources changes_model comes_suddenly
+    count_groups counts_from_motion due ends_at_rest excluded faces finished free_addresses
+    gains_energy has_last_resort has_memory heading_columns is_approached is_below is_convex
+    is_dispersive is_done is_glancing is_held is_output_time is_plain is_set lies_along
+    lower_case may_change may_exceed missing_buffers parallel process_id replaces side
+    sources_of square_of stage_finished stands stop_heard stop_requested strength tension
+    text_of was_pressed will_change will_do""".split()
+)
+
+
+# Arrays and texts there have the names of functions.
+NAMES_OF_ARRAYS = {"columns", "label", "normal_force"}
+
+
+@pytest.fixture(scope="module")
+def logical_expressions():
+    """Where each expression with .and. or .or. is, its operands, the functions it calls."""
+    files = [f for kind in ("*.f90", "*.inc", "*.in") for f in _files("fortran", kind)]
+    files = {file: read_statements(file) for file in [*files, *_files("python", "*.f90")]}
+    functions = set().union(*map(own_functions, files.values()))
+    bound = set().union(*map(bound_names, files.values()))
+    found = []
+    for file, statements in files.items():
+        scope = functions_in_scope(statements, functions, bound)
+        found += [
+            (f"{file.relative_to(ROOT)}:{line}", operands, functions_called(operands, scope))
+            for line, code in statements
+            for operands in logical_operands(code)
+        ]
+    return found
+
+
+def test_no_operand_is_the_guard_of_another(logical_expressions):
+    """Fortran evaluates the operands of .and. and .or. in any order, or all of them."""
+    assert len(logical_expressions) > 500
+    found = [(where, names) for where, *one in logical_expressions if (names := guards(*one))]
+    assert not found
+
+
+def test_operands_call_only_functions_without_preconditions(logical_expressions):
+    """Else nest the conditions; a function that needs no guard is named in TOTAL."""
+    known = TOTAL | NAMES_OF_ARRAYS
+    found = {where: calls - known for where, _, calls in logical_expressions if calls - known}
+    assert not found
+    assert TOTAL <= set().union(*(calls for _, _, calls in logical_expressions))
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "if (present(a) .and. a > 0) then",
+        "if (.not. allocated(x%list) .or. size(x%list) == 0) return",
+        "if (i > 0 .and. list(i) == 2) n = n + 1",
+        "if (i < 1 .or. list(max(2, 3), i) == 2) n = n + 1",
+        "if (n == 0 .or. (ok .and. all(t(:n) > 0))) n = n + 1",
+        "if (text /= '' .and. text(len(text):) /= 'x') n = 1",
+    ],
+)
+def test_a_guard_beside_what_it_guards_is_found(code):
+    assert any(guards(operands) for operands in logical_operands(code))
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "if (present(a) .and. b > 0) then",
+        "if (allocated(error) .or. allocated(x%error)) return",
+        "if (i > 0 .and. abs(i) < 7 .and. list(k) == 2) n = n + 1",
+        "if (present(a)) b = b .and. a",
+        "where (list == i .or. flag(:)) list = 0",
+    ],
+)
+def test_what_needs_no_guard_is_left_alone(code):
+    assert not any(guards(operands) for operands in logical_operands(code))
