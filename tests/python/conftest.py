@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from environment import executable
+from environment import DEADLINE, executable
 from model_text import namelist
 
 ROOT = Path(__file__).parents[2]
@@ -51,7 +51,7 @@ def caller(name: str):
             capture_output=True,
             encoding="utf-8",
             errors="replace",
-            timeout=120,
+            timeout=DEADLINE,
             check=False,
         )
 

@@ -11,6 +11,8 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+from environment import DEADLINE
+
 _ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
@@ -37,7 +39,7 @@ class Cluster:
         self.file = self.folder / f"scheduler-{time.monotonic_ns()}.json"
         self.scheduler = _start("scheduler", "--host", "127.0.0.1", "--port", "0",
                                 "--scheduler-file", str(self.file))  # fmt: skip
-        until = time.monotonic() + 60
+        until = time.monotonic() + DEADLINE
         while not self.file.exists():
             if time.monotonic() > until or self.scheduler.poll() is not None:
                 raise RuntimeError("the scheduler of Dask does not start")

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Programs of the environment that runs the tests."""
+"""Programs of the environment that runs the tests, and how long one may wait for them."""
 
 import shutil
 import sys
 from pathlib import Path
+
+DEADLINE = 900  # s of the clock: what hangs takes so long, nothing else, on a busy machine too
 
 
 def executable(name: str) -> str:

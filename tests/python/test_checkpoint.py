@@ -12,6 +12,7 @@ import time
 
 import pytest
 import xarray as xr
+from environment import DEADLINE
 from model_text import changed, tower
 
 import sitedda
@@ -45,13 +46,13 @@ def interrupted(program, file, folder, number=signal.SIGTERM, command="run"):
         text=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + DEADLINE
     while not newest.exists() or newest.stat().st_mtime_ns == before:
         assert running.poll() is None, running.communicate()
         assert time.monotonic() < deadline, "no checkpoint was written"
         time.sleep(0.01)
     running.send_signal(number)
-    out, err = running.communicate(timeout=60)
+    out, err = running.communicate(timeout=DEADLINE)
     return subprocess.CompletedProcess(command, running.returncode, out, err)
 
 
@@ -221,7 +222,7 @@ def test_a_growing_output_can_be_read_at_every_moment(native, write_input, tmp_p
     file = write_input(seldom)
     running = subprocess.Popen([native.path, "run", file, "-q"], cwd=tmp_path)
     partial = tmp_path / "tower.nc.partial"
-    sizes, deadline = [0], time.monotonic() + 60
+    sizes, deadline = [0], time.monotonic() + DEADLINE
     while len(set(sizes)) < 3 and time.monotonic() < deadline:
         if partial.exists():
             with xr.open_dataset(partial, engine="netcdf4") as dataset:

@@ -11,6 +11,7 @@ import time
 
 import pytest
 import xarray as xr
+from environment import DEADLINE
 from model_text import DRY, changed, rectangle, tower, without
 
 NEVER_ENDING = 100_000_000  # steps
@@ -278,7 +279,7 @@ def start(program, file, folder) -> subprocess.Popen:
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     partial = folder / "tower.nc.partial"
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + DEADLINE
     while not (partial.exists() and partial.stat().st_size > 100_000):
         assert running.poll() is None, running.communicate()
         assert time.monotonic() < deadline, "nothing was written"
@@ -291,7 +292,7 @@ def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
     final.write_bytes(OLDER)
     running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.send_signal(signal.SIGINT)
-    out, err = running.communicate(timeout=60)
+    out, err = running.communicate(timeout=DEADLINE)
     assert running.returncode == 6, err
     assert "Traceback" not in err
     assert "interrupted" in err and "tower.nc.partial" in out
@@ -308,7 +309,7 @@ def test_the_kept_part_is_the_beginning_of_the_whole(
 ):
     running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.send_signal(signal.SIGINT)
-    running.communicate(timeout=60)
+    running.communicate(timeout=DEADLINE)
     kept = dataset(tmp_path / "tower.nc.partial")
     steps = kept.sizes["time"] - 1
     whole = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
@@ -325,7 +326,7 @@ def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, wri
     assert "tower.nc" in second.stderr
     assert running.poll() is None
     running.send_signal(signal.SIGINT)
-    running.communicate(timeout=60)
+    running.communicate(timeout=DEADLINE)
     kept = dataset(tmp_path / "tower.nc.partial")
     assert kept.attrs["complete"] == "no" and kept.sizes["time"] > 100
 
@@ -335,7 +336,7 @@ def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_pa
     final.write_bytes(OLDER)
     running = start(program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.kill()
-    running.communicate(timeout=60)
+    running.communicate(timeout=DEADLINE)
     assert final.read_bytes() == OLDER
 
 
@@ -345,7 +346,7 @@ def test_ctrl_c_on_the_executable_keeps_what_was_computed(native, write_input, t
         pytest.skip("the executable makes no promise about Ctrl-C")
     running = start(native, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.send_signal(signal.SIGINT)
-    running.communicate(timeout=60)
+    running.communicate(timeout=DEADLINE)
     assert running.returncode == 6
     assert dataset(tmp_path / "tower.nc.partial").attrs["complete"] == "no"
 
@@ -360,12 +361,12 @@ def test_a_batch_log_is_alive_and_in_order(native, write_input, tmp_path):
             stdout=stream,
             stderr=subprocess.STDOUT,
         )
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + DEADLINE
     while not log.read_text().endswith("begun at the start\n"):
         assert running.poll() is None and time.monotonic() < deadline, log.read_text()
         time.sleep(0.02)
     running.send_signal(signal.SIGINT)
-    assert running.wait(timeout=60) == 6
+    assert running.wait(timeout=DEADLINE) == 6
     lines = log.read_text().splitlines()
     assert "begun at the start" in lines[0] and "interrupted" in lines[-1]
 

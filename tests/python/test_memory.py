@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from environment import DEADLINE
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "robustness"))
 
@@ -17,7 +18,6 @@ import memory_limits  # noqa: E402
 from memory_limits import DONE, MEBI, REFUSED, is_sound, limited, outcome, sweep, wall  # noqa: E402
 
 BLOCKS = 2500
-DEADLINE = 600  # s of the clock, on a busy machine
 # Of a processor without AVX-512: with these kernels each product of OpenBLAS takes a buffer.
 PLAIN_CORE = "Nehalem" if platform.machine() == "x86_64" else ""
 

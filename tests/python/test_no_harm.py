@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from environment import executable
+from environment import DEADLINE, executable
 from model_text import changed, namelist, tower
 from test_command import NEVER_ENDING
 
@@ -330,12 +330,12 @@ def test_nothing_is_promised_that_is_not_there(native, here):
         [native.path, "run", "m.nml", "-q", "-o", folder / "o.nc"],
         cwd=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    until = time.monotonic() + 60
+    until = time.monotonic() + DEADLINE
     while not (folder / "o.nc.partial").exists() and time.monotonic() < until:
         time.sleep(0.02)
     shutil.move(folder, here / "moved")
     running.send_signal(signal.SIGTERM)
-    _, said = running.communicate(timeout=60)
+    _, said = running.communicate(timeout=DEADLINE)
     assert running.returncode == 5, said
     assert "o.nc.journal has been removed" in said and "results so far" not in said
     assert said.count("\n") == 1

@@ -12,6 +12,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from environment import DEADLINE
 from model_text import tower
 
 import sitedda
@@ -22,7 +23,9 @@ HEAVY = ("ezdxf", "matplotlib", "netCDF4", "pandas", "scipy", "shapely", "tqdm",
 
 def python(code: str) -> str:
     """What a fresh interpreter prints."""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=DEADLINE
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 

@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import xarray as xr
+from environment import DEADLINE
 from model_text import changed, flying_block, rectangle, tower, without
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -497,7 +498,9 @@ with ThreadPoolExecutor(8) as pool:
     found = set(pool.map(last, range(80)))
 sys.exit(0 if len(found) == 1 else 7)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=100)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=DEADLINE
+    )
     assert done.returncode == 0, done.stderr
 
 

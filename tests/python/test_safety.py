@@ -13,6 +13,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from environment import DEADLINE
 from model_text import flying_block, namelist, tower
 from sitedda._core import api
 
@@ -218,7 +219,7 @@ def test_runs_in_other_processes_give_the_same_bits(way, write_input):
     context = multiprocessing.get_context(way)
     with sitedda.Simulation(file) as here, ProcessPoolExecutor(2, mp_context=context) as pool:
         here.advance(30)
-        assert list(pool.map(final_state, 3 * [file], timeout=100)) == 3 * [expected]
+        assert list(pool.map(final_state, 3 * [file], timeout=DEADLINE)) == 3 * [expected]
         here.advance(30)
         state = (
             here.coordinates.tobytes() + here.rates.tobytes() + here.contacts["stretch"].tobytes()
@@ -340,4 +341,4 @@ def test_exceptions_come_back_from_other_processes(write_input):
     file = write_input(namelist(flying_block()).replace("2643.0", "-1"))
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         with pytest.raises(sitedda.InputError, match="density = -1"):
-            pool.submit(final_state, file).result(timeout=100)
+            pool.submit(final_state, file).result(timeout=DEADLINE)

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import study_functions
+from environment import DEADLINE
 from model_text import changed, namelist, tower
 from study_functions import same
 
@@ -318,11 +319,11 @@ sitedda.study(sys.argv[1], {ANGLES}, ["displacement[top].y"], folder=sys.argv[2]
 def test_a_killed_client_leaves_a_study_that_completes_to_the_same_bits(tmp_path, threads):
     command = [sys.executable, "-c", KILLED, str(COLUMN), str(tmp_path / "killed")]
     with subprocess.Popen(command, start_new_session=True) as client:
-        until = time.monotonic() + 60
+        until = time.monotonic() + DEADLINE
         while not list(tmp_path.glob("killed/cases/*/*/out.nc*")) and time.monotonic() < until:
             time.sleep(0.02)
         client.kill()
-    subprocess.run(command, check=True, timeout=100)
+    subprocess.run(command, check=True, timeout=DEADLINE)
     whole = sitedda.study(COLUMN, ANGLES, ["displacement[top].y"], executor=threads, fixed=SHORT)
     same(collect(tmp_path / "killed"), whole)
 

@@ -16,7 +16,7 @@ import pytest
 import slurm_stand_in
 import xarray as xr
 from dask_cluster import cluster
-from environment import executable
+from environment import DEADLINE, executable
 from model_text import changed, tower
 from study_functions import same
 
@@ -163,7 +163,7 @@ def test_a_job_array_killed_half_way_goes_on(write_input, tmp_path):
     script = write_batch(plan, Slurm(executable("sitedda-native")))
     job = ["bash", str(slurm_stand_in.install(tmp_path / "bin") / "sbatch"), str(script)]
     started = subprocess.Popen(job, start_new_session=True, stdout=subprocess.DEVNULL)
-    until = time.monotonic() + 60
+    until = time.monotonic() + DEADLINE
     while len(list(plan.folder.glob("cases/*/*/out.nc*"))) < 2 and time.monotonic() < until:
         time.sleep(0.01)
     os.killpg(started.pid, signal.SIGKILL)

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from environment import DEADLINE
 from model_text import DRY, ROCK, namelist
 
 WALL = [
@@ -18,6 +19,7 @@ WALL = [
     ("fixed_point", {"x": 0.5, "y": 0.25}),
 ]
 SLOWER = 2.0  # times, at most: a machine with other programs measures no better
+TRIES = 3  # on a machine with more of them either run may be slow by chance
 
 
 def run(native, file, output, threads: int) -> tuple[float, str]:
@@ -26,7 +28,7 @@ def run(native, file, output, threads: int) -> tuple[float, str]:
     done = subprocess.run(
         [native.path, "run", file, "-q", "-o", output],
         env=os.environ | {"OMP_NUM_THREADS": str(threads)},
-        capture_output=True, text=True, timeout=100,
+        capture_output=True, text=True, timeout=DEADLINE,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return time.monotonic() - begun, done.stdout
@@ -52,10 +54,14 @@ def test_threads_make_room_for_other_programs(
     native, write_input, tmp_path, busy_processors, same_bits
 ):
     file = write_input(namelist(WALL))
-    alone, words = run(native, file, tmp_path / "one.nc", 1)
-    assert "other programs" not in words
-    both, words = run(native, file, tmp_path / "two.nc", 2)
-    assert "note: other programs used the processors: " in words
-    assert "with fewer than 2 threads" in words
-    assert both < SLOWER * alone, (both, alone)
+    for _ in range(TRIES):
+        alone, words = run(native, file, tmp_path / "one.nc", 1)
+        assert "other programs" not in words
+        both, words = run(native, file, tmp_path / "two.nc", 2)
+        assert "note: other programs used the processors: " in words
+        assert "with fewer than 2 threads" in words
+        if both < SLOWER * alone:
+            break
+    else:
+        pytest.fail(f"{both} s with two threads, {alone} s with one")
     same_bits(tmp_path / "one.nc", tmp_path / "two.nc")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from environment import DEADLINE
 from model_text import DRY, ROCK, namelist, rectangle
 
 import sitedda
@@ -106,7 +107,7 @@ def opened(chromium):
             ),
         )
         page.goto(file.as_uri())
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + DEADLINE
         while not page.evaluate("window.blockViews.every(v => v.state.decoded || v.state.trouble)"):
             assert time.monotonic() < deadline, page.evaluate("window.blockViews[0].state")
             time.sleep(0.05)
@@ -149,7 +150,7 @@ def test_the_view_plays_and_a_block_is_picked_by_a_click(pages, opened, run):
     page.evaluate("blockViews[0].show(0)")
     first = drawn(page)
     page.click("button.play")
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + DEADLINE
     while page.evaluate("blockViews[0].frame") < 2:
         assert time.monotonic() < deadline
         time.sleep(0.05)
