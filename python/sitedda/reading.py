@@ -38,7 +38,8 @@ def read_bounded(file, most: int) -> bytes:
     size = check_readable(file)
     try:
         with Path(file).open("rb") as stream:
-            data = stream.read(most + 1) if size <= most else b""
+            # Not up to `most`, for which memory would be taken before anything is read.
+            data = stream.read(size + 1) if size <= most else b""
     except OSError as trouble:
         raise _unreadable(file, trouble) from trouble
     if max(size, len(data)) > most:
