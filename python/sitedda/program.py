@@ -8,17 +8,26 @@ and too little memory are met here, wherever they come.
 from __future__ import annotations
 
 import errno
+import mmap
+import os
 import sys
 
+from .errors import InterruptedRun, OutOfMemory, SiteddaError
 from .stop import Interruption
 
-_INTERRUPTED, _MEMORY = 6, 7
+_LIGHT = ("check", "example", "-h", "--help", "--version")
+# Bytes of addresses that the libraries take, measured (200 and 430 MiB with one thread), with the
+# buffer of 129 MiB of the engine's OpenBLAS.
+_LIGHT_ROOM, _ROOM = 6 * 2**26, 9 * 2**26
 # What the system says where a library finds no room.
 _NO_ROOM = ("cannot allocate memory", "failed to map segment", "out of memory")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status, see `sitedda.command.main`."""
+    if arguments is None:
+        # Each thread reserves memory; what is large here is the engine's, which has its own.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with Interruption() as interruption:
         status = _status(arguments, interruption)
     if arguments is None:  # this process is the program, and at its end
@@ -28,6 +37,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _status(arguments: list[str] | None, interruption: Interruption) -> int:
     try:
+        if arguments is None:
+            _require_room(_LIGHT_ROOM if sys.argv[1:2] and sys.argv[1] in _LIGHT else _ROOM)
         from .command import main as carry_out
 
         return carry_out(arguments)
@@ -35,20 +46,32 @@ def _status(arguments: list[str] | None, interruption: Interruption) -> int:
         raise
     except BaseException as trouble:
         interruption.ignore()
-        ending = (_INTERRUPTED, "interrupted") if interruption.heard else _ending(trouble)
+        ending = (InterruptedRun.kind, "interrupted") if interruption.heard else _ending(trouble)
         if ending is None:
             raise
         print(f"sitedda: {ending[1]}", file=sys.stderr)
         return ending[0]
 
 
+def _require_room(size: int) -> None:
+    """An error if there are not so many bytes of addresses: OpenBLAS would end or hang."""
+    try:
+        mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=0).close()
+    except OSError as trouble:
+        words = f"there is not enough memory: the libraries need {size // 2**20} MiB of addresses"
+        raise OutOfMemory(words) from trouble
+
+
 def _ending(trouble: BaseException) -> tuple[int, str] | None:
     """Status and sentence of what is no fault of the program; None if it is one."""
     if isinstance(trouble, KeyboardInterrupt):
-        return _INTERRUPTED, "interrupted"
+        return InterruptedRun.kind, "interrupted"
+    if isinstance(trouble, SiteddaError):
+        return trouble.kind, str(trouble)
     if _lacks_memory(trouble):
-        return _MEMORY, "there is not enough memory"
-    if isinstance(trouble, ImportError) and (name := (trouble.name or "").partition(".")[0]):
+        return OutOfMemory.kind, "there is not enough memory"
+    name = getattr(trouble, "name", None) or "sitedda"
+    if isinstance(trouble, ImportError) and (name := name.partition(".")[0]) != "sitedda":
         return 1, f"the library {name} is missing or broken: pip install {name}"
     return None
 

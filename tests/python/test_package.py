@@ -187,3 +187,12 @@ def test_a_thread_that_changes_and_one_that_steps_both_end(write_input, tmp_path
         thread.join(20)
     assert not any(thread.is_alive() for thread in threads)
     assert simulation.steps == 10 and simulation.gravity[1] == -5.0
+
+
+@pytest.mark.parametrize("megabytes", [150, 327, 600])
+def test_little_memory_is_one_sentence(monkeypatch, megabytes):
+    monkeypatch.syspath_prepend(ROOT / "tests" / "robustness")
+    from little_memory import COMMANDS, failures
+
+    words = {name: COMMANDS[name] for name in (("check", "draw") if megabytes == 327 else ("run",))}
+    assert failures([megabytes], words) == []

@@ -2,6 +2,7 @@
 """`sitedda record`: own records are read, what is missing is named, nothing is lost."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -92,3 +93,11 @@ def test_help_lists_the_formats(main):
     said = " ".join(main("record", "--help").stdout.split())
     for name in ("smc", "at2", "knet", "esm", "cosmos", "text", "obspy"):
         assert f"'{name}'" in said
+
+
+def test_a_library_that_is_missing_is_one_sentence(main, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "obspy", None)  # as if it were not installed
+    (tmp_path / "a.mseed").write_bytes(b"0")
+    done = main("record", "a.mseed", "--format", "obspy", folder=tmp_path)
+    expected = "sitedda: format 'obspy' needs the library: pip install obspy"
+    assert (done.returncode, done.stderr.splitlines()) == (1, [expected])

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Damage outputs of runs in many ways and give them to every command that reads one.
 
-usage: python tests/robustness/damaged_outputs.py [--cases N] [--seed S]
+usage: python tests/robustness/damaged_outputs.py [--cases N] [--seed S] [--first I]
 
 What is left of an output is shown, or refused in one sentence that names the file; an exception of
 another kind, a crash or a hang ends the study with status 1.
@@ -35,6 +35,11 @@ REALS = (float("nan"), float("inf"), -1.0, 0.0, 1e300, 1e36, -1e12)
 def outputs(folder: Path) -> list[Path]:
     """Outputs with bolts and stages, with joints and a motion, with boundaries."""
     import sitedda
+    import sitedda.movie
+    import sitedda.report.run_page
+    import sitedda.site.picture
+    import sitedda.view
+    import sitedda.vtk  # noqa: F401 - once, for all cases
     from sitedda.model import Model
 
     roof = Model.read(INPUTS / "tunnel_roof_bolted.nml")
@@ -237,6 +242,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
     options = parser.parse_args()
     counts, failures = Counter(), 0
     with tempfile.TemporaryDirectory() as scratch:
@@ -245,7 +251,7 @@ def main() -> int:
         for source in good:
             if words := outcome(source, folder / "log"):
                 raise SystemExit(f"{source.name} is whole, and yet: {words}")
-        for i in range(options.cases):
+        for i in range(options.first, options.first + options.cases):
             chance = random.Random(f"{options.seed} {i}")
             case = folder / "case"
             case.mkdir()

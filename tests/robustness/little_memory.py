@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Commands under many limits of memory: each ends well, or in one sentence with status 7.
+
+usage: python tests/robustness/little_memory.py [--limits N] [--least MB] [--most MB]
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+INPUTS = Path(__file__).parents[2] / "inputs"
+COMMANDS = {
+    "run": ["run", "-q", "--no-plot", "column.nml", "--set", "duration=0.05"],
+    "check": ["check", "column.nml"],
+    "view": ["view", "column.nml", "--no-open"],
+    "draw": ["draw", "column.nml"],
+}
+LONGEST = 30  # s of the processor
+
+
+def outcome(words: list[str], megabytes: int, folder: Path) -> str:
+    """What is wrong with how a command ends; blank if nothing is."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (megabytes * 2**20, megabytes * 2**20))
+        resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
+
+    program = Path(sys.executable).with_name("sitedda")
+    done = subprocess.run([program, *words], cwd=folder, capture_output=True, text=True,
+                          preexec_fn=limit, timeout=40 * LONGEST)  # fmt: skip
+    lines = done.stderr.splitlines()
+    if done.returncode == 0 or (done.returncode == 7 and len(lines) == 1):
+        return ""
+    return f"status {done.returncode}: {done.stderr[-500:]}"
+
+
+def failures(limits, commands=COMMANDS) -> list[str]:
+    """Commands and limits (MiB) that end otherwise."""
+    found, counts = [], Counter()
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(INPUTS / "column.nml", folder)
+        for megabytes in limits:
+            for name, words in commands.items():
+                wrong = outcome(words, int(megabytes), Path(folder))
+                counts[name] += 1
+                if wrong:
+                    found.append(f"{name} at {megabytes} MiB: {wrong}")
+                    print(found[-1], flush=True)
+    print(", ".join(f"{name} {count}" for name, count in counts.items()))
+    return found
+
+
+def main() -> int:
+    """Try limits, evenly spread; 0 if all end as they should."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--limits", type=int, default=60)
+    parser.add_argument("--least", type=int, default=150)
+    parser.add_argument("--most", type=int, default=900)
+    options = parser.parse_args()
+    found = failures(np.linspace(options.least, options.most, options.limits).astype(int))
+    print(f"{len(found)} of {4 * options.limits} end otherwise")
+    return int(bool(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
