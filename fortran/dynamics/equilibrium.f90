@@ -273,6 +273,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< with the unbalanced forces in `system%rhs`
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets the largest and the worst
       real(wp) :: force(6), size_of, allowed, weight
+      logical :: is_worse
       integer :: b
 
       equilibrium%largest = 0.0_wp
@@ -283,8 +284,10 @@ contains
             force = system%rhs(:, b)
             size_of = norm2(force(1:2)) + (abs(force(3)) + norm2(force(4:6)))/blocks%radius(b)
             allowed = allowed_force(simulation, b)
-            if (equilibrium%block == 0 .or. &
-               .not. size_of*equilibrium%allowed <= equilibrium%unbalanced*allowed) then
+            is_worse = equilibrium%block == 0
+            if (.not. is_worse) is_worse = &
+               .not. size_of*equilibrium%allowed <= equilibrium%unbalanced*allowed
+            if (is_worse) then
                equilibrium%block = b
                equilibrium%unbalanced = size_of
                equilibrium%allowed = allowed

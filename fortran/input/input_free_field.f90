@@ -128,7 +128,8 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i, k, g
 
-      if (allocated(error) .or. size(model%free_fields) == 0) return
+      if (allocated(error)) return
+      if (size(model%free_fields) == 0) return
       do g = 1, size(groups)
          if (groups(g)%name == 'boundary' .and. index(groups(g)%text, 'free_field') > 0) exit
       end do

@@ -114,7 +114,7 @@ def main() -> int:
     parser.add_argument("--blocks", type=int, default=2500)
     parser.add_argument("--program", default=None)
     options = parser.parse_args()
-    program = options.program or executable("sitedda-native")
+    program = Path(options.program or executable("sitedda-native")).resolve()
     limits = [mib * MEBI for mib in range(options.first, options.to + 1, options.step)]
     failed = False
     with tempfile.TemporaryDirectory() as folder:

@@ -145,7 +145,8 @@ contains
             associate (front => columns%path(i, panel))
                call forward_front(plan%first(front + 1) - plan%first(front), &
                   plan%row_start(front + 1) - plan%row_start(front), &
-                  factor%packed(plan%factor_start(front)), plan%row(plan%row_start(front)), &
+                  factor%packed(plan%factor_start(front)), &
+                  plan%row(plan%row_start(front):plan%row_start(front + 1) - 1), &
                   plan%first(front), columns%front_vector(1, 1, panel), columns%w(1, 1, 1, panel))
             end associate
          end do
