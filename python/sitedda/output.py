@@ -131,6 +131,8 @@ def open_output(file) -> xr.Dataset:
     try:
         with FILES:
             data = xr.open_dataset(file, engine="netcdf4", cache=False, decode_times=False)
+    except MemoryError:
+        raise
     except Exception as trouble:  # readers of foreign bytes may raise anything
         raise OutputError(f"{file} cannot be read as an output: {_words(trouble)}") from trouble
     try:
@@ -156,13 +158,15 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
     try:
         with FILES:
             values = data[name][which].values
+    except MemoryError:
+        raise
     except Exception as trouble:  # of the libraries below, for damaged bytes
-        raise _damaged(data, name, _words(trouble)) from trouble
+        raise damaged(data, name, _words(trouble)) from trouble
     kind = _KNOWN.get(name)
     if kind is None or kind.what == "text" or values.size == 0:
         return values
     if not np.issubdtype(values.dtype, np.number):
-        raise _damaged(data, name, "it holds no numbers")
+        raise damaged(data, name, "it holds no numbers")
     if kind.what == "real":
         good = np.abs(values) <= _MOST
     else:
@@ -170,7 +174,7 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
         good = (values >= 0) & (values < most)
     if not good.all():
         first = np.unravel_index(int(np.argmin(good)), good.shape)
-        raise _damaged(data, name, f"one value is {values[first]:g}")
+        raise damaged(data, name, f"one value is {values[first]:g}")
     return values
 
 
@@ -180,6 +184,8 @@ def load(file) -> xr.Dataset:
         try:
             with FILES:
                 return data.load()
+        except MemoryError:
+            raise
         except Exception as trouble:
             raise OutputError(f"{file} cannot be read: {_words(trouble)}") from trouble
 
@@ -190,15 +196,18 @@ def _check_structure(data: xr.Dataset) -> None:
         there = [name for name in family if name in data.variables]
         lacking = [name for name in family if name not in data.variables]
         if lacking and (there or place == 0):
-            raise _damaged(data, lacking[0], "it is not there")
+            raise damaged(data, lacking[0], "it is not there")
     for name, kind in _KNOWN.items():
         if name not in data.variables:
             continue
         found = data[name]
         if found.dims != kind.dimensions:
-            raise _damaged(data, name, f"its dimensions are {', '.join(found.dims) or 'none'}")
+            raise damaged(data, name, f"its dimensions are {', '.join(found.dims) or 'none'}")
         if (kind.what != "text") != np.issubdtype(found.dtype, np.number):
-            raise _damaged(data, name, f"its values are of type {found.dtype}")
+            raise damaged(data, name, f"its values are of type {found.dtype}")
+    for name in data.variables:
+        if str(name).startswith("energy_"):
+            _check_numbers(data, name)
     for name, length in data.sizes.items():
         if length != _LENGTHS.get(name, length) or (name in _HELD and length == 0):
             raise OutputError(f"{_file(data)} is damaged: its dimension {name} is {length} long")
@@ -207,22 +216,32 @@ def _check_structure(data: xr.Dataset) -> None:
             raise OutputError(f"{_file(data)} is damaged: its attribute {name} is no text")
 
 
+def _check_numbers(data: xr.Dataset, name) -> None:
+    """A history of one number a sample."""
+    if data[name].dims != ("time",) or not np.issubdtype(data[name].dtype, np.number):
+        raise damaged(data, name, f"its values are of type {data[name].dtype}")
+
+
 def _check_order(data: xr.Dataset) -> None:
     """Vertices block by block, frames and contacts as time goes; stages that have names."""
     owner = read(data, "vertex_block")
     corners = np.bincount(owner, minlength=data.sizes["block"])
     if owner[0] or not np.isin(np.diff(owner), (0, 1)).all() or corners.min() < 3:
-        raise _damaged(data, "vertex_block", "its blocks are not in their order")
+        raise damaged(data, "vertex_block", "its blocks are not in their order")
     for name in ("time", "frame_time", "contact_frame"):
         if np.any(np.diff(read(data, name)) < 0):
-            raise _damaged(data, name, "its values do not ascend")
+            raise damaged(data, name, "its values do not ascend")
+    time, frames = read(data, "time"), read(data, "frame_time")
+    if time[-1] == time[0] and frames[-1] > frames[0]:
+        raise damaged(data, "time", "it does not go on, and the frames do")
     stages = str(data.attrs.get("stages", "")).count("\n") + 1
     for name in ("stage", "frame_stage"):
         if name in data.variables and (read(data, name) > stages).any():
-            raise _damaged(data, name, f"there are {stages} stages")
+            raise damaged(data, name, f"there are {stages} stages")
 
 
-def _damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
+def damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
+    """The error of a variable that is not what a run writes."""
     return OutputError(
         f"{_file(data)} is damaged, or not an output of a run: variable {name}: {why}"
     )

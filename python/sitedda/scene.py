@@ -14,7 +14,7 @@ import xarray as xr
 from .engine import FILES
 from .errors import InputError
 from .namelist_groups import listed, small_groups
-from .output import open_output, read
+from .output import damaged, open_output, read
 from .reading import check_readable
 from .simulation import Run, Simulation
 
@@ -414,6 +414,8 @@ class Scene:
         """Blocks and first places of the points of a bolt that its group has."""
         with FILES:
             mine = np.flatnonzero(self._bolt_names == name)
+            if len(mine) == 0:
+                raise damaged(self.data, "bolt", f"there is no {name!r}, which input_text has")
             blocks = self.data["bolt_block"].values.astype(int)[mine]
             places = self.data["bolt_place"].values.reshape(-1, 2, 2)[mine]
             if len(points) > 2:

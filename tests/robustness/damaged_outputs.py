@@ -185,7 +185,10 @@ def damaged(chance, source: Path, target: Path) -> str:
     if chance.random() < 0.25:
         return flip(chance, source, target)
     change, words = chance.choice(CHANGES), []
-    rewrite(source, target, lambda *parts: words.append(change(chance, *parts)))
+    try:
+        rewrite(source, target, lambda *parts: words.append(change(chance, *parts)))
+    except RuntimeError:  # netCDF cannot write that
+        return flip(chance, source, target)
     return words[0]
 
 
