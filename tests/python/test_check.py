@@ -146,9 +146,10 @@ def test_both_programs_say_what_the_package_says(program, write_input):
     file = write_input(tower())
     done = program("check", file)
     assert done.returncode == 0, done.stderr
+    with sitedda.Simulation(file) as simulation:
+        said = f"{simulation.description}\n{sitedda.check(simulation).text}"
     told, own = (
-        re.sub(r"\S+ s at the pace", "", text).splitlines()
-        for text in (done.stdout, sitedda.check(file).text)
+        re.sub(r"\S+ s at the pace", "", text).splitlines() for text in (done.stdout, said)
     )
     assert told[: len(own)] == own
 
