@@ -139,8 +139,12 @@ def finite_and_unfinished(file) -> None:
         assert found.attrs["complete"] == "no"
         assert found.sizes["time"] >= 1
         for name in found.data_vars:
-            if np.issubdtype(found[name].dtype, np.floating):
-                assert np.all(np.isfinite(found[name].values)), name
+            if not np.issubdtype(found[name].dtype, np.floating):
+                continue
+            values = found[name].values
+            if "maximum" in found[name].dims:  # not a number: there is none
+                values = values[~np.isnan(values)]
+            assert np.all(np.isfinite(values)), name
 
 
 @pytest.mark.parametrize("speed", [1e160, 1e300])

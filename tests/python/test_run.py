@@ -64,7 +64,11 @@ def test_history_has_dimensions_units_and_names(write_input):
 def test_every_variable_states_unit_and_meaning(write_input):
     history = sitedda.run(write_input(tower(steps=5))).history
     silent = [n for n, v in history.variables.items() if not {"units", "long_name"} <= set(v.attrs)]
-    assert silent == ["block_coordinates", "block_rates"]
+    assert sorted(silent) == [
+        *("block_coordinates", "block_rates"),
+        *("largest", "largest_so_far", "residual"),
+    ]
+    assert history.maximum_unit.sel(maximum="tilt") == "rad"
     assert history.coordinate_unit.sel(coordinate="rotation") == "rad"
     assert history.rate_unit.sel(coordinate="rotation") == "rad/s"
 
@@ -161,13 +165,14 @@ def test_an_interrupted_run_keeps_what_it_has(write_input, tmp_path):
         raise KeyboardInterrupt
 
     final = tmp_path / "kept.nc"
-    final.write_bytes(b"an older result")
+    sitedda.run(write_input(tower(steps=3)), final)
+    older = final.read_bytes()
     result = sitedda.run(write_input(tower(steps=5000)), final, progress=interrupt)
     assert not result.complete and "incomplete" in repr(result)
     assert result.output == tmp_path / "kept.nc.partial" and result.output.exists()
     assert 1 < result.history.time.size < 5001
     assert result.history.attrs["complete"] == "no"
-    assert final.read_bytes() == b"an older result"
+    assert final.read_bytes() == older
 
 
 def test_an_error_of_the_callers_own_passes_through(write_input, tmp_path):

@@ -112,7 +112,8 @@ def test_steps_that_are_no_number(steps, small):
 
 def test_no_step_and_fewer_than_none(small):
     assert not small.advance(0)
-    assert not small.advance(-5)
+    with pytest.raises(sitedda.InputError, match="steps = -5 must be a whole number from 0"):
+        small.advance(-5)
     assert small.steps == 0
 
 
