@@ -51,8 +51,7 @@ contains
       associate (file => model%output%file)
          folder = is_folder(file)
          if (file == '' .or. folder) then
-            call fail(error, error_file, 'the output '//quoted(file)// &
-               ' is a folder, not a file name')
+            call fail(error, error_file, "the output '"//file//"' is a folder, not a file name")
          else if (.not. is_folder(folder_of(file))) then
             call fail(error, error_file, file//': the folder '//folder_of(file)//' does not exist')
          else if (model%output%named_by_input .and. .not. is_below(file, model%file)) then

@@ -368,7 +368,8 @@ def test_a_batch_log_is_alive_and_in_order(native, write_input, tmp_path):
     running.send_signal(signal.SIGINT)
     assert running.wait(timeout=DEADLINE) == 6
     lines = log.read_text().splitlines()
-    assert "begun at the start" in lines[0] and "interrupted" in lines[-1]
+    assert lines[0].startswith("analysis: ") and "interrupted" in lines[-1]
+    assert "begun at the start" in "\n".join(lines[:-1])
 
 
 def test_help_of_the_executable_names_every_option(native):
