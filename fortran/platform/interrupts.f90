@@ -7,6 +7,7 @@
 !> unless `watch_interrupts` is called.
 module dda_interrupts
    use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t
+   !$ use omp_lib, only: omp_get_thread_num
    use dda_errors, only: error_type, error_interrupted, fail
    use dda_kinds, only: wp, long
    implicit none
@@ -86,10 +87,16 @@ contains
       request%signal = number
    end subroutine request_stop
 
-   !> A signal has come, or the host wants this thread to stop.
+   !> A signal has come, or the host wants this thread to stop.  Of a team only the thread that
+   !> called the engine asks the host: it may hold a lock of the host's, which the others would wait
+   !> for without end.
    logical function stop_requested()
+      logical :: may_ask
+
       stop_requested = last_signal /= 0 .or. request%signal /= 0
-      if (stop_requested .or. .not. associated(host)) return
+      may_ask = associated(host)
+      !$ may_ask = may_ask .and. omp_get_thread_num() == 0
+      if (stop_requested .or. .not. may_ask) return
       call hear_host
       stop_requested = request%host .or. request%signal /= 0
    end function stop_requested
