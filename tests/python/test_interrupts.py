@@ -29,7 +29,12 @@ def processor_time(process) -> float:
 def stopped(words, after: float, number, folder) -> tuple[int, float, list[str]]:
     """Status, time that passed after a signal (s of the processor), and lines on stderr."""
     process = subprocess.Popen(
-        list(map(str, words)), cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        list(map(str, words)),
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        # Where the tests run in the background, Ctrl-C is ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     while process.poll() is None and processor_time(process) < after:
         time.sleep(0.005)
