@@ -258,11 +258,13 @@ def test_a_signal_leaves_nothing_under_the_name(here, number):
 
     (here / "x.png").write_bytes(b"")
     interrupts = signal.signal(signal.SIGINT, signal.default_int_handler)
+    hangups = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup ignores it
     with pytest.raises((sitedda.errors.InterruptedRun, KeyboardInterrupt)):
         save_picture(Figure(), here / "x.png")
     assert (here / "x.png").read_bytes() == b""
     assert sorted(os.listdir(here)) == ["m.nml", "x.png"]
     signal.signal(signal.SIGINT, interrupts)
+    signal.signal(signal.SIGHUP, hangups)
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 

@@ -207,10 +207,8 @@ def _peaks(ratio: float, step: float):
 def _beside_shake(ratio: float, layers: int):
     """Curves of a stack with stiff joints, of the column with its modulus, and of SHAKE's."""
     engine = _stiff_stack(layers, damping_ratio=ratio, reference_frequency=REFERENCE)
-    same, hysteretic = (
-        _uniform_column(damping).transfer(FREQUENCIES)
-        for damping in (ConstantRatio(ratio, REFERENCE), ratio)
-    )
+    same = _uniform_column(ConstantRatio(ratio, REFERENCE)).transfer(FREQUENCIES)
+    hysteretic = _uniform_column(ratio, convention="shake").transfer(FREQUENCIES)  # K (1 + 2iζ)
     return FREQUENCIES, engine, same, hysteretic
 
 
