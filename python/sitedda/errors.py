@@ -1,6 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Errors of the engine as exceptions, and its warnings."""
 
+from __future__ import annotations
+
+import errno
+
+# What the system says where a library finds no room.
+_NO_ROOM = ("cannot allocate memory", "failed to map segment", "out of memory")
+
 
 class AuditWarning(UserWarning):
     """A run ended whose energy audit does not balance: do not trust it."""
@@ -27,7 +34,7 @@ class SiteddaError(Exception):
     kind = 1
 
     @staticmethod
-    def of(kind: int, message: str) -> "SiteddaError":
+    def of(kind: int, message: str) -> SiteddaError:
         """The exception of a kind of the engine."""
         return {
             1: InputError,
@@ -91,3 +98,14 @@ class MissingLibrary(SiteddaError, ImportError):
     """A library that only some functions need is not installed."""
 
     kind = 1
+
+
+def lacks_memory(trouble: BaseException | None) -> bool:
+    """Whether an exception, or what it comes from, is want of memory."""
+    while trouble is not None:
+        if isinstance(trouble, MemoryError) or getattr(trouble, "errno", None) == errno.ENOMEM:
+            return True
+        if isinstance(trouble, ImportError) and any(w in str(trouble).lower() for w in _NO_ROOM):
+            return True
+        trouble = trouble.__cause__ or trouble.__context__
+    return False

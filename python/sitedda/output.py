@@ -7,13 +7,15 @@ ranges that a run writes, or is one error that names the file and the variable.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from .engine import FILES
-from .errors import OutputError
+from .errors import OutputError, lacks_memory
 from .reading import check_readable
 
 _MOST = 1e37  # of any number: single precision, and squares of larger ones, overflow
@@ -128,13 +130,8 @@ def open_output(file) -> xr.Dataset:
         If it is not an output of a run, or damaged; the message names the variable.
     """
     check_readable(file)
-    try:
-        with FILES:
-            data = xr.open_dataset(file, engine="netcdf4", cache=False, decode_times=False)
-    except MemoryError:
-        raise
-    except Exception as trouble:  # readers of foreign bytes may raise anything
-        raise OutputError(f"{file} cannot be read as an output: {_words(trouble)}") from trouble
+    with _reading(lambda why: OutputError(f"{file} cannot be read as an output: {why}")):
+        data = xr.open_dataset(file, engine="netcdf4", cache=False, decode_times=False)
     try:
         _check_structure(data)
         for name in _KNOWN:
@@ -155,13 +152,8 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
     OutputError
         If the file does not hold them, or the bytes are no such numbers.
     """
-    try:
-        with FILES:
-            values = data[name][which].values
-    except MemoryError:
-        raise
-    except Exception as trouble:  # of the libraries below, for damaged bytes
-        raise damaged(data, name, _words(trouble)) from trouble
+    with _reading(lambda why: damaged(data, name, why)):
+        values = data[name][which].values
     kind = _KNOWN.get(name)
     if kind is None or kind.what == "text" or values.size == 0:
         return values
@@ -180,14 +172,25 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
 
 def load(file) -> xr.Dataset:
     """All of an output, in memory."""
-    with open_output(file) as data:
-        try:
-            with FILES:
-                return data.load()
-        except MemoryError:
+
+    def wrong(why: str) -> OutputError:
+        return OutputError(f"{file} cannot be read: {why}")
+
+    with open_output(file) as data, _reading(wrong):
+        return data.load()
+
+
+@contextmanager
+def _reading(wrong: Callable[[str], OutputError]) -> Iterator[None]:
+    """Whatever the libraries below raise for foreign bytes is one error; want of memory is not."""
+    try:
+        with FILES:
+            yield
+    except Exception as trouble:
+        if lacks_memory(trouble):
             raise
-        except Exception as trouble:
-            raise OutputError(f"{file} cannot be read: {_words(trouble)}") from trouble
+        lines = str(trouble).strip().splitlines() or [type(trouble).__name__]
+        raise wrong(lines[0]) from trouble
 
 
 def _check_structure(data: xr.Dataset) -> None:
@@ -249,8 +252,3 @@ def damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
 
 def _file(data: xr.Dataset) -> str:
     return data.encoding.get("source", "the dataset")
-
-
-def _words(trouble: BaseException) -> str:
-    lines = str(trouble).strip().splitlines()
-    return lines[0] if lines else type(trouble).__name__

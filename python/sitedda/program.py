@@ -7,20 +7,27 @@ and too little memory are met here, wherever they come.
 
 from __future__ import annotations
 
-import errno
 import mmap
 import os
 import sys
 
-from .errors import InterruptedRun, OutOfMemory, SiteddaError
+from .errors import InterruptedRun, OutOfMemory, SiteddaError, lacks_memory
 from .stop import Interruption
 
 _LIGHT = ("check", "example", "-h", "--help", "--version")
 # Bytes of addresses that the libraries take, measured (200 and 430 MiB with one thread), with the
 # buffer of 129 MiB of the engine's OpenBLAS.
 _LIGHT_ROOM, _ROOM = 6 * 2**26, 9 * 2**26
-# What the system says where a library finds no room.
-_NO_ROOM = ("cannot allocate memory", "failed to map segment", "out of memory")
+_SCIPY_ROOM = 2**27  # of them, for SciPy, which has an OpenBLAS of its own
+
+
+class _RoomForScipy:
+    """A finder of modules that asks for room when SciPy is first imported, and finds nothing."""
+
+    def find_spec(self, name: str, path=None, target=None) -> None:
+        """See `importlib.abc.MetaPathFinder.find_spec`."""
+        if name == "scipy":
+            _require_room(_SCIPY_ROOM)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -39,6 +46,7 @@ def _status(arguments: list[str] | None, interruption: Interruption) -> int:
     try:
         if arguments is None:
             _require_room(_LIGHT_ROOM if sys.argv[1:2] and sys.argv[1] in _LIGHT else _ROOM)
+            sys.meta_path.insert(0, _RoomForScipy())
         from .command import main as carry_out
 
         return carry_out(arguments)
@@ -68,20 +76,9 @@ def _ending(trouble: BaseException) -> tuple[int, str] | None:
         return InterruptedRun.kind, "interrupted"
     if isinstance(trouble, SiteddaError):
         return trouble.kind, str(trouble)
-    if _lacks_memory(trouble):
+    if lacks_memory(trouble):
         return OutOfMemory.kind, "there is not enough memory"
     name = getattr(trouble, "name", None) or "sitedda"
     if isinstance(trouble, ImportError) and (name := name.partition(".")[0]) != "sitedda":
         return 1, f"the library {name} is missing or broken: pip install {name}"
     return None
-
-
-def _lacks_memory(trouble: BaseException | None) -> bool:
-    """Whether it, or what it comes from, is want of memory."""
-    while trouble is not None:
-        if isinstance(trouble, MemoryError) or getattr(trouble, "errno", None) == errno.ENOMEM:
-            return True
-        if isinstance(trouble, ImportError) and any(w in str(trouble).lower() for w in _NO_ROOM):
-            return True
-        trouble = trouble.__cause__ or trouble.__context__
-    return False

@@ -34,10 +34,18 @@ def stopped(file, output, after: int, **changes):
         simulation.advance(after)
 
 
+def written(file) -> int | None:
+    """When a file was written, ns; None while it is not there, also for a moment."""
+    try:
+        return file.stat().st_mtime_ns
+    except FileNotFoundError:
+        return None
+
+
 def interrupted(program, file, folder, number=signal.SIGTERM, command="run"):
     """A run that gets a signal once it has written a checkpoint."""
     newest = folder / "tower.nc.checkpoint"
-    before = newest.stat().st_mtime_ns if newest.exists() else 0
+    before = written(newest)
     running = subprocess.Popen(
         [program.path, command, file],
         cwd=folder,
@@ -47,7 +55,7 @@ def interrupted(program, file, folder, number=signal.SIGTERM, command="run"):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     deadline = time.monotonic() + DEADLINE
-    while not newest.exists() or newest.stat().st_mtime_ns == before:
+    while written(newest) in (None, before):
         assert running.poll() is None, running.communicate()
         assert time.monotonic() < deadline, "no checkpoint was written"
         time.sleep(0.01)

@@ -11,7 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import CheckpointError, InterruptedRun, OutputError, SiteddaError
+from ..errors import (
+    CheckpointError,
+    InterruptedRun,
+    OutputError,
+    SiteddaError,
+    lacks_memory,
+)
 from ..stop import SIGNALS, Stop
 from .quantities import Array, Quantity, measure, returned
 from .store import (
@@ -119,9 +125,9 @@ def _result(work: Work, folder: Path) -> dict:
     except SiteddaError as error:
         words = str(error).replace(f"{folder}/", "")
         return write_result(folder, "failed", words, kind=KINDS.get(error.kind, "input"))
-    except MemoryError:
-        return write_result(folder, "failed", "not enough memory", kind="memory")
     except Exception as error:  # of the user's function: it is that case's failure alone
+        if lacks_memory(error):
+            return write_result(folder, "failed", "not enough memory", kind="memory")
         words = f"{type(error).__name__}: {error}"
         return write_result(folder, "failed", words, kind="function")
     kept = {f"{k}|{d}": np.asarray(c) for k, a in arrays.items() for d, c in a.coordinates.items()}
