@@ -78,7 +78,8 @@ def test() -> None:
         call("meson", "setup", BUILD, *options, env=environment)
     call("meson", "compile", "-C", BUILD, env=environment)
     call("meson", "test", "-C", BUILD, "--print-errorlogs", env=environment)
-    call(VENV / "bin" / "python", "-m", "pytest", env=environment)
+    workers = ("-n", "logical", "--maxprocesses", "8", "--dist", "worksteal")
+    call(VENV / "bin" / "python", "-m", "pytest", *workers, env=environment)
 
 
 if __name__ == "__main__":
