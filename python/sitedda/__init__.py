@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     )
     from .simulation import Run, Simulation, resume, run
     from .spectra import Peak, amplification, find_peak, fourier_spectrum
-    from .stability import mechanism, safety
+    from .stability import limit_analysis, mechanism, safety
 
 __all__ = [
     "AuditWarning",
@@ -75,6 +75,7 @@ __all__ = [
     "draw",
     "find_peak",
     "fourier_spectrum",
+    "limit_analysis",
     "mechanism",
     "modes",
     "open_output",
@@ -110,7 +111,7 @@ _HOMES = {
         "scheme": "scheme_damping scheme_frequency theta_for_damping time_step_for_damping",
         "simulation": "Run Simulation resume run",
         "spectra": "Peak amplification find_peak fourier_spectrum",
-        "stability": "mechanism safety",
+        "stability": "limit_analysis mechanism safety",
     }.items()
     for name in names.split()
 }

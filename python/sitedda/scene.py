@@ -86,7 +86,7 @@ class Scene:
             return cls._of_simulation(source)
         if isinstance(source, str | os.PathLike):
             source = Path(source)
-            if _is_netcdf(source):
+            if is_netcdf(source):
                 return cls.of(open_output(source))
         with Simulation(source) as simulation:
             return cls._of_simulation(simulation)
@@ -244,7 +244,7 @@ class Scene:
     def interfaces(self) -> Interfaces:
         """What the edges in contact share in the first frame."""
         contacts, places = self.contacts(0), self.vertices(0)
-        mine = np.concatenate([contacts["vertex"], self._previous[contacts["vertex"]]])
+        mine = np.concatenate([contacts["vertex"], self.previous_vertex[contacts["vertex"]]])
         other = np.concatenate([contacts["edge"]] * 2)
         pairs = np.unique(np.sort(np.column_stack([mine, other]), axis=1), axis=0)
         a, b = pairs.T
@@ -284,7 +284,8 @@ class Scene:
         return np.where(rank[other] < rank[one], other, one)
 
     @cached_property
-    def _previous(self) -> np.ndarray:
+    def previous_vertex(self) -> np.ndarray:
+        """The vertex before each."""
         before = np.empty_like(self.next_vertex)
         before[self.next_vertex] = np.arange(len(before))
         return before
@@ -477,7 +478,8 @@ def principal_stresses(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return mean + radius, mean - radius
 
 
-def _is_netcdf(file: Path) -> bool:
+def is_netcdf(file: Path) -> bool:
+    """Whether a file begins as an output does."""
     check_readable(file)
     with file.open("rb") as stream:
         head = stream.read(8)

@@ -1,6 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Factors of safety by strength reduction, and mechanisms of failure."""
+"""Factors of safety by strength reduction, limit analysis, and mechanisms of failure."""
 
+from .limits import Limit, Limits, limit_analysis
 from .safety import Mechanism, Safety, bisect, mechanism, safety
 
-__all__ = ["Mechanism", "Safety", "bisect", "mechanism", "safety"]
+__all__ = [
+    "Limit",
+    "Limits",
+    "Mechanism",
+    "Safety",
+    "bisect",
+    "limit_analysis",
+    "mechanism",
+    "safety",
+]

@@ -13,14 +13,16 @@ FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
 _LONGEST_ARROW = 0.12  # of the model's size
 
 
-def draw_mechanism(found, axes=None):
-    """Draw a `Mechanism`: blocks where they rest in the colours of their verdicts, with arrows.
+def draw_mechanism(found, axes=None, title: str | None = None):
+    """Draw a mechanism: blocks where they rest in the colours of their verdicts, with arrows.
 
     Parameters
     ----------
-    found : Mechanism
+    found : Mechanism or Limit
     axes : matplotlib.axes.Axes, optional
         A figure of its own by default.
+    title : str, optional
+        What the strength is divided by if not given.
 
     Returns
     -------
@@ -63,6 +65,8 @@ def draw_mechanism(found, axes=None):
         loc="upper left",
         bbox_to_anchor=(1.0, 1.0),
     )
-    title = "Stands" if not found.moves else "Mechanism"
-    axes.set_title(f"{title}, strength divided by {found.factor:.4g}", loc="left")
+    if title is None:
+        outcome = "Mechanism" if found.moves else "Stands"
+        title = f"{outcome}, strength divided by {found.factor:.4g}"
+    axes.set_title(title, loc="left")
     return axes

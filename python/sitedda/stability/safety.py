@@ -344,7 +344,7 @@ def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
 def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
     """What each block does, by its displacement and rotation."""
     moved, turned = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
-    still = np.hypot(moved, turned) < _STILL * np.hypot(moved, turned).max(initial=0.0)
+    still = np.hypot(moved, turned) <= _STILL * np.hypot(moved, turned).max(initial=0.0)
     turns = turned > _TURNING * moved
     return tuple(np.where(still, "stable", np.where(turns, "topples", "slides")).tolist())
 
