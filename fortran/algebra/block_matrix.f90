@@ -9,7 +9,8 @@ module dda_block_matrix
    use dda_ordered_sums, only: share_of_thread
    implicit none
    private
-   public :: block_matrix_type, set_pattern, entry_of, copy_block, multiply, multiply_block
+   public :: block_matrix_type, set_pattern, entry_of, copy_block, multiply, multiply_block, &
+      terms_of_product
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type
@@ -153,6 +154,29 @@ contains
          end do
       end do
    end subroutine multiply_rows
+
+   !> ‖ |K| |x| ‖, of the terms that K x is the sum of: it rounds by a few units of the last place
+   !> of these, however small the sum is.
+   pure real(wp) function terms_of_product(matrix, x) result(norm)
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      real(wp), intent(in) :: x(6, matrix%n)  !< any vector
+      real(wp) :: row(6)
+      integer :: i, k
+
+      norm = 0.0_wp
+      do i = 1, matrix%n
+         row = matmul(abs(matrix%diagonal(:, :, i)), abs(x(:, i)))
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            row = row + matmul(abs(matrix%lower(:, :, k)), abs(x(:, matrix%column(k))))
+         end do
+         do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
+            row = row + matmul(abs(x(:, matrix%below_row(k))), &
+               abs(matrix%lower(:, :, matrix%below_entry(k))))
+         end do
+         norm = norm + dot_product(row, row)
+      end do
+      norm = sqrt(norm)
+   end function terms_of_product
 
    !> row = B x
    pure subroutine multiply_block(b, x, row)

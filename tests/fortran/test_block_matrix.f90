@@ -2,7 +2,7 @@
 !> The block matrix against the dense matrix that it stands for.
 module test_block_matrix
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
+   use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern, terms_of_product
    use models, only: random, random_vector, sow
    use testing, only: case, check, check_close
    implicit none
@@ -91,6 +91,9 @@ contains
       x = reshape(random_vector(6*matrix%n), [6, matrix%n])
       call multiply(matrix, x, y)
       call check_close(reshape(y, [6*matrix%n]), matmul(dense, reshape(x, [6*matrix%n])), 'K x', &
+         relative=1.0e-14_wp)
+      call check_close(terms_of_product(matrix, x), &
+         norm2(matmul(abs(dense), abs(reshape(x, [6*matrix%n])))), 'norm of |K| |x|', &
          relative=1.0e-14_wp)
    end subroutine try_product
 

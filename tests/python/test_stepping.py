@@ -240,3 +240,38 @@ def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, move
     speed = sitedda.run(file).history.velocity.values[:, 0, 1]
     hit = speed.argmin()
     assert speed[hit:].max() == pytest.approx(-0.5 * speed[hit], rel=2e-3)
+
+
+def rocking(modulus, width, height, half_floor, restitution, friction, push, last, settle) -> str:
+    """A block on a floor that is accelerated by `push` m/s² for `last` hundredths of a second."""
+    x, y, left, right = 0.5 * width, height, -half_floor, half_floor
+    return f"""
+&control time_step = 2.5e-5, duration = 1, gravity = 0, -9.81, settle = {settle},
+         base_motion_x = 'push' /
+&material density = 2643, young_modulus = {modulus}, poisson_ratio = 0.2 /
+&joint friction_angle = {friction}, restitution = {restitution} /
+&block name = 'floor', vertices = {left} -1 {right} -1 {right} 0 {left} 0 /
+&block name = 'block', vertices = {-x} 0 {x} 0 {x} {y} {-x} {y} /
+&fixed_point x = {left}, y = -1, block = 'floor' /
+&fixed_point x = {right}, y = -1, block = 'floor' /
+&fixed_point x = {left}, y = 0, block = 'floor' /
+&motion name = 'push', quantity = 'acceleration', drift_order = 0, time_step = 0.01,
+        values = {last}*{push} 200*0 /
+"""
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        (1e7, 0.18235012278850586, 0.7554990860557437, 5.0, 0.9, 54.75022555631013,
+         4.648548204714173, 52, ".true."),
+        (1e9, 2.0418670931243266, 5.54934921844463, 20.0, 0.3, 55.20187022669633,
+         4.9165383010731105, 38, ".false."),
+    ],
+)  # fmt: skip
+def test_impacts_are_solved_to_the_rounding_of_terms_that_make_rigid(write_input, values):
+    """Such terms are far beyond the forces; their own rounding was called a failed solve."""
+    with sitedda.Simulation(write_input(rocking(*values))) as run:
+        run.advance(40000)
+        assert run.time == pytest.approx(1.0, rel=1e-9)
+        assert abs(run.energies["balance"]) < 1e-6 * MASS * G

@@ -14,7 +14,7 @@ module dda_linear_solver
    use dda_kinds, only: wp, long
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
    use dda_block_jacobi, only: most_iterations
-   use dda_block_matrix, only: block_matrix_type
+   use dda_block_matrix, only: block_matrix_type, terms_of_product
    use dda_errors, only: error_type, error_input, error_interrupted, error_memory, &
       error_solver, fail
    use dda_ordered_sums, only: inner_product
@@ -31,6 +31,8 @@ module dda_linear_solver
    integer, parameter :: few = 30
    real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
    real(wp), parameter :: rounding = 1.0e-14_wp   !< ‖r‖/‖b‖ that no solve comes below
+   !> ‖r‖/‖|K| |x|‖ that a solve may end with: x is exact for a matrix that differs by its rounding
+   real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
 
    !> The solver at work and what has been done so far.
    type :: solver_type
@@ -187,6 +189,8 @@ contains
          solver%exact = convergence%residual <= accuracy .or. .not. convergence%enough &
             .or. convergence%reduction <= 0.0_wp
          if (convergence%residual <= acceptable .or. convergence%enough) return
+         if (convergence%residual*convergence%scale &
+            <= rounding_of_product*terms_of_product(matrix, x)) return
          if (stop_within_step()) then
             call fail_within_step(error)
             return
