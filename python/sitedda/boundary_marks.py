@@ -58,12 +58,15 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
         if kind not in SIGNS:
             raise InputError(f"boundary of kind {kind!r} has no sign in {__name__}.SIGNS")
         words, color, sign = SIGNS[kind]
+        edges = np.stack([boundary["start"], boundary["end"]], axis=1)
+        edges = edges[np.any(edges[:, 0] != edges[:, 1], axis=1)]
+        if not len(edges):  # its blocks are gone
+            continue
         if boundary["moved"]:
             held = kind == "fixed"
             words += ", moved" if held else ", a wave comes in"
             color = MOVED if held else color
         look = {"colors": color, "capstyle": "round", "zorder": 5}
-        edges = np.stack([boundary["start"], boundary["end"]], axis=1)
         axes.add_collection(LineCollection(edges, linewidths=2.2, **look))
         axes.add_collection(LineCollection(_signs(sign, edges, scene.size), linewidths=1.0, **look))
         marker = Path.make_compound_path(*(Path(np.multiply(line, [1, -1])) for line in sign))

@@ -60,9 +60,9 @@ class Parser(argparse.ArgumentParser):
     """Ends with the status of bad input; that of argparse means a refused check here."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong with the command line and end."""
-        self.print_usage(sys.stderr)
-        self.exit(1, f"{self.prog}: {message}\n")
+        """Say what is wrong with the command line in one sentence, and end."""
+        line = " ".join(message.split())
+        self.exit(1, f"{self.prog}: {line}; see {self.prog} --help\n")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -19,13 +19,14 @@ from .errors import OutputError, lacks_memory
 from .reading import check_readable
 
 _MOST = 1e37  # of any number: single precision, and squares of larger ones, overflow
+_ROUNDING = 1e-9  # of the length of an edge
 _READ_AT_ONCE = 2**24  # bytes; larger variables are checked when they are read
 _LENGTHS = {"axis": 2, "coordinate": 6, "component": 3, "coordinate4": 4}
 _HELD = ("time", "frame", "vertex", "block")  # dimensions of which there is at least one
 
 
 class _Kind(NamedTuple):
-    """What a variable is: its dimensions; 'real', 'text' or what its numbers count."""
+    """What a variable is: its dimensions; 'real', 'share', 'text' or what its numbers count."""
 
     dimensions: tuple[str, ...]
     what: str
@@ -37,7 +38,8 @@ def _kinds(text: str) -> dict[str, _Kind]:
 
 
 # Variables that come together: if one is there, all are.  Those of the first family always are.
-# A number is 'real', or an index below the length of a dimension, or 'number' from 0 upwards.
+# A number is 'real', a 'share' of an edge, an index below the length of a dimension, or 'number'
+# from 0 upwards.
 _FAMILIES = (
     _kinds("""
         time                  real    time
@@ -98,8 +100,8 @@ _FAMILIES = (
     _kinds("""
         boundary_edge         vertex  boundary_edge
         boundary_edge_group   number  boundary_edge
-        boundary_edge_from    real    boundary_edge
-        boundary_edge_to      real    boundary_edge
+        boundary_edge_from    share   boundary_edge
+        boundary_edge_to      share   boundary_edge
     """),
 )
 _ALONE = _kinds("""
@@ -161,6 +163,8 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
         raise damaged(data, name, "it holds no numbers")
     if kind.what == "real":
         good = np.abs(values) <= _MOST
+    elif kind.what == "share":
+        good = np.abs(values - 0.5) <= 0.5 + _ROUNDING
     else:
         most = data.sizes.get(kind.what, np.iinfo(np.int32).max)
         good = (values >= 0) & (values < most)

@@ -13,6 +13,7 @@ from model_text import changed, tower
 import sitedda
 from sitedda.reading import check_readable, read_bounded
 
+INPUTS = Path(__file__).parents[2] / "inputs"
 sys.path.insert(0, str(Path(__file__).parents[1] / "robustness"))
 
 
@@ -111,6 +112,26 @@ DAMAGES = {
         1, ("frame", "coordinate_2", "block_2")
     ),
 }
+
+
+def test_boundaries_without_edges_or_length_are_not_drawn(main, tmp_path):
+    ridge = sitedda.Model.read(INPUTS / "ridge.nml")
+    ridge.control(duration=0.01)
+    output = ridge.run(output=tmp_path / "ridge.nc").output
+
+    def shorter(variables, _):
+        for name in [name for name in variables if name.startswith("boundary_edge")]:
+            variables[name][2] = variables[name][2][:2]
+
+    def nothing(variables, _):
+        variables["boundary_edge_to"][2] = variables["boundary_edge_from"][2]
+
+    for change in (shorter, nothing):
+        file = damage(output, tmp_path / "damaged.nc", change)
+        assert main("draw", file, folder=tmp_path).returncode == 0
+    far = damage(output, tmp_path / "far.nc", replaced("boundary_edge_to", 0, 1e36))
+    done = main("draw", far, folder=tmp_path)
+    assert done.returncode == 5 and "variable boundary_edge_to:" in done.stderr
 
 
 @pytest.mark.parametrize("name", [name for name in DAMAGES if name != "time"])

@@ -18,11 +18,15 @@ from __future__ import annotations
 import argparse
 import contextlib
 import hashlib
+import importlib
 import json
 import os
 import random
 import re
+import resource
+import selectors
 import shutil
+import signal
 import stat
 import subprocess
 import sys
@@ -32,11 +36,13 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
 from fuzz import Probe  # noqa: E402
+from interrupted import native_program  # noqa: E402
 from model_text import changed, namelist, tower  # noqa: E402
 from mutated_files import mutated_file  # noqa: E402
 from mutations import (  # noqa: E402
@@ -48,7 +54,19 @@ from mutations import (  # noqa: E402
     mutated_record,
 )
 
+from sitedda import program  # noqa: E402
+
 TIME_LIMIT = 30.0  # s of a processor for one case
+PATIENCE = 20 * TIME_LIMIT  # s of the clock
+NATIVE = "sitedda-native"
+LIBRARIES = [
+    "ctypes.util", "matplotlib.backends.backend_agg", "matplotlib.pyplot", "netCDF4", "scipy.fft",
+    "scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.spatial", "scipy.stats", "tqdm",
+    "xarray", "sitedda", "sitedda.building", "sitedda.command", "sitedda.movie", "sitedda.paper",
+    "sitedda.pictures", "sitedda.plot", "sitedda.report", "sitedda.site.picture",
+    "sitedda.stability", "sitedda.study.command", "sitedda.validation.__main__",
+    "sitedda.view", "sitedda.vtk",
+]  # fmt: skip
 PRECIOUS = b"somebody's own file\n"
 SIDE_FILES = ("journal", "writing", "partial", "checkpoint", "checkpoint.previous",
               "checkpoint.coming")  # fmt: skip
@@ -149,8 +167,22 @@ def good_files(folder: Path) -> dict[str, bytes]:
     ).encode()
     found["record.smc"] = next(RECORDS.glob("*.smc")).read_bytes()
     found["s.toml"] = STUDY.encode()
+    found |= good_store(folder)
     found["mine.txt"] = PRECIOUS
     return found
+
+
+def good_store(folder: Path) -> dict[str, bytes]:
+    """The folder of a study that has been run."""
+    from sitedda.study.command import main as study
+
+    (folder / "s.toml").write_text(STUDY)
+    words = ["run", str(folder / "s.toml"), "--folder", str(folder / "done"), "-q", "-w", "1"]
+    with contextlib.redirect_stdout(None):
+        if study(words):
+            raise SystemExit("the good study cannot be run")
+    files = [file for file in (folder / "done").rglob("*") if file.is_file()]
+    return {str(file.relative_to(folder)): file.read_bytes() for file in files}
 
 
 def mutated_block_source() -> bytes:
@@ -331,6 +363,23 @@ def hostile_study(case: Case, chance: random.Random, good: dict) -> None:
     case.words = ["study", "plan", "s.toml"]
 
 
+def hostile_store(case: Case, chance: random.Random, good: dict) -> None:
+    """A damaged file in the folder of a study."""
+    name = chance.choice(sorted(name for name in good if name.startswith("done/")))
+    data = good[name]
+    if data and chance.random() < 0.5 and name.endswith((".json", ".nml", ".txt")):
+        words = re.findall(rb"[\w.]+|\W", data)
+        words[chance.randrange(len(words))] = chance.choice(
+            [*HOSTILE_TEXTS, *HOSTILE_NUMBERS, "null", "[]", "{}", '"x"', "true"]
+        ).encode("utf-8", "replace")
+        case.files[name] = b"".join(words)
+    else:
+        case.files[name] = mutated_bytes(chance, data)
+    run = ["study", "run", "s.toml", "--folder", "done", "-q", "-w", "1"]
+    collect = ["study", "collect", "done", "-q", "-o", "t.nc"]
+    case.words = chance.choices([collect, [*collect, "--report"], run], [8, 2, 1])[0]
+
+
 OPTIONS = {
     "draw": ["--dpi", "--deformation", "--time", "--stage", "--color", "--contacts", "-o"],
     "movie": ["--fps", "--seconds", "--deformation", "--color", "-o"],
@@ -341,24 +390,28 @@ OPTIONS = {
     "surface": ["--axis", "--lowest", "--highest", "-o"],
     "record": ["--format", "--quantity", "--unit", "--time-step", "-o"],
     "run": ["--set", "-o"],
+    "resume": ["--set", "-o"],
     "check": ["--set"],
     "safety": ["--factor", "--tolerance", "--displacement", "--set", "-o"],
     "build": ["-o"],
     "example": [],
     "study": ["-o", "--folder", "--workers"],
+    "validate": ["--report"],
+    "paper": ["--folder"],
 }
 
 
 def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
     """Options of every command, with values that make no sense, on good files."""
     command = chance.choice(list(OPTIONS))
-    source = {"record": "record.smc", "run": "m.nml", "check": "m.nml", "safety": "jointed.nml",
-              "build": "jointed.nml"}.get(command, "good.nc")  # fmt: skip
-    case.words = [command, source] if command != "example" else [command]
+    source = {"record": "record.smc", "run": "m.nml", "resume": "m.nml", "check": "m.nml",
+              "safety": "jointed.nml", "build": "jointed.nml"}.get(command, "good.nc")  # fmt: skip
+    case.words = [command, source]
     if command == "study":
         case.words = ["study", "plan", "s.toml"]
-    if command == "example":
-        case.words += [chance.choice(["column", *HOSTILE_TEXTS])]
+    elif command in ("example", "validate", "paper"):  # of validate and paper no whole case
+        known = {"example": "column", "validate": "--list"}.get(command, "--help")
+        case.words = [command, chance.choice([known, *HOSTILE_TEXTS])]
     for option in chance.sample(
         OPTIONS[command], min(len(OPTIONS[command]), chance.choice([1, 2]))
     ):
@@ -376,7 +429,7 @@ def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
         case.words += [option, value]
     if command == "view":
         case.words.append("--no-open")
-    if command == "run":
+    if command in ("run", "resume"):
         case.words += ["-q", "--no-plot"]
         case.asked = case.asked or next(
             (word.partition("=")[2] for word in case.words if word.startswith("output.file=")), ""
@@ -394,14 +447,17 @@ KINDS: dict[str, tuple[Callable, int]] = {
     "output": (hostile_output, 4),
     "checkpoint": (hostile_checkpoint, 2),
     "study": (hostile_study, 3),
+    "store": (hostile_store, 1),
     "options": (hostile_options, 4),
 }
 
 
 def make_case(kind: str, seed: int, good: dict) -> Case:
     """The same kind and seed make the same case."""
-    case = Case(kind, str(seed))
-    KINDS[kind][0](case, random.Random(f"{kind} {seed}"), good)
+    case, chance = Case(kind, str(seed)), random.Random(f"{kind} {seed}")
+    KINDS[kind][0](case, chance, good)
+    if case.words[0] in ("run", "resume", "check") and chance.random() < 0.4:
+        case.words = [NATIVE, *(word for word in case.words if word != "--no-plot")]
     return case
 
 
@@ -429,6 +485,7 @@ class Yard:
         for name, data in (self.good | case.files).items():
             above = str(self.above).encode()
             data = data.replace(b"{above}", above) if name == "m.nml" else data
+            (self.here / name).parent.mkdir(parents=True, exist_ok=True)
             (self.here / name).write_bytes(data)
         for name, what in case.traps:
             self.set_trap(self.here / name, what)
@@ -466,11 +523,12 @@ class Yard:
         return found
 
 
-def own_names(case: Case) -> set[str]:
-    """Files that were there and that the command may replace or remove: those of the same run."""
-    if case.words[0] not in ("run", "resume") or "stopped.nc" not in case.words:
-        return set()
-    return {"here/stopped.nc", *(f"here/stopped.nc.{ending}" for ending in SIDE_FILES)}
+def own_names(case: Case) -> tuple[str, ...]:
+    """How names of files begin that the command may replace or remove: those of the same run."""
+    if case.kind == "store":
+        return ("here/done/",)
+    running = {"run", "resume"} & set(case.words[:2])
+    return ("here/stopped.nc",) if running and "stopped.nc" in case.words else ()
 
 
 def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
@@ -478,7 +536,7 @@ def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
     asked = os.path.normpath(os.path.join(yard.here, case.asked)) if case.asked else ""
     free = own_names(case)
     for name, what in before.items():
-        if after.get(name) != what and name not in free and not stat.S_ISDIR(what[0]):
+        if after.get(name) != what and not name.startswith(free) and not stat.S_ISDIR(what[0]):
             return f"{name} has been {'changed' if name in after else 'removed'}"
         if stat.S_ISDIR(what[0]) and name not in after:
             return f"the folder {name} has been removed"
@@ -490,7 +548,7 @@ def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
             return f"{name} is left over"
         if not name.startswith("here/") and not (asked and path.startswith(asked)):
             return f"{name} was made outside of the folder"
-        if name not in free and (words := half_written(yard.above / name)):
+        if not name.startswith(free) and (words := half_written(yard.above / name)):
             return f"{name} {words}"
     return ""
 
@@ -518,8 +576,8 @@ def not_finite(file: Path) -> str:
         with netCDF4.Dataset(file) as data:
             data.set_auto_maskandscale(False)
             for name, variable in data.variables.items():
-                if variable.dtype.kind != "f":
-                    continue
+                if np.dtype(variable.dtype).kind != "f" or "case" in data.variables:
+                    continue  # of a table NaN means that a case has none
                 values = variable[...]
                 if "maximum" in variable.dimensions:  # NaN means that there is none of it
                     axis = variable.dimensions.index("maximum")
@@ -536,41 +594,64 @@ def not_finite(file: Path) -> str:
 
 
 def serve() -> None:
-    """Carry out command lines, a line of JSON each, in this process; answer in JSON."""
-    from sitedda.command import main
+    """Carry out command lines, a line of JSON each, in a process of its own; answer in JSON.
 
-    answers = os.fdopen(os.dup(1), "w")
+    This process has read the libraries, and forks: that takes hundredths of a second.
+    """
+    read_libraries()
     for request in sys.stdin:
         folder, words = json.loads(request)
-        os.chdir(folder)
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-            os.dup2(out.fileno(), 1)
-            os.dup2(err.fileno(), 2)
-            trouble = ""
-            try:
-                status = main([word.encode("utf-8", "surrogatepass").decode("utf-8", "replace")
-                               for word in words])  # fmt: skip
-            except SystemExit as end:
-                status = end.code
-            except BaseException:
-                status, trouble = None, traceback.format_exc()
-            for stream in (sys.stdout, sys.stderr):
-                with contextlib.suppress(ValueError, OSError):
-                    stream.flush()
+            child = os.fork()
+            if child == 0:
+                os.dup2(out.fileno(), 1)
+                os.dup2(err.fileno(), 2)
+                become(folder, words)
+            status = ending(child)
             said = []
             for stream in (out, err):
                 stream.seek(0)
                 said.append(stream.read(20_000).decode("utf-8", "replace"))
-        close_pictures()
-        os.chdir("/")
-        answers.write(json.dumps([status, said[0], said[1] + trouble]) + "\n")
-        answers.flush()
+        print(json.dumps([status, *said]), flush=True)
 
 
-def close_pictures() -> None:
-    """A process of thousands of commands keeps no pictures."""
-    if "matplotlib.pyplot" in sys.modules:
-        sys.modules["matplotlib.pyplot"].close("all")
+def read_libraries() -> None:
+    """Import what commands import, which starts no thread."""
+    for name in LIBRARIES:
+        importlib.import_module(name)
+
+
+def become(folder: str, words: list[str]) -> NoReturn:
+    """Be a command, and end with it."""
+    status = 99
+    try:
+        seconds = int(TIME_LIMIT)
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+        os.chdir(folder)
+        if words[0] == NATIVE:
+            os.execv(native_program(), [os.fsencode(word) for word in words])
+        status = program.main([word.encode("utf-8", "surrogatepass").decode("utf-8", "replace")
+                               for word in words])  # fmt: skip
+    except SystemExit as end:
+        status = end.code
+    except BaseException:
+        traceback.print_exc()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(ValueError, OSError):
+            stream.flush()
+    os._exit(status if isinstance(status, int) else 98)
+
+
+def ending(child: int) -> int:
+    """Status of a process, negative for a signal; killed if it waits for ever."""
+    handle = os.pidfd_open(child)
+    with selectors.DefaultSelector() as selector:
+        selector.register(handle, selectors.EVENT_READ)
+        if not selector.select(PATIENCE):
+            os.kill(child, signal.SIGKILL)
+    os.close(handle)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
 def judge(answer: str) -> tuple[str, str]:
@@ -578,7 +659,11 @@ def judge(answer: str) -> tuple[str, str]:
     if not answer.startswith("["):
         return "failed", answer
     status, out, err = json.loads(answer)
-    if "Traceback" in err or status is None:
+    if status in (-signal.SIGXCPU, -signal.SIGKILL):
+        return "failed", f"hang: {err[-300:]}"
+    if status < 0:
+        return "failed", f"{signal.Signals(-status).name}: {err[-300:]}"
+    if "Traceback" in err:
         lines = [line for line in err.strip().splitlines() if line.strip()]
         where = next((x.strip() for x in reversed(lines) if x.strip().startswith("File ")), "")
         return "failed", f"traceback: {lines[-1][:300]} {where}"
@@ -618,6 +703,7 @@ def keep_case(case: Case, wrong: str, folder: Path) -> None:
     place = folder / f"{case.kind}_{case.seed}"
     place.mkdir(parents=True, exist_ok=True)
     for name, data in case.files.items():
+        (place / name).parent.mkdir(parents=True, exist_ok=True)
         (place / name).write_bytes(data)
     about = {"kind": case.kind, "words": case.words, "traps": case.traps, "asked": case.asked,
              "files": sorted(case.files), "wrong": wrong}  # fmt: skip

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from ..command import Parser
 from ..errors import SiteddaError
 from . import STUDIES, reproduce
 
@@ -38,9 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="sitedda paper", description="Reproduce the results of the paper."
-    )
+    parser = Parser(prog="sitedda paper", description="Reproduce the results of the paper.")
     parser.add_argument(
         "names", nargs="*", choices=[*STUDIES, []], metavar="NAME", help=", ".join(STUDIES)
     )

@@ -17,7 +17,7 @@ from .distribute import distribute
 from .evaluate import evaluate
 from .plan import Plan, folder_or_temporary, make_plan, plan_of_folder
 from .table import collect
-from .workers import Workers
+from .workers import Workers, check_limits
 
 
 def study(
@@ -90,6 +90,7 @@ def study(
     """
     plan = make_plan(model, parameters, results, folder, fixed, task)
     _check_workers(workers)
+    check_limits(memory, time_limit)
     with shown(progress, plan.count) as show:
         if callable(model) and folder is None:
             with _executor(executor, workers, memory, time_limit) as pool:

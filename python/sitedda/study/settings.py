@@ -20,6 +20,7 @@ from .plan import Plan, make_plan
 from .records import Records
 from .sampling import latin_hypercube, one_at_a_time, saltelli, sobol
 from .slurm import Slurm
+from .workers import check_limits
 
 _KNOWN = {
     "": ("model", "folder", "table", "task", "results", "time_limit", "memory", "fixed",
@@ -109,12 +110,16 @@ def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
         plan,
         table.absolute(),
         Slurm(**slurm),
-        {
-            "time_limit": float(values.get("time_limit", np.inf)),
-            "memory": 1e6 * float(values["memory"]) if "memory" in values else None,
-        },
+        _limits(values),
         check_figures(values.get("figures", []), plan),
     )
+
+
+def _limits(values: dict) -> dict:
+    """Of a case, ``time_limit`` (s) and ``memory`` (bytes, MB in the file)."""
+    time_limit, memory = values.get("time_limit", np.inf), values.get("memory")
+    check_limits(memory, time_limit)
+    return {"time_limit": time_limit, "memory": None if memory is None else 1e6 * memory}
 
 
 def _below(here: Path, what: str, name) -> str:

@@ -19,9 +19,15 @@ import threading
 import time
 from concurrent.futures import Executor, Future
 from multiprocessing.connection import Connection, wait
+from numbers import Real
+
+from ..errors import InputError
 
 _GRACE = 5.0  # s that a task has beyond its time limit to end by itself
 _POLL = 0.5  # s between looks at the parent
+_MOST = 1e15  # of a limit, in any unit
+_UNLIMITED = 2.0**62  # bytes; the system takes no larger limits
+_FOREVER = 1e6  # s; longer waits are for ever
 
 
 class WorkerDied(Exception):
@@ -30,6 +36,28 @@ class WorkerDied(Exception):
 
 class TaskTooLong(Exception):
     """The process of a task was ended: it took longer than it may."""
+
+
+def check_limits(memory: float | None, time_limit: float) -> None:
+    """What a case may take, before the first is run.
+
+    Parameters
+    ----------
+    memory : float, optional
+        Bytes.
+    time_limit : float
+        s.
+
+    Raises
+    ------
+    InputError
+        If one of them is no number above 0.
+    """
+    for name, value in (("memory", memory), ("time_limit", time_limit)):
+        number = isinstance(value, Real) and not isinstance(value, bool)
+        none = value == float("inf") or (name == "memory" and value is None)
+        if not none and not (number and 0 < value <= _MOST):
+            raise InputError(f"{name} = {value!r}: give a number above 0, at most {_MOST:g}")
 
 
 class Workers(Executor):
@@ -141,7 +169,7 @@ class _Process:
         """
         try:
             self.connection.send_bytes(data)
-            patience = None if time_limit == float("inf") else time_limit
+            patience = None if time_limit > _FOREVER else time_limit
             if not wait([self.connection], patience):
                 self._end(signal.SIGKILL)
                 raise TaskTooLong("it did not end at its time limit")
@@ -175,7 +203,7 @@ def main() -> None:
     connection = Connection(int(sys.argv[-1]))
     threading.Thread(target=_watch_parent, args=(os.getppid(),), daemon=True).start()
     memory = connection.recv()
-    if memory != float("inf"):
+    if memory < _UNLIMITED:
         resource.setrlimit(resource.RLIMIT_DATA, (int(memory), int(memory)))
     while True:
         try:

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from ..command import Parser
 from . import CASES, Result, run_case
 from .report import terminal_text, write_report
 
@@ -46,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="sitedda validate", description=main.__doc__)
+    parser = Parser(prog="sitedda validate", description=main.__doc__)
     add_arguments(parser)
     return parser
 
