@@ -1,12 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings of the handbook; `python docs/build.py` builds it."""
 
-import sys
-from pathlib import Path
-
 import sitedda
-
-sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 project = "sitedda"
 author = "The authors of sitedda"
@@ -18,7 +13,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
-    "input_reference",
 ]
 myst_enable_extensions = ["deflist", "colon_fence"]
 myst_heading_anchors = 3

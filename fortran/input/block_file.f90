@@ -12,9 +12,10 @@ module dda_block_file
    use dda_classic_header, only: has_known_types
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: free_memory
-   use dda_input_catalogue, only: most_blocks, most_vertices, usable
+   use dda_input_variable, only: usable
    use dda_kinds, only: wp, long
    use dda_netcdf_calls, only: dataset_type, path_of, checked
+   use dda_outlines, only: most_blocks, most_vertices
    use dda_text, only: to_text, quoted
    use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_noerr, nf90_inq_varid, &
       nf90_inquire_variable, nf90_inquire_dimension, nf90_get_var, nf90_max_var_dims, nf90_char, &

@@ -6,7 +6,8 @@ module dda_input
    use dda_free_memory, only: require_addresses
    use dda_input_group, only: place_type, place_of_group, input_error, require_name, &
       name_length
-   use dda_input_catalogue, only: input_groups, unknown_group
+   use dda_input_catalogue, only: find_group, unknown_group
+   use dda_input_schema, only: input_groups
    use dda_input_changes, only: change_text
    use dda_input_bodies, only: read_bodies
    use dda_input_bolts, only: read_bolts
@@ -102,7 +103,10 @@ contains
 
       seen = 0
       do i = 1, size(groups)
-         g = findloc(input_groups%name == groups(i)%name, .true., 1)
+         g = find_group(groups(i)%name)
+         if (g > 0) then
+            if (input_groups(g)%built) g = 0
+         end if
          if (g == 0) then
             call input_error(error, place_of_group(file, groups(i)), &
                unknown_group(groups(i)%name, file))

@@ -4,13 +4,12 @@ module dda_input_blocks
    use dda_kinds, only: wp
    use dda_errors, only: error_type
    use dda_input_block_file, only: read_block_group
-   use dda_input_catalogue, only: most_blocks, most_vertices
    use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
       require_name, unset, is_set, name_length
    use dda_input_materials, only: find_substances
    use dda_model, only: model_type
    use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall, bury, &
-      outline_failure
+      most_blocks, most_vertices, outline_failure
    use dda_text, only: quoted, to_text
    implicit none
    private

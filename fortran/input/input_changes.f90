@@ -3,7 +3,9 @@
 !> 'joint[bedding].friction_angle=30', 'material.clay.density=1900', 'joint[*].cohesion=0'.
 module dda_input_changes
    use dda_errors, only: error_type, error_input, fail
-   use dda_input_catalogue, only: variable_type, all_variables, find_variable, input_groups
+   use dda_input_catalogue, only: find_group, find_variable, groups_with, variables_of
+   use dda_input_schema, only: input_groups, input_variables
+   use dda_input_variable, only: variable_type
    use dda_text, only: closest, lower_case, quoted, to_text
    implicit none
    private
@@ -103,21 +105,18 @@ contains
    subroutine find_home(change, error)
       type(change_type), intent(inout) :: change  !< with its variable
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(variable_type), allocatable :: all(:)
-      integer :: i, homes
+      integer, allocatable :: homes(:)
 
-      all = all_variables()
-      homes = count(all%name == change%variable)
-      i = findloc(all%name == change%variable .and. (all%group == 'control' .or. homes == 1), &
-         .true., 1)
-      if (i > 0) then
-         change%group = trim(all(i)%group)
-      else if (homes > 1) then
-         i = findloc(all%name == change%variable, .true., 1)
+      homes = groups_with(change%variable)
+      if (any(homes == find_group('control'))) homes = [find_group('control')]
+      if (size(homes) == 1) then
+         change%group = trim(input_groups(homes(1))%name)
+      else if (size(homes) > 1) then
          call refuse(change, 'this is a variable of several groups: name one, as '// &
-            trim(all(i)%group)//'.'//change%variable, error)
+            trim(input_groups(homes(1))%name)//'.'//change%variable, error)
       else
-         call refuse(change, 'no group has this variable'//meant(change%variable, all%name), error)
+         call refuse(change, 'no group has this variable'//meant(change%variable, &
+            input_variables%name), error)
       end if
    end subroutine find_home
 
@@ -136,19 +135,19 @@ contains
    subroutine check_variable(change, error)
       type(change_type), intent(in) :: change  !< with group and variable
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(variable_type), allocatable :: all(:)
+      type(variable_type), allocatable :: own(:)
       type(variable_type) :: variable
 
-      if (.not. any(input_groups%name == change%group)) then
+      if (find_group(change%group) == 0) then
          call refuse(change, 'there is no group &'//change%group//meant(change%group, &
             input_groups%name), error)
          return
       end if
       variable = find_variable(change%group, change%variable)
       if (variable%name /= '') return
-      all = all_variables()
+      own = variables_of(change%group)
       call refuse(change, 'group &'//change%group//' has no variable '//quoted(change%variable)// &
-         meant(change%variable, pack(all%name, all%group == change%group)), error)
+         meant(change%variable, own%name), error)
    end subroutine check_variable
 
    !> The value as a namelist holds it: texts in quotes, logical values with dots.
@@ -163,7 +162,7 @@ contains
       variable = find_variable(change%group, change%variable)
       if (variable%kind == 'logical' .and. lower_case(text) == 'true') text = '.true.'
       if (variable%kind == 'logical' .and. lower_case(text) == 'false') text = '.false.'
-      if (variable%kind(:4) /= 'text' .or. scan(text//' ', '''"') == 1) return
+      if (all(variable%kind /= ['name', 'word', 'text']) .or. scan(text//' ', '''"') == 1) return
       do i = len(text), 1, -1
          if (text(i:i) == "'") text = text(:i)//text(i:)
       end do
@@ -283,7 +282,7 @@ contains
       allocate (of_kind(size(spans)))
       of_kind = spans%group == change%group
       chosen = of_kind
-      kind = findloc(input_groups%name == change%group, .true., 1)
+      kind = find_group(change%group)
       if (change%which == '*' .and. any(of_kind)) return
       if (change%which == '') then
          if (count(of_kind) > 1) call refuse(change, 'the input has '//to_text(count(of_kind))// &

@@ -4,8 +4,8 @@
 module dda_input_group
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
-   use dda_input_catalogue, only: variable_type, find_variable, unknown_variable, above_zero, &
-      usable
+   use dda_input_catalogue, only: find_variable, unknown_variable
+   use dda_input_variable, only: variable_type, above_zero, unset, usable
    use dda_namelist_groups, only: group_type
    use dda_text, only: to_text, quoted, lower_case
    implicit none
@@ -13,8 +13,6 @@ module dda_input_group
    public :: place_type, place_of_group, input_error, check_read, require, require_given, &
       require_list, value_or, require_choice, require_name, unset, is_set, name_length
 
-   !> stands in a variable that the input does not mention
-   real(wp), parameter :: unset = -huge(1.0_wp)
    integer, parameter :: name_length = 64
 
    !> Place of a group in the input, for messages.
@@ -149,7 +147,7 @@ contains
 
       if (.not. abs(value) <= usable) then
          failure = ' is not a usable number'
-      else if (value <= 0.0_wp .and. variable%lowest > 0.0_wp .and. variable%kind == 'real') then
+      else if (value <= 0.0_wp .and. variable%lowest > 0.0_wp .and. variable%kind /= 'integer') then
          failure = ' must be a positive number'
       else if (variable%lowest == above_zero) then
          return

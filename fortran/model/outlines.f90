@@ -6,8 +6,11 @@ module dda_outlines
    use dda_polygon, only: area_of, is_simple
    implicit none
    private
-   public :: outlines_type, add_outline, add_layers, add_drums, add_wall, bury, outline_failure
+   public :: outlines_type, add_outline, add_layers, add_drums, add_wall, bury, &
+      most_blocks, most_vertices, outline_failure
 
+   real(wp), parameter :: most_blocks = 2.0e6_wp   !< of a group
+   integer, parameter :: most_vertices = 512       !< of a block
    real(wp), parameter :: least_area = 1.0e-12_wp  !< of the square of the polygon's size
 
    !> A growing list of polygons with what they are made of.

@@ -18,8 +18,6 @@ module api
    use dda_input, only: read_model
    use dda_input_boundaries, only: boundary_kinds
    use dda_interrupts, only: ask_host, fail_if_stopped, request_stop
-   use dda_input_catalogue, only: variable_type, input_groups, all_variables, range_of, &
-      built_groups
    use dda_input_joint, only: reduced_strengths
    use dda_joint_law, only: strength_type
    use dda_maxima, only: known, maxima_table, number_of_maxima
@@ -62,7 +60,7 @@ module api
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
    public :: spectrum_of, amplification_of, peak_of, oscillator_peaks_of
    public :: hear_python, stop_engine
-   public :: engine_version, engine_commit, engine_names, input_catalogue, reduced_joint
+   public :: engine_version, engine_commit, engine_names, reduced_joint
 
    integer, parameter :: most_runs = 65536
 
@@ -1071,9 +1069,8 @@ contains
       text = commit
    end subroutine engine_commit
 
-   !> Names, with blanks between: 'energies', 'phases' and 'counts' in the order of their values,
-   !> 'groups' of the input, 'single groups' those that may appear once, 'built groups' those that
-   !> the package turns into blocks.
+   !> Names, with blanks between: 'energies', 'phases' and 'counts' in the order of their
+   !> values, 'maxima' with their 'maxima units' and 'maxima numbers', 'boundary kinds' …
    subroutine engine_names(what, names)
       character(len=*), intent(in) :: what       !< one of these; else the names are blank
       character(len=2048), intent(out) :: names
@@ -1096,30 +1093,8 @@ contains
          names = joined(boundary_kinds%name, ' ')
       case ('boundary kinds at rest')
          names = joined(boundary_kinds%at_rest, ' ')
-      case ('groups')
-         names = joined(input_groups%name, ' ')
-      case ('built groups')
-         names = joined(built_groups, ' ')
-      case ('single groups')
-         names = joined(pack(input_groups%name, .not. input_groups%repeats), ' ')
       end select
    end subroutine engine_names
-
-   !> A variable of the input: group, name, kind, unit, default, range, meaning, with tabs between.
-   subroutine input_catalogue(row, text)
-      integer(c_int), intent(in) :: row          !< from 1
-      character(len=2048), intent(out) :: text   !< blank behind the last row
-      character, parameter :: tab = achar(9)
-      type(variable_type), allocatable :: variables(:)
-
-      text = ''
-      variables = all_variables()
-      if (row < 1 .or. row > size(variables)) return
-      associate (v => variables(row))
-         text = trim(v%group)//tab//trim(v%name)//tab//trim(v%kind)//tab//trim(v%unit)//tab// &
-            trim(v%default)//tab//range_of(v)//tab//trim(v%meaning)
-      end associate
-   end subroutine input_catalogue
 
    !> The variables of a group &joint with which all its strength is divided by a factor.
    subroutine reduced_joint(text, factor, names, values, status, message)

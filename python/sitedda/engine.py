@@ -6,8 +6,6 @@ from __future__ import annotations
 import os
 import threading
 from functools import cache
-from itertools import count, takewhile
-from typing import NamedTuple
 
 # Threads that wait for each other must not hold a core that another process wants.
 os.environ.setdefault("GOMP_SPINCOUNT", "20000")
@@ -17,12 +15,10 @@ from .errors import SiteddaError  # noqa: E402
 
 __all__ = [
     "FILES",
-    "InputVariable",
     "api",
     "checked",
     "commit",
     "engine_names",
-    "input_catalogue",
     "reduced_joint",
     "version",
 ]
@@ -58,21 +54,6 @@ def commit() -> str:
     return api.engine_commit().decode().strip()
 
 
-class InputVariable(NamedTuple):
-    """A variable of the input, in the words of the engine."""
-
-    group: str
-    name: str
-    kind: str
-    """``'real'``, ``'integer'``, ``'text'``, ``'real list'`` or ``'logical'``."""
-    unit: str
-    """Blank for pure numbers and texts."""
-    default: str
-    """``'required'`` if there is none."""
-    range: str
-    meaning: str
-
-
 @cache
 def engine_names(what: str) -> tuple[str, ...]:
     """Names that the engine publishes.
@@ -81,18 +62,11 @@ def engine_names(what: str) -> tuple[str, ...]:
     ----------
     what : str
         ``'energies'``, ``'phases'``, ``'counts'``; ``'maxima'``, ``'maxima units'`` and ``'maxima
-        numbers'``, as the verdict has them behind ``largest_`` and ``residual_``; ``'groups'`` of
-        the input, ``'single groups'`` those that may appear only once; ``'boundary kinds'``, and
-        ``'boundary kinds at rest'``, which act like these in models of static stages alone.
+        numbers'``, as the verdict has them behind ``largest_`` and ``residual_``; ``'boundary
+        kinds'``, and ``'boundary kinds at rest'``, which act like these in models of static stages
+        alone.
     """
     return tuple(api.engine_names(what).decode().split())
-
-
-@cache
-def input_catalogue() -> tuple[InputVariable, ...]:
-    """All variables that an input may set, group by group."""
-    rows = takewhile(bool, (api.input_catalogue(i).decode().rstrip() for i in count(1)))
-    return tuple(InputVariable(*row.split("\t")) for row in rows)
 
 
 def reduced_joint(text: str, factor: float) -> dict[str, float]:

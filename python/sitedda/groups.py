@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 
@@ -13,28 +13,13 @@ import numpy as np
 
 from . import masonry
 from .cutting import geometry
-from .engine import engine_names, input_catalogue
 from .errors import InputError
 from .namelist import value_text
+from .schema import GROUPS, Variable
 
-# Kinds of variables: text, texts, number, numbers, points (x, y, x, y …), whole (a whole number),
-# logical.
-_ENGINE_KINDS = {"real": "number", "integer": "whole", "text": "text", "real list": "numbers"}
-_ENGINE_KINDS |= {"text list": "texts", "logical": "logical"}
-_OWN_KINDS = {("block", "vertices"): "points", ("bolt", "through"): "points"}
-# Variables that arguments of `Model` methods may give by their place: these first.
-_FIRST = {
-    "block": ("vertices", "name", "material", "joint"),
-    "layers": ("name",),
-    "drums": ("name",),
-    "wall": ("name",),
-    "material": ("name",),
-    "joint": ("name",),
-    "motion": ("name", "values", "time_step", "quantity"),
-    "fixed_point": ("x", "y", "block"),
-    "load": ("x", "y", "block"),
-    "measured_point": ("name", "x", "y", "block"),
-}
+# Kinds of values: text, texts, number, numbers, points (x, y, x, y …), whole (number), logical.
+_KINDS = {"name": "text", "word": "text", "text": "text", "real": "number", "integer": "whole"}
+_KINDS |= {"logical": "logical", "points": "points"}
 
 # What is turned into blocks before the engine reads it.
 CUT = {
@@ -59,42 +44,28 @@ MASONRY = {
 # Groups whose points may come from a file: the variable that holds them.
 FROM_FILE = {"region": "outline", "hole": "outline", "excavation": "outline"}
 FROM_FILE |= {"surface": "points", "joint_line": "points"}
-_FILE = {"file": "text", "layer": "text", "scale": "number"}
-_KINDS = {"str": "text", "float": "number", "float | None": "number", "int": "whole"}
-
-
-def _engine_variables() -> dict[str, dict[str, str]]:
-    """What the engine reads, as it publishes it."""
-    table: dict[str, dict[str, str]] = {}
-    for one in input_catalogue():
-        kind = _OWN_KINDS.get((one.group, one.name), _ENGINE_KINDS.get(one.kind, "text"))
-        table.setdefault(one.group, {})[one.name] = kind
-    for group, first in _FIRST.items():
-        table[group] = {name: table[group][name] for name in first} | table[group]
-    return table
 
 
 @cache
 def single_groups() -> tuple[str, ...]:
     """Names of the groups that may appear only once in an input."""
-    return (*engine_names("single groups"), "cutting")
+    return tuple(name for name, group in GROUPS.items() if not group.repeats)
 
 
 @cache
 def variables() -> dict[str, dict[str, str]]:
     """The kind of each variable of each group."""
-    table = _engine_variables()
-    for name, made in (CUT | MASONRY).items():
-        table[name] = {one.name: _KINDS.get(one.type, "points") for one in fields(made)}
-        if name in FROM_FILE:
-            table[name] |= _FILE
-    table["polygons"] = _FILE | {"name": "text", "material": "text", "joint": "text"}
-    return table
+    return {name: {v.name: _kind(v) for v in group.variables} for name, group in GROUPS.items()}
+
+
+def _kind(variable: Variable) -> str:
+    many = "s" if variable.size and variable.kind != "points" else ""
+    return _KINDS[variable.kind] + many
 
 
 def is_made(name: str) -> bool:
     """Whether a group is turned into blocks before the engine reads the input."""
-    return name in engine_names("built groups")
+    return name in GROUPS and GROUPS[name].built
 
 
 def nearest(word: str, known) -> str:

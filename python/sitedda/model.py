@@ -28,6 +28,7 @@ from .groups import (
     single_groups,
     variables,
 )
+from .schema import Groups
 
 _UNIQUE = ("material", "joint", "motion", "measured_point")
 _LONGEST = 4096  # values of a motion that stand in the input itself
@@ -114,7 +115,7 @@ class Group:
         return dict(self._values)
 
 
-class Model:
+class Model(Groups):
     """A model: blocks, materials, joints, motions, supports, loads, measured points.
 
     Every group of the namelist input is a method that adds one, with the variables of the group as
@@ -201,18 +202,8 @@ class Model:
         return group
 
     def __getattr__(self, name: str):
-        if name.startswith("_") or name not in variables():
-            hint = nearest(name, [*variables(), "run", "check", "write"])
-            raise AttributeError(f"a model has no {name!r}{hint}")
-        if name in single_groups():
-            return self._once[name]
-
-        def adder(*arguments, **values) -> Group:
-            return self.add(name, *arguments, **values)
-
-        adder.__name__ = name
-        adder.__doc__ = f"Add a group &{name} with {', '.join(variables()[name])}."
-        return adder
+        hint = "" if name.startswith("_") else nearest(name, dir(self))
+        raise AttributeError(f"a model has no {name!r}{hint}")
 
     def __setattr__(self, name: str, value) -> None:
         if name in ("folder", "title"):
@@ -221,10 +212,6 @@ class Model:
         known = [one for group in single_groups() for one in variables()[group]]
         hint = f"; set it in a group, as model.control.{name}" if name in known else ""
         raise AttributeError(f"a model has no attribute {name!r} to set{hint}")
-
-    def __dir__(self):
-        """Methods and groups."""
-        return [*super().__dir__(), *variables()]
 
     def __getitem__(self, path: str) -> list[Group] | Group:
         """The groups of a kind, or ``kind.name``: one of them."""

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 from .arguments import NOT_NEGATIVE, picture_name
-from .engine import input_catalogue
 from .errors import InputError, OutputError
 from .records import read_record
+from .schema import GROUPS
 
 # What a message of the engine asks for, and the option that gives it.
 _OPTIONS = {
@@ -22,7 +22,7 @@ _OPTIONS = {
 
 def add_record_command(commands) -> None:
     """Add the sub-command to those of the command line."""
-    allowed = {v.name: v.range for v in input_catalogue() if v.group == "motion"}
+    allowed = {v.name: v.values for v in GROUPS["motion"].variables}
     parser = commands.add_parser("record", help="read a record and draw its motion")
     parser.add_argument("file", type=Path, metavar="RECORD")
     parser.add_argument(

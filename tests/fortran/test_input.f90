@@ -7,7 +7,8 @@ module test_input
    use dda_kinds, only: wp
    use dda_errors, only: error_file, error_input, error_type
    use dda_input, only: read_model, read_model_file
-   use dda_input_catalogue, only: find_variable, variable_type
+   use dda_input_catalogue, only: find_variable
+   use dda_input_variable, only: variable_type
    use dda_model, only: contact_distance, default_stiffness, half_size, model_type
    use dda_settings, only: amplification_type
    use dda_text, only: to_text
@@ -150,7 +151,7 @@ contains
          call published('output', 'checkpoint_interval', real(output%checkpoint_interval, wp))
          call published('output', 'checkpoint_minutes', output%checkpoint_minutes)
          call published('amplification', 'padding', real(amplification%padding, wp))
-         call check(contact%force_tolerance == 1.0e-9_wp, 'force_tolerance = 10⁻⁹')
+         call published('contact', 'force_tolerance', contact%force_tolerance)
       end associate
    end subroutine published_defaults
 
@@ -161,8 +162,7 @@ contains
       type(variable_type) :: variable
 
       variable = find_variable(group, name)
-      call check(variable%default == to_text(value) .or. &
-         index(variable%default, to_text(value)//':') == 1, name//' = '//to_text(value))
+      call check_close(variable%preset, value, name//' = '//to_text(value))
    end subroutine published
 
    subroutine substances()

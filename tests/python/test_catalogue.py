@@ -9,13 +9,20 @@ from model_text import flying_block, namelist, tower
 
 import sitedda
 from sitedda.changes import changed_input
-from sitedda.engine import engine_names, input_catalogue
+from sitedda.engine import engine_names
 from sitedda.namelist import Namelist
+from sitedda.schema import GROUPS
 
 NOTHING = "there is no variable"
-# One value of each kind, which every variable of the kind can be read from.
-VALUES = {"real": 1.0, "integer": 1, "text": "x", "logical": True}
-VALUES |= {"real list": [1.0, 2.0], "text list": ["x"]}
+VARIABLES = [v for group in GROUPS.values() if not group.built for v in group.variables]
+SINGLE = {name for name, group in GROUPS.items() if not group.repeats}
+GROUPS_READ = [name for name, group in GROUPS.items() if not group.built]
+
+
+def value_of(variable):
+    """A value that a variable of the kind can be read from."""
+    value = {"real": 1.0, "points": 1.0, "integer": 1, "logical": True}.get(variable.kind, "x")
+    return [value] if variable.size else value
 
 
 def declared(root) -> set:
@@ -28,25 +35,23 @@ def declared(root) -> set:
     return found
 
 
-def test_the_catalogue_is_what_the_reader_declares(root):
-    published = [(v.group, v.name) for v in input_catalogue()]
+def test_the_schema_is_what_the_reader_declares(root):
+    published = [(v.group, v.name) for v in VARIABLES]
     assert len(published) == len(set(published))
     assert set(published) == declared(root)
 
 
-def test_every_group_is_published_with_all_its_words():
-    variables = input_catalogue()
-    assert {v.group for v in variables} == set(engine_names("groups"))
-    assert set(engine_names("single groups")) == {*("run", "control", "contact", "output", "stop")}
-    for variable in variables:
-        assert variable.kind in VALUES, variable
-        assert variable.default and variable.range and variable.meaning, variable
+def test_every_variable_has_all_its_words():
+    assert SINGLE == {"run", "control", "contact", "output", "stop", "cutting"}
+    for variable in VARIABLES:
+        assert variable.default and variable.meaning, variable
+        assert variable.values or variable.kind == "logical", variable
 
 
-@pytest.mark.parametrize("variable", input_catalogue(), ids=lambda v: f"{v.group}-{v.name}")
+@pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
 def test_every_variable_is_known_to_the_reader(variable, write_input):
-    groups = [*tower(), (variable.group, {variable.name: VALUES[variable.kind]})]
-    if variable.group in engine_names("single groups"):
+    groups = [*tower(), (variable.group, {variable.name: value_of(variable)})]
+    if variable.group in SINGLE:
         groups = [g for g in tower() if g[0] != variable.group] + groups[-1:]
     try:
         sitedda.Simulation(write_input(groups)).close()
@@ -54,23 +59,23 @@ def test_every_variable_is_known_to_the_reader(variable, write_input):
         assert NOTHING not in str(refusal), refusal
 
 
-@pytest.mark.parametrize("variable", input_catalogue(), ids=lambda v: f"{v.group}-{v.name}")
+@pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
 def test_every_variable_is_changed_where_it_lives(variable):
     """`penetration_tolerance` and `contact_rules` once landed in &control."""
     path = f"{variable.group}[*].{variable.name}"
-    groups = [*tower(), *[(group, {}) for group in engine_names("groups")]]
-    after = changed_input(namelist(groups), {path: VALUES[variable.kind]})
-    value = VALUES[variable.kind]
+    groups = [*tower(), *[(group, {}) for group in GROUPS_READ]]
+    after = changed_input(namelist(groups), {path: value_of(variable)})
+    value = value_of(variable)
     expected = ", ".join(map(str, np.atleast_1d(value).tolist()))
     if value is True:
         expected = ".true."
     assert {g.get(variable.name) for g in Namelist.of(after).named(variable.group)} == {expected}
 
 
-@pytest.mark.parametrize("variable", input_catalogue(), ids=lambda v: f"{v.group}-{v.name}")
+@pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
 def test_a_bare_name_is_taken_where_one_group_can_be_meant(variable):
     text = namelist([("control", {}), (variable.group, {})])
-    homes = {v.group for v in input_catalogue() if v.name == variable.name}
+    homes = {v.group for v in VARIABLES if v.name == variable.name}
     if len(homes) > 1 and "control" not in homes:
         with pytest.raises(sitedda.InputError, match="a variable of several groups"):
             changed_input(text, {variable.name: 1})

@@ -2,16 +2,16 @@
 """The handbook: its code runs and prints what it shows, its links lead somewhere."""
 
 import contextlib
-import importlib
 import io
 import re
 import shlex
+import subprocess
+import sys
 
 import pytest
 
 from sitedda.command import main as command
-from sitedda.engine import input_catalogue
-from sitedda.groups import CUT, FROM_FILE, MASONRY, variables
+from sitedda.schema import GROUPS
 
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
@@ -98,24 +98,12 @@ def test_every_page_is_in_a_table_of_contents(root):
     assert listed <= there
 
 
-def test_the_input_reference_has_all_that_the_engine_publishes(root, monkeypatch):
-    monkeypatch.syspath_prepend(root / "docs" / "extensions")
-    reference = importlib.import_module("input_reference")
-    shown = {(group, v.name) for group, found in reference.rows().items() for v in found}
-    assert shown == {(v.group, v.name) for v in input_catalogue()}
-    nodes = reference.InputReference.run(None)
-    text = "\n".join(node.astext() for node in nodes)
-    for variable in input_catalogue():
-        assert variable.name in text and variable.meaning in text
-
-
-def test_groups_that_are_built_are_documented(root):
-    """Each variable stands in its group's rows of the page on building."""
-    text = (root / "docs/building.md").read_text()
-    words = set(re.findall(r"`([\w&]+)`", text))
-    for group in [*CUT, *MASONRY, "polygons"]:
-        assert f"&{group}" in words, group
-        for name in variables()[group]:
-            of_several = f"`…_{name.rsplit('_', 1)[-1]}`" in text
-            of_files = group in FROM_FILE and name in ("file", "layer", "scale")
-            assert name in words or of_several or of_files, (group, name)
+def test_the_input_reference_is_that_of_the_schema(root, tmp_path):
+    made, source = tmp_path / "page.md", root / "fortran" / "input"
+    command = [sys.executable, source / "make_schema.py", "page", source / "schema.txt", made]
+    subprocess.run(command, check=True)
+    assert made.read_text() == (root / "docs" / "input_reference.md").read_text(), (
+        "python fortran/input/make_schema.py page fortran/input/schema.txt docs/input_reference.md"
+    )
+    for group in GROUPS.values():
+        assert f"### `&{group.name}`" in made.read_text()

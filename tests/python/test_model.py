@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The model as a Python object: the groups of the input without loss, checked, run, built."""
 
+import inspect
 import re
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +16,23 @@ from model_text import BONDED, flying_block, namelist, tower
 import sitedda
 from sitedda import InputError, Model
 from sitedda.building import built_text, find_groups
-from sitedda.engine import engine_names
-from sitedda.groups import CUT, MASONRY, is_made, variables
+from sitedda.groups import CUT, FROM_FILE, MASONRY, is_made, read_values, variables
 from sitedda.model import Group
+from sitedda.schema import GROUPS
 
 
-def test_the_engine_knows_which_groups_are_turned_into_blocks():
-
-    assert set(engine_names("built groups")) == {*CUT, *MASONRY, "polygons"}
+def test_groups_that_become_blocks_have_the_variables_of_the_schema():
+    made = CUT | MASONRY
+    assert {group.name for group in GROUPS.values() if group.built} == {*made, "polygons"}
+    for name, builder in made.items():
+        files = set(FROM_FILE.get(name, ())) and {"file", "layer", "scale"}
+        assert {one.name for one in fields(builder)} | files == set(variables()[name])
+        for one in GROUPS[name].variables:
+            default = getattr(builder, one.name, None)
+            if isinstance(default, str) and default and one.default != "required":
+                assert one.default == repr(default), (name, one.name)
+            elif isinstance(default, int | float) and one.default.split(":")[0].isnumeric():
+                assert float(one.default.split(":")[0]) == default, (name, one.name)
 
 
 def test_the_executable_says_what_turns_joints_into_blocks(native, root):
@@ -51,16 +62,24 @@ def small_slope(**control) -> Model:
     return model
 
 
-# --- The table of groups -------------------------------------------------------------------------
+# --- The schema ----------------------------------------------------------------------------------
 
 
-def test_groups_and_variables_are_those_of_the_engine(root):
-    found = {}
-    for file in (root / "fortran" / "input").glob("*.f90"):
-        text = re.sub(r"&\s*\n\s*&?", "", file.read_text())
-        for group, names in re.findall(r"namelist /(\w+)/ ([\w, ]+)", text):
-            found[group] = {name.strip() for name in names.split(",")}
-    assert found and found == {name: set(variables()[name]) for name in engine_names("groups")}
+@pytest.mark.parametrize("group", GROUPS.values(), ids=lambda group: group.name)
+def test_the_example_of_a_group_is_one(group):
+    found = next(find_groups(group.example))
+    assert found.name == group.name and read_values(found, "example")
+
+
+def test_a_group_of_the_schema_is_a_method_with_its_variables():
+    for group in GROUPS.values():
+        if group.repeats and group.name != "bolt":
+            names = [*inspect.signature(getattr(Model, group.name)).parameters]
+            assert names == ["self", *(v.name for v in group.variables), "others"]
+        if group.name != "run":
+            text = inspect.getdoc(getattr(Model, group.name))
+            assert group.meaning in text and all(v.name in text for v in group.variables)
+    assert inspect.getdoc(Model.run).startswith("Run the model")
 
 
 # --- Reading and writing -------------------------------------------------------------------------
@@ -145,7 +164,7 @@ def test_unknown_attributes_are_refused():
         (lambda: model.joint("x", friction=3), InputError, "'friction_angle'"),
         (lambda: model.joint("cross"), InputError, "used twice"),
         (lambda: model.joint("x", "y"), InputError, "friction_angle"),
-        (lambda: model.joint("x", name="y"), TypeError, "twice"),
+        (lambda: model.joint("x", name="y"), TypeError, "multiple"),
         (lambda: model.joint("x", True), InputError, "friction_angle"),
         (lambda: model.control(steps=3, duration=1), InputError, "either duration or steps"),
         (lambda: model["jont"], InputError, "'joint'"),

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from environment import DEADLINE
 from model_text import flying_block, namelist, tower
-from sitedda._core import api
 
 import sitedda
+from sitedda._core import api
 
 ERRORS = [
     sitedda.SiteddaError,

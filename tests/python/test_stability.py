@@ -14,8 +14,9 @@ from lattices import lattice
 import sitedda
 from sitedda.boundary_marks import SIGNS
 from sitedda.command import main
-from sitedda.engine import engine_names, input_catalogue, reduced_joint
+from sitedda.engine import engine_names, reduced_joint
 from sitedda.model import Model
+from sitedda.schema import GROUPS
 from sitedda.stability import bisect
 from sitedda.stability.strength import static_model
 
@@ -165,8 +166,8 @@ OF_LAWS = {
 
 def choices(group: str, name: str) -> list[str]:
     """The words that a variable may be, by the catalogue."""
-    row = next(v for v in input_catalogue() if (v.group, v.name) == (group, name))
-    return re.findall("'([^']+)'", row.range)
+    row = next(v for v in GROUPS[group].variables if v.name == name)
+    return re.findall("'([^']+)'", row.values)
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.5])

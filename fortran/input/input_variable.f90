@@ -1,0 +1,35 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What the schema says of a group and of a variable.
+module dda_input_variable
+   use dda_kinds, only: wp
+   implicit none
+   private
+   public :: group_entry_type, variable_type, above_zero, unset, usable
+
+   real(wp), parameter :: unset = -huge(1.0_wp)        !< stands for what the input does not say
+   real(wp), parameter :: usable = 1.0e30_wp           !< no input number is larger
+   real(wp), parameter :: above_zero = tiny(1.0_wp)    !< as `lowest`: any positive number
+
+   !> A group of the input.
+   type :: group_entry_type
+      character(len=16) :: name
+      logical :: repeats          !< may appear more than once
+      logical :: built            !< the package turns it into blocks
+      integer :: first, last      !< positions of its variables in `input_variables`
+   end type group_entry_type
+
+   !> A variable of a group.
+   type :: variable_type
+      character(len=26) :: name
+      character(len=8) :: kind    !< 'real', 'integer', 'logical', 'name', 'word', 'text', 'points'
+      integer :: size             !< values that it may hold; 0: one, and no list
+      real(wp) :: lowest = -usable, highest = usable  !< of each number
+      real(wp) :: preset = unset  !< default, where it is a number
+      character(len=72) :: allowed = ''  !< of a word: "'one', 'another'"
+      logical :: required = .false.
+      character(len=16) :: usual = ''    !< default, where it is a word
+      character(len=8) :: switch = ''    !< variable on which it depends, if any
+      character(len=32) :: needs = ''    !< values of that variable that it belongs to
+   end type variable_type
+
+end module dda_input_variable

@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is made of schema.txt: tables for the engine, methods of `Model`, a page of the handbook.
+
+python make_schema.py fortran|python|page schema.txt OUTPUT
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+import sys
+import textwrap
+from dataclasses import dataclass, field
+from pathlib import Path
+
+USABLE = "usable"  # no number of an input is larger
+KIND = re.compile(r"(real|integer|logical|name|word|text|points)(?:\((\d+)\))?")
+NUMBERS = ("real", "integer", "points")
+NEXT = ", &\n      "  # between the parts of a list in Fortran
+RANGE = re.compile(r"(\S+) to (\S+)|above (0)|at least (\S+)|any")
+
+
+@dataclass
+class Variable:
+    """A variable of a group, in the words of the schema."""
+
+    name: str
+    kind: str
+    unit: str
+    default: str
+    values: str
+    meaning: str
+    when: str = ""
+
+    def __post_init__(self):
+        match = KIND.fullmatch(self.kind)
+        if not match or not re.fullmatch(r"[a-z][a-z_0-9]*", self.name) or not self.meaning:
+            raise ValueError(f"{self}: not a variable")
+        self.base, self.size = match[1], int(match[2] or 0)
+        if self.base in NUMBERS and not RANGE.fullmatch(self.values):
+            raise ValueError(f"{self.name}: values = {self.values!r}")
+
+    @property
+    def limits(self) -> tuple[str, str]:
+        """Lowest and highest number, as Fortran."""
+        low, high, above, least = RANGE.fullmatch(self.values).groups()
+        if above:
+            return "above_zero", USABLE
+        return real(low or least), real(high)
+
+
+@dataclass
+class Group:
+    """A group of the schema."""
+
+    name: str
+    meaning: str
+    repeats: bool
+    built: bool
+    example: str = ""
+    variables: list[Variable] = field(default_factory=list)
+
+
+def real(number: str | None) -> str:
+    """A number as Fortran has it; without one, no limit."""
+    return f"{float(number)!r}_wp" if number else ""
+
+
+def read(file: Path) -> list[Group]:
+    """The groups of a schema."""
+    lines: list[str] = []
+    for line in file.read_text(encoding="utf-8").splitlines():
+        if line.startswith(" "):
+            lines[-1] += " " + line.strip()
+        elif line and not line.startswith("#"):
+            lines.append(line)
+    groups, parts, here = [], {}, []
+    for line in lines:
+        word, _, rest = line.partition(" ")
+        if "|" in line:
+            here.append(Variable(*(cell.strip() for cell in line.split("|"))))
+        elif word == "part":
+            here = parts[rest] = []
+        elif word == "use":
+            here += parts[rest]
+        elif word == "example":
+            groups[-1].example = rest
+        else:
+            name, star, meaning = re.fullmatch(r"(\w+) (\* )?(.+)", rest).groups()
+            groups.append(Group(name, meaning, bool(star), word == "built"))
+            here = groups[-1].variables
+    return groups
+
+
+# --- Fortran -------------------------------------------------------------------------------------
+
+
+def literal(text: str) -> str:
+    """A text of Fortran, over several lines where it is long."""
+    parts = textwrap.wrap(text, 80, drop_whitespace=False)
+    return "// &\n         ".join(f'"{part}"' for part in parts)
+
+
+def fortran(groups: list[Group]) -> str:
+    """The module `dda_input_schema`."""
+    entries, names, first = [], [], 1
+    tables = ""
+    for group in groups:
+        last = first + len(group.variables) - 1
+        flags = f"{truth(group.repeats)}, {truth(group.built)}"
+        entries.append(f"group_entry_type('{group.name}', {flags}, {first}, {last})")
+        rows = NEXT.join(map(entry, group.variables))
+        tables += f"   type(variable_type), parameter :: of_{group.name}(*) = [ &\n      {rows}]\n"
+        names.append(f"of_{group.name}")
+        first = last + 1
+    return f"""! Made from schema.txt by make_schema.py.
+!> The groups and variables of the input.
+module dda_input_schema
+   use dda_kinds, only: wp
+   use dda_input_variable, only: group_entry_type, variable_type, above_zero, usable
+   implicit none
+   private
+   public :: input_groups, input_variables
+
+{tables}
+   type(group_entry_type), protected :: input_groups({len(groups)}) = [ &
+      {NEXT.join(entries)}]
+   type(variable_type), protected :: input_variables({first - 1}) = [ &
+      {NEXT.join(names)}]
+
+end module dda_input_schema
+"""
+
+
+def truth(value: bool) -> str:
+    """A logical value of Fortran."""
+    return ".true." if value else ".false."
+
+
+def entry(one: Variable) -> str:
+    """A variable as Fortran."""
+    size = 2 * one.size if one.base == "points" else one.size
+    parts = [f"'{one.name}'", f"'{one.base}'", str(size)]
+    if one.base in NUMBERS:
+        limits = zip(("lowest", "highest"), one.limits, strict=True)
+        parts += [f"{name}={limit}" for name, limit in limits if limit and limit != USABLE]
+        if preset := re.match(r"([-+.\de]+)(:|$)", one.default):
+            parts.append(f"preset={real(preset[1])}")
+    elif one.base == "word":
+        parts.append(f"allowed={literal(one.values)}")
+        if usual := re.fullmatch(r"'(\w+)'", one.default):
+            parts.append(f"usual='{usual[1]}'")
+    if one.default == "required":
+        parts.append("required=.true.")
+    if one.when:
+        variable, _, values = one.when.partition(" = ")
+        parts.append(f"switch='{variable}', needs={literal(values)}")
+    return f"variable_type({NEXT.join(parts)})"
+
+
+# --- Python --------------------------------------------------------------------------------------
+
+TYPES = {"real": "float", "integer": "int", "logical": "bool", "points": "Points"}
+
+
+def python(groups: list[Group]) -> str:
+    """The module `sitedda.schema`."""
+    table = ""
+    for group in groups:
+        rows = "".join(
+            f"    Variable({', '.join(map(repr, [group.name, v.name, v.base, v.size, v.unit]))},\n"
+            f"        {', '.join(map(repr, [v.default, v.values, v.meaning, v.when]))}),\n"
+            for v in group.variables
+        )
+        flags = f"{group.name!r}, {group.meaning!r}, {group.repeats}, {group.built}"
+        table += f"    {group.name!r}: Group({flags}, {group.example!r}, (\n{rows}    )),\n"
+    methods = "".join(method(group) for group in groups if group.name != "run")
+    return f'''# Made from schema.txt by make_schema.py.
+"""The groups of the input and their variables, and the methods of `Model` that add them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike as Points
+    from numpy.typing import ArrayLike as Numbers
+
+    from .model import Group as Added
+
+
+class Variable(NamedTuple):
+    """A variable of the input."""
+
+    group: str
+    name: str
+    kind: str
+    size: int
+    unit: str
+    default: str
+    values: str
+    meaning: str
+    when: str
+
+
+class Group(NamedTuple):
+    """A group of the input."""
+
+    name: str
+    meaning: str
+    repeats: bool
+    built: bool
+    example: str
+    variables: tuple[Variable, ...]
+
+
+GROUPS = {{
+{table}}}
+
+
+class Groups:
+    """Every group of the input, as `Model` has it."""
+
+    __slots__ = ()
+{methods}'''
+
+
+def method(group: Group) -> str:
+    """What adds a group to a model, or has it."""
+    variables = "".join(
+        f"        {v.name} : {', '.join(filter(None, [hint(v), v.unit]))}\n"
+        f"{textwrap.fill(described(v), 96, initial_indent=' ' * 12, subsequent_indent=' ' * 12)}\n"
+        for v in group.variables
+    )
+    if not group.repeats:
+        return f'''
+    @property
+    def {group.name}(self) -> Added:
+        """The group &{group.name}: {group.meaning}.
+
+        Attributes
+        ----------
+{variables}        """
+        return self._once["{group.name}"]
+'''
+    names = [v.name for v in group.variables]
+    if any(map(keyword.iskeyword, names)):
+        given, passed = "*arguments, **values", "*arguments, **values"
+    else:
+        given = ", ".join(f"{v.name}: {hint(v)} | None = None" for v in group.variables)
+        given += ", **others"
+        passed = ", ".join(f"{name}={name}" for name in names) + ", **others"
+    return f'''
+    def {group.name}(self, {given}) -> Added:
+        """Add a group &{group.name}: {group.meaning}.
+
+        Parameters
+        ----------
+{variables}        """
+        return self.add("{group.name}", {passed})
+'''
+
+
+def hint(variable: Variable) -> str:
+    """The type of a variable."""
+    if variable.base == "word":
+        return f"Literal[{variable.values}]"
+    one = TYPES.get(variable.base, "str")
+    if not variable.size or variable.base == "points":
+        return one
+    return "Sequence[str]" if one == "str" else "Numbers"
+
+
+def described(variable: Variable) -> str:
+    """Meaning, values, default and when."""
+    text = variable.meaning
+    if variable.values and variable.base != "word" and variable.values != "any":
+        text += f"; {variable.values}"
+    if variable.when:
+        text += f"; of {variable.when}"
+    return f"{text} ({variable.default})."
+
+
+# --- Page ----------------------------------------------------------------------------------------
+
+PAGE = """# Input reference
+
+<!-- Made from fortran/input/schema.txt by fortran/input/make_schema.py. -->
+
+Groups marked * may be there several times. How they go together: [input](input.md).
+
+"""
+
+
+def page(groups: list[Group]) -> str:
+    """The page of the handbook."""
+    text = PAGE
+    for built, title in ((False, "Groups of the engine"), (True, "Groups that become blocks")):
+        text += f"## {title}\n\n"
+        if built:
+            text += "The package makes blocks of them; for the executable `sitedda build` does.\n\n"
+        text += "\n".join(section(group) for group in groups if group.built == built) + "\n"
+    return text.rstrip("\n") + "\n"
+
+
+def section(group: Group) -> str:
+    """A heading, an example and a table."""
+    rows = "".join(
+        f"| `{v.name}` | {', '.join(filter(None, [v.kind, v.unit]))} | {v.default} | "
+        f"{v.values or '.true., .false.'} | {v.meaning}{v.when and f' (with `{v.when}`)'} |\n"
+        for v in group.variables
+    )
+    return (
+        f"### `&{group.name}`{' *' if group.repeats else ''}\n\n"
+        f"{group.meaning[0].upper()}{group.meaning[1:]}.\n\n"
+        f"```\n{group.example}\n```\n\n"
+        f"| variable | kind, unit | default | values | meaning |\n|---|---|---|---|---|\n{rows}"
+    )
+
+
+if __name__ == "__main__":
+    what, source, target = sys.argv[1:]
+    make = {"fortran": fortran, "python": python, "page": page}[what]
+    Path(target).write_text(make(read(Path(source))), encoding="utf-8")
