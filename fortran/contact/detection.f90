@@ -207,6 +207,10 @@ contains
          call project(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, &
             detection)) cycle
+         ! At small depths a vertex that is pressed at a corner has not left the block.
+         if (choice%gap < -detection%least) then
+            if (is_beyond(blocks, neighbours, choice)) cycle
+         end if
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
             if (choice%gap <= least) cycle
             least = choice%gap
@@ -277,6 +281,35 @@ contains
       tolerance_of = min(2*max(detection%depth(v), detection%depth(w)), detection%corner(v), &
          detection%corner(w))
    end function tolerance_of
+
+   !> The vertex has left the block, though it lies behind this edge: it is outside another one;
+   !> where the block is not convex, outside one between it and its foot.
+   pure logical function is_beyond(blocks, neighbours, choice)
+      type(blocks_type), intent(in) :: blocks          !< present geometry
+      type(neighbours_type), intent(in) :: neighbours  !< which blocks are convex
+      type(choice_type), intent(in) :: choice          !< the vertex projected on an edge
+      type(choice_type) :: other
+      real(wp) :: way(2), along, behind
+      integer :: e, b
+
+      b = blocks%owner(choice%edge)
+      way = -(choice%gap*choice%normal &
+         + max(choice%overshoot, 0.0_wp)*merge(1, -1, choice%past_end)*blocks%along(:, choice%edge))
+      is_beyond = .false.
+      do e = blocks%first(b), blocks%first(b + 1) - 1
+         if (e == choice%edge) cycle
+         call project(blocks, choice%vertex, e, other)
+         if (other%gap <= 0.0_wp) cycle
+         is_beyond = neighbours%convex_block(b)
+         if (is_beyond) return
+         behind = -(other%gap + dot_product(other%normal, way))
+         if (behind < 0.0_wp) cycle
+         along = dot_product(blocks%along(:, e), blocks%vertex(:, choice%vertex) &
+            - blocks%vertex(:, e) + way*(other%gap/(other%gap + behind)))
+         is_beyond = along >= 0.0_wp .and. along <= blocks%length(e)
+         if (is_beyond) return
+      end do
+   end function is_beyond
 
    !> The edge lies behind another edge of the same block through which the vertex has entered less
    !> deep: across a convex corner, or on the other face of a thin part.  That other edge counts up

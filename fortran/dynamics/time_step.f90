@@ -185,12 +185,14 @@ contains
       end associate
    end subroutine close_step
 
-   !> The largest displacement that a vertex may have in a step, m.
+   !> The largest displacement that a vertex may have in a step, m: on the way to rest no more than
+   !> what contacts are listed for.
    pure real(wp) function allowed_move(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
       allowed_move = simulation%model%control%max_displacement_ratio &
          *half_size(simulation%model%blocks)
+      if (simulation%resting) allowed_move = min(allowed_move, simulation%detection%least)
    end function allowed_move
 
    !> Keep the speed that the next search is made for, and count steps beyond the maximum.

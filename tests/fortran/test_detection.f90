@@ -28,6 +28,7 @@ contains
       call over_the_end()
       call round_a_corner()
       call thin_slab()
+      call behind_a_block()
       call symmetry()
       call apart()
       call fast_corners()
@@ -379,6 +380,46 @@ contains
          end do
       end do
    end subroutine thin_slab
+
+   !> The tip of a needle off a corner, deep behind the far edge alone: it is not in the block,
+   !> convex or with a reentrant corner.  One in it, beyond the line of another edge or not, is.
+   subroutine behind_a_block()
+      real(wp), parameter :: convex(2, 4) = reshape([-1.0_wp, 0.0_wp, 3.0_wp, 0.0_wp, 1.5_wp, &
+         1.0_wp, 0.5_wp, 1.0_wp], [2, 4])
+      real(wp), parameter :: dented(2, 5) = reshape([-1.0_wp, 0.0_wp, 3.0_wp, 0.0_wp, 1.6_wp, &
+         0.4_wp, 1.5_wp, 1.0_wp, 0.5_wp, 1.0_wp], [2, 5])
+      real(wp), parameter :: outside(2) = [0.41_wp, 1.285_wp], barely(2) = [0.499_wp, 1.003_wp]
+
+      call case('behind a block')
+      call check(.not. is_pressed(convex, outside), 'outside a convex block')
+      call check(.not. is_pressed(dented, outside), 'outside a block with a dent')
+      call check(.not. is_pressed(convex, barely), 'hardly outside a convex block')
+      call check(.not. is_pressed(dented, barely), 'hardly outside a block with a dent')
+      call check(is_pressed(convex, [1.0_wp, 0.5_wp]), 'in a convex block')
+      call check(is_pressed(dented, [0.9_wp, 0.5_wp]), 'in a block with a dent')
+      call check(is_pressed(dented, [2.0_wp, 0.1_wp]), 'in it, below the dent')
+   end subroutine behind_a_block
+
+   !> A needle's tip at a place has a contact in penetration, where contacts are listed far off.
+   logical function is_pressed(shape_of, tip) result(pressed)
+      real(wp), intent(in) :: shape_of(:,:), tip(2)
+      type(outlines_type) :: outlines
+      type(blocks_type) :: blocks
+      type(contacts_type) :: contacts
+      type(neighbours_type) :: near
+      type(detection_type) :: detection
+
+      call add_outline(outlines, turned(shape_of, 0.3_wp), 1, 1, 1, '')
+      call add_outline(outlines, turned(shifted(reshape([0.0_wp, 0.0_wp, 0.3_wp, 4.0_wp, -0.3_wp, &
+         4.0_wp], [2, 3]), tip), 0.3_wp), 1, 1, 1, '')
+      call blocks_of(outlines, blocks)
+      call find_neighbours(near, blocks, 3.0_wp)
+      call prepare_detection(detection, blocks, distance)
+      detection%distance = 1.4_wp
+      call detect_contacts(contacts, blocks, near, detection)
+      pressed = any(contacts%gap(:contacts%n) < 0.0_wp &
+         .and. contacts%vertex(:contacts%n) == size(shape_of, 2) + 1)
+   end function is_pressed
 
    !> Which of two blocks is first makes no difference to how many contacts there are, and how deep.
    subroutine symmetry()
