@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         transfer,
     )
     from .column import Column, HalfSpace, Layer
+    from .error_bars import Accuracy, accuracy
     from .errors import (
         AuditWarning,
         CheckError,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from .stability import limit_analysis, mechanism, safety
 
 __all__ = [
+    "Accuracy",
     "AuditWarning",
     "CheckError",
     "CheckpointError",
@@ -70,6 +72,7 @@ __all__ = [
     "Simulation",
     "SiteddaError",
     "SolverError",
+    "accuracy",
     "amplification",
     "check",
     "draw",
@@ -102,6 +105,7 @@ _HOMES = {
         "checking": "Modes Penalty Report check modes penalty_for_frequency penalty_for_shift "
         "transfer",
         "column": "Column HalfSpace Layer",
+        "error_bars": "Accuracy accuracy",
         "errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
         "InterruptedRun MaximaWarning OutOfMemory OutputError PeakWarning SiteddaError SolverError",
         "model": "Model",

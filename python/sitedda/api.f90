@@ -284,11 +284,11 @@ contains
       call report(error, status, message)
    end subroutine run_sizes
 
-   !> Time, duration, last time step (s), steps done, open-close iterations of the last step, and
-   !> gravity (m/s2).
+   !> Time, duration, last time step (s), steps done, open-close iterations of the last step,
+   !> gravity (m/s2), and penalty stiffness (N/m).
    subroutine run_clock(handle, clock, status, message)
       integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: clock(7)
+      real(c_double), intent(out) :: clock(8)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -301,7 +301,8 @@ contains
             clock = [simulation%time, &
                end_of_run(simulation), &
                simulation%last_time_step, real(simulation%step, c_double), &
-               real(simulation%iteration%iterations, c_double), simulation%model%control%gravity]
+               real(simulation%iteration%iterations, c_double), simulation%model%control%gravity, &
+               simulation%model%contact%normal_stiffness]
          end associate
       end if
       call report(error, status, message)

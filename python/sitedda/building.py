@@ -217,6 +217,25 @@ def opened_input(source) -> Iterator[tuple[Path, str]]:
         yield Path(source), _read_input(Path(source))
 
 
+@dataclass(frozen=True)
+class InputOfRun:
+    """An input as it was run, with the changes that were made: see `opened_input`.
+
+    Attributes
+    ----------
+    file : Path
+    text : str
+    """
+
+    file: Path
+    text: str
+
+    @contextmanager
+    def opened(self) -> Iterator[tuple[Path, str]]:
+        """File name and text."""
+        yield self.file, self.text
+
+
 def block_writer(
     file, block_file: bool | None = None, reads: Sequence = ()
 ) -> Callable[[Sequence[dict]], str]:

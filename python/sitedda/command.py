@@ -15,6 +15,7 @@ from . import __version__
 from .arguments import POSITIVE, TOLERANCE, file_name, picture_name
 from .changes import Typed
 from .checking import check, transfer
+from .error_bars.command import add_accuracy_command
 from .errors import CheckError, OutputError, SiteddaError
 from .examples import add_example_command
 from .files import check_target, save_picture
@@ -79,6 +80,9 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("--no-plot", action="store_true", help="draw no pictures")
         command.add_argument("--report", action="store_true", help="write a report in one page")
         command.set_defaults(act=act)
+    running.add_argument(
+        "--accuracy", action="store_true", help="and say how sure the figures are, by more runs"
+    )
     add_record_command(commands)
     add_example_command(commands)
     commands.add_parser("study", help="run many values of parameters", add_help=False)
@@ -110,7 +114,8 @@ def _parser() -> argparse.ArgumentParser:
     saving.add_argument("--json", action="store_true", help="print plain values as JSON")
     saving.add_argument("-o", "--output", type=picture_name, help="(FILE_mechanism.png)")
     saving.set_defaults(act=_safety)
-    for command in (running, resuming, checking, saving):
+    measuring = add_accuracy_command(commands)
+    for command in (running, resuming, checking, saving, measuring):
         command.add_argument(
             "--set",
             action="append",
@@ -229,6 +234,8 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
     _report(result, options.file, changes, draw=not options.no_plot)
     if options.report:
         print(f"page: {result.report()}")
+    if getattr(options, "accuracy", False):
+        print(f"\n{result.accuracy(progress=not options.quiet)}")
     return 0
 
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .arguments import Range
-from .building import built_text, opened_input
+from .building import InputOfRun, built_text, opened_input
 from .changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
 from .engine import FILES, api, checked, engine_names
 from .errors import AuditWarning, InputError, OutputError, PeakWarning, SiteddaError
@@ -339,11 +339,16 @@ class Simulation:
     @property
     def gravity(self) -> np.ndarray:
         """Acceleration of gravity, shape (2,), m/s²; may be set, see `change`."""
-        return self._clock()[5:]
+        return self._clock()[5:7]
 
     @gravity.setter
     def gravity(self, values) -> None:
         self.change(gravity=tuple(map(float, values)))
+
+    @property
+    def normal_stiffness(self) -> float:
+        """Penalty stiffness k_n of closed contacts, N/m, as given or by its default."""
+        return float(self._clock()[7])
 
     @property
     def steps(self) -> int:
@@ -566,6 +571,13 @@ class Run:
         from .view import write_view
 
         return write_view(self, file or Path("view.html"), **options)
+
+    def accuracy(self, **options):
+        """Run the input again with smaller steps and stiffer contacts, see `sitedda.accuracy`."""
+        from .error_bars import accuracy
+
+        text = self.history.attrs
+        return accuracy(InputOfRun(Path(text["input_file"]), text["input_text"]), **options)
 
     def report(self, file=None) -> Path:
         """Write the report of the run to one HTML file, beside the output by default."""

@@ -3,13 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ..building import InputOfRun
 from ..checking import Report, check
 from ..errors import SiteddaError
 from ..namelist_groups import listed
@@ -96,24 +94,12 @@ def _amplifications(data):
         return []
 
 
-@dataclass(frozen=True)
-class _InputOfRun:
-    """An input as it was run, changes of the command line among it; see `opened_input`."""
-
-    file: Path
-    text: str
-
-    @contextmanager
-    def opened(self) -> Iterator[tuple[Path, str]]:
-        yield self.file, self.text
-
-
 def _checked(scene: Scene, source) -> Report | str:
     """The check of the input that was run, or why there is none."""
     file = Path(str(scene.data.attrs.get("input_file", "") or source))
     text = str(scene.data.attrs.get("input_text", ""))
     try:
-        return check(_InputOfRun(file, text) if text else file)
+        return check(InputOfRun(file, text) if text else file)
     except SiteddaError as error:
         return str(error)
 

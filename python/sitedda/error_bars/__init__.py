@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far the figures of a run can be trusted: bars of time step and penalty stiffness."""
+
+from .figures import Accuracy, Figure, with_bar
+from .measure import accuracy
+
+__all__ = ["Accuracy", "Figure", "accuracy", "with_bar"]

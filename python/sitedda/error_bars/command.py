@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""sitedda accuracy: how sure the figures of an input are."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from ..arguments import WORKERS
+
+
+def add_accuracy_command(commands) -> argparse.ArgumentParser:
+    """Add the command to those of the program; its parser.
+
+    Parameters
+    ----------
+    commands : argparse subparsers
+    """
+    parser = commands.add_parser(
+        "accuracy", help="run with smaller steps and stiffer contacts: figures with their bars"
+    )
+    parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument("--folder", type=Path, help="where the runs are kept, to go on (temporary)")
+    parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
+    parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+    parser.add_argument("--json", action="store_true", help="print plain values as JSON")
+    parser.set_defaults(act=_tell)
+    return parser
+
+
+def _tell(options: argparse.Namespace) -> int:
+    from . import accuracy
+
+    found = accuracy(
+        options.file, changes=dict(options.set), folder=options.folder,
+        workers=options.workers, progress=not (options.quiet or options.json),
+    )  # fmt: skip
+    print(json.dumps(found.to_dict(), indent=1) if options.json else found)
+    return 0

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures of a run with their bars, and the sentence or table that tells them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+
+from .bars import SMALL, Bar
+
+_COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
+# What is no figure of the model: what the audit leaves, times and periods of a largest value.
+_NOT = ("energy_balance_j_m", "sa_period_s", "first_block_", "end_s")
+_REST = 1e-9  # share of the largest value of a run below which one at its end is round-off
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A number of a run and how far it may be wrong.
+
+    Attributes
+    ----------
+    name : str
+        As in ``Run.verdict.values``, with its unit.
+    run : float
+        Of the run itself, at Δt.
+    finest : float
+        At Δt/4.
+    bar : float
+        The truth, of infinitely small steps and stiff contacts, is taken to lie within `finest` ±
+        `bar`; NaN if there is no bar.
+    extrapolated : float
+        By Richardson, from the three steps; NaN where their order is not that of the scheme.
+    order : float
+        p of the changes; NaN where there is none.
+    penalty : float
+        Part of the bar that is of the penalty stiffness; 0 where none of the joints has one.
+    doubt : str
+        Why there is no bar, or what it leaves out; else blank.
+    """
+
+    name: str
+    run: float
+    finest: float
+    bar: float
+    extrapolated: float
+    order: float
+    penalty: float
+    doubt: str = ""
+
+    @property
+    def is_inside(self) -> bool:
+        """The run's own number lies within the bar."""
+        return abs(self.run - self.finest) <= self.bar
+
+    def __str__(self) -> str:
+        """Number ± bar, in as many digits as the bar leaves."""
+        return with_bar(self.finest, self.bar)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """The figures of a run with their bars.
+
+    Attributes
+    ----------
+    figures : dict of Figure
+        By name.
+    runs : dict of str
+        Of each run that was made what ended it before its time, or blank.
+    """
+
+    figures: dict[str, Figure]
+    runs: dict[str, str] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        """A table, and the runs that ended early."""
+        rows = [("figure", "this run", "true value", "extrapolated", "")]
+        rows += [_row(figure) for figure in self.figures.values()]
+        widths = [max(len(row[i]) for row in rows) for i in range(4)]
+        lines = [
+            f"{row[0]:{widths[0]}}  "
+            + "  ".join(f"{cell:>{w}}" for cell, w in zip(row[1:4], widths[1:], strict=True))
+            + (f"  {row[4]}" if row[4] else "")
+            for row in rows
+        ]
+        lines += [f"run {name}: {words}" for name, words in self.runs.items() if words]
+        return "\n".join(line.rstrip() for line in lines)
+
+    def __getitem__(self, name: str) -> Figure:
+        """A figure by its name."""
+        return self.figures[name]
+
+    def to_dict(self) -> dict:
+        """Plain values, such as for JSON."""
+        return {
+            "figures": {name: asdict(figure) for name, figure in self.figures.items()},
+            "runs": self.runs,
+        }
+
+
+def _row(figure: Figure) -> tuple[str, ...]:
+    more = "" if math.isnan(figure.extrapolated) else f"{figure.extrapolated:.5g}"
+    return figure.name, f"{figure.run:.4g}", str(figure), more, figure.doubt
+
+
+def with_bar(value: float, bar: float) -> str:
+    """A number and its bar; the bar has two digits, the number ends where the bar does.
+
+    Parameters
+    ----------
+    value, bar : float
+        In the same unit; without a bar, NaN, the number has four digits.
+    """
+    if not math.isfinite(bar) or not math.isfinite(value):
+        return f"{value:.4g} (no bar)"
+    if bar == 0:
+        return f"{value:.6g} ± 0"
+    last = math.floor(math.log10(bar)) - 1
+    power = math.floor(math.log10(max(abs(value), bar)))
+    if -4 <= power < 6:
+        digits = max(-last, 0)
+        return f"{round(value, -last):.{digits}f} ± {round(bar, -last):.{digits}f}"
+    scale, digits = 10.0**power, max(power - last, 0)
+    return f"({value / scale:.{digits}f} ± {bar / scale:.{digits}f})e{power:+03d}"
+
+
+def is_figure(name: str, values: Mapping[str, float]) -> bool:
+    """A number of a run is worth a bar: not of the audit, not what rounding leaves at rest.
+
+    Parameters
+    ----------
+    name : str
+    values : mapping of float
+        All numbers of the run.
+    """
+    if name.startswith(_NOT) or not math.isfinite(values[name]):
+        return False
+    largest = values.get(name.replace("residual_", "largest_"), 1.0)
+    return abs(values[name]) > _REST * abs(largest)
+
+
+def is_count(name: str) -> bool:
+    """A number of things, which is 0 where a run does not name it."""
+    return name.startswith(_COUNTS)
+
+
+def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float) -> Figure:
+    """A figure from its bar.
+
+    Parameters
+    ----------
+    name : str
+    numbers : tuple of float
+        At Δt, Δt/2, Δt/4.
+    bar : Bar
+        Of these.
+    penalty : float
+        Error by the penalty stiffness; 0 without one, NaN where it is not known.
+    """
+    doubt, half = "", bar.half + penalty
+    if is_count(name):
+        spread = max(numbers) - min(numbers)
+        doubt = "counts differ between time steps" if spread else ""
+        return Figure(name, numbers[0], numbers[-1], spread, math.nan, math.nan, 0.0, doubt)
+    if not all(map(math.isfinite, numbers)):
+        doubt = "no bar: not all runs have it"
+    elif not bar.converges:
+        words = ", ".join(f"{number:.4g}" for number in numbers)
+        doubt = f"does not converge: {words} at Δt, Δt/2, Δt/4"
+    elif math.isnan(penalty):
+        doubt = "no bar: the run with 4 k_n has none of it"
+    elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):
+        doubt = "the bar is of the penalty stiffness"
+    return Figure(name, numbers[0], numbers[-1], half, bar.extrapolated, bar.order, penalty, doubt)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda.accuracy`: a run again with smaller steps and stiffer contacts, and what that says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import isnan
+
+from ..errors import SiteddaError
+from .bars import bar_of_steps, penalty_error
+from .figures import Accuracy, Figure, figure_of, is_count, is_figure
+from .variants import Facts, Variants, facts_of, finer, stiffer
+
+STEPS = (1, 2, 4)  # that Δt is divided by
+
+
+def accuracy(
+    model,
+    results="verdict",
+    *,
+    changes: Mapping | None = None,
+    folder=None,
+    executor=None,
+    workers: int | None = None,
+    progress: bool | Callable = False,
+    **more,
+) -> Accuracy:
+    """How far the figures of a run can be trusted.
+
+    The input is run with its time step, half and a quarter of it, and with four times its penalty
+    stiffness, where it has one, as a study: side by side, and only what is not there yet.
+
+    Parameters
+    ----------
+    model : path or Model
+    results : str, callable, sequence or mapping of these
+        The figures, see `sitedda.study.measure`; all numbers of the verdict by default.
+    changes, **more
+        Variables to change in the input, see `Simulation`.
+    folder : path, optional
+        Where the runs are kept, so that another call goes on; a temporary one by default.
+    executor, workers, progress
+        See `sitedda.study.study`.
+
+    Returns
+    -------
+    Accuracy
+
+    Raises
+    ------
+    InputError
+        If the input cannot be run.
+    SiteddaError
+        If the run itself, with its own time step, cannot be carried out.
+
+    Notes
+    -----
+    The bar is that of `sitedda.error_bars.bars.bar_of_steps`, with 4/3 of the change that stiffer
+    contacts make: r(k_n) = r∞ + s/k_n.
+    """
+    from ..study import study
+
+    changes = dict(changes or {}) | more
+    facts = facts_of(model, changes)
+    variants = [finer(facts, times) for times in STEPS]
+    if facts.penalty:
+        variants.append(stiffer(facts))
+    table = study(
+        model, Variants(variants), results, folder=folder, fixed=changes, executor=executor,
+        workers=workers, progress=progress, keep=False,
+    )  # fmt: skip
+    first, words = table.isel(variant=0), {}
+    if str(first.status.values) != "complete":
+        raise SiteddaError(str(first.message.values))
+    for one in table.transpose("variant", ...).variant.values:
+        words[str(one)] = str(table.message.sel(variant=one).values)
+    return Accuracy(_figures(facts, _numbers(table)), words)
+
+
+def _numbers(table) -> list[dict[str, float]]:
+    """The numbers of each run."""
+    names = [name for name in table.data_vars
+             if table[name].dims == ("variant",) and table[name].dtype.kind == "f"]  # fmt: skip
+    rows = ({name: float(table[name].values[i]) for name in names if name != "seconds"}
+            for i in range(table.sizes["variant"]))  # fmt: skip
+    return [{name: 0.0 if is_count(name) and isnan(value) else value
+             for name, value in row.items()} for row in rows]  # fmt: skip
+
+
+def _figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
+    found = {}
+    for name in runs[0]:
+        if not is_figure(name, runs[0]):
+            continue
+        numbers = tuple(run[name] for run in runs[: len(STEPS)])
+        penalty = penalty_error(runs[0][name], runs[-1][name]) if facts.penalty else 0.0
+        found[name] = figure_of(name, numbers, bar_of_steps(*numbers, facts.order), penalty)
+    return found

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures with bars: what they are made of, and that truths lie within."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+import sitedda
+from sitedda.error_bars import with_bar
+from sitedda.error_bars.bars import bar_of_steps, penalty_error
+
+ROOT = Path(__file__).resolve().parents[2]
+G = 9.81
+FRICTION = 20.0  # degrees
+PUSH, LAST = 6.0, 0.3  # m/s², s
+
+SLIDE = f"""
+&control time_step = 2e-3, duration = 1.5, gravity = 0, {-G}, settle = .true.,
+         base_motion_x = 'push' /
+&material density = 2643, young_modulus = 5e9, poisson_ratio = 0.2 /
+&joint friction_angle = {FRICTION}, restitution = 0 /
+&block name = 'floor', vertices = -10 -1 10 -1 10 0 -10 0 /
+&block name = 'block', vertices = -1 0 1 0 1 1 -1 1 /
+&fixed_point x = -10, y = -1, block = 'floor' /
+&fixed_point x = 10, y = -1, block = 'floor' /
+&fixed_point x = -10, y = 0, block = 'floor' /
+&motion name = 'push', quantity = 'acceleration', drift_order = 0, time_step = 0.01,
+        values = 30*{PUSH} 200*0 /
+"""
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_changes_of_the_scheme_give_the_limit(order):
+    a, b, c = (5.0 + 0.8 * h**order for h in (0.1, 0.05, 0.025))
+    bar = bar_of_steps(a, b, c, order)
+    assert bar.order == pytest.approx(order, abs=1e-9)
+    assert bar.extrapolated == pytest.approx(5.0, rel=1e-12)
+    assert abs(c - 5.0) < bar.half
+    assert bar.half == pytest.approx(max(3.0 * abs(b - c), 1e-3 * abs(a)), rel=1e-12)
+
+
+def test_a_last_change_that_is_small_by_chance_is_not_believed():
+    bar = bar_of_steps(1.1, 1.0, 1.0001, 1)
+    assert bar.half == pytest.approx(3.0 * 0.1 / 4.0)
+    assert math.isnan(bar.extrapolated)
+
+
+def test_changes_that_do_not_fall_are_said_to():
+    bar = bar_of_steps(1.0, 1.02, 0.97, 1)
+    assert not bar.converges
+    assert bar.half == pytest.approx(0.15)
+    wide = bar_of_steps(1.0, 2.0, 9.0, 1)
+    assert not wide.converges
+    assert math.isnan(wide.half)
+
+
+def test_small_changes_need_no_order():
+    assert bar_of_steps(1.0, 1.0001, 1.0004, 1).converges
+    same = bar_of_steps(2.0, 2.0, 2.0, 1)
+    assert same.converges
+    assert same.half == pytest.approx(2e-3)
+
+
+def test_a_run_that_failed_leaves_no_bar():
+    bar = bar_of_steps(1.0, 1.1, math.nan, 1)
+    assert not bar.converges
+    assert math.isnan(bar.half)
+
+
+@pytest.mark.parametrize("share", [0.03, -0.2])
+def test_error_of_the_penalty(share):
+    assert penalty_error(2.0 + share, 2.0 + share / 4.0) == pytest.approx(abs(share), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "value, bar, words",
+    [
+        (0.13239, 0.00052, "0.13239 ± 0.00052"),
+        (615.2, 94.0, "615 ± 94"),
+        (123456.0, 1200.0, "123500 ± 1200"),
+        (2.5e-7, 1.3e-8, "(2.50 ± 0.13)e-07"),
+        (0.0, 0.0, "0 ± 0"),
+        (3.14159, math.nan, "3.142 (no bar)"),
+        (-0.04218, 0.00018, "-0.04218 ± 0.00018"),
+    ],
+)
+def test_numbers_end_where_their_bar_does(value, bar, words):
+    assert with_bar(value, bar) == words
+
+
+def slip() -> float:
+    """Of a rigid block by Newmark's equation, m; the record falls to zero in its last interval."""
+    grip, ramp = G * math.tan(math.radians(FRICTION)), 0.01
+    held = LAST - ramp
+    speed = (PUSH - grip) * held
+    way = 0.5 * speed * held + speed * ramp + PUSH * ramp**2 / 3.0 - 0.5 * grip * ramp**2
+    speed += 0.5 * PUSH * ramp - grip * ramp
+    return way + 0.5 * speed**2 / grip
+
+
+def test_the_slip_of_a_rigid_block_is_within(write_input, tmp_path):
+    file = write_input(SLIDE)
+    found = sitedda.accuracy(file, folder=tmp_path / "runs")
+    for name in ("largest_slip_m", "residual_displacement_m"):
+        assert abs(found[name].finest - slip()) < found[name].bar < 0.05 * slip()
+    assert list(found.runs) == ["dt", "dt/2", "dt/4", "4 k_n"]
+    assert not any(found.runs.values())
+    assert found["largest_slip_m"].run == sitedda.run(file).verdict.values["largest_slip_m"]
+    assert json.loads(json.dumps(found.to_dict()))["figures"]["largest_slip_m"]["bar"] > 0
+    made = {p: p.stat().st_mtime_ns for p in (tmp_path / "runs" / "cases").rglob("*.json")}
+    assert sitedda.accuracy(file, folder=tmp_path / "runs").figures.keys() == found.figures.keys()
+    assert made == {p: p.stat().st_mtime_ns for p in made}
+
+
+def test_measured_stiffness_is_no_penalty(write_input):
+    text = SLIDE.replace("restitution = 0", "normal_stiffness_per_area = 2e11")
+    found = sitedda.accuracy(write_input(text), "largest_slip_m", changes={"time_step": 5e-3})
+    assert list(found.runs) == ["dt", "dt/2", "dt/4"]
+    assert found["largest_slip_m"].penalty == 0.0
+
+
+def test_steps_and_stages_are_divided(write_input):
+    text = SLIDE.replace("duration = 1.5, ", "").replace(", settle = .true.", "")
+    text = text.replace("time_step = 2e-3", "time_step = 1e-2")
+    text += "&stage name = 'one', steps = 8 /\n"
+    text += "&stage name = 'two', time_step = 5e-3, duration = 0.1 /\n"
+
+    def count(run) -> float:
+        return run.history.sizes["time"]
+
+    table = sitedda.accuracy(write_input(text), count, workers=1)
+    assert [round(table["count"].run), round(table["count"].finest)] == [8 + 20 + 1, 4 * 28 + 1]
+
+
+def test_runs_say_it_too(write_input, python_program, tmp_path):
+    file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
+    done = python_program("accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25")
+    assert done.returncode == 0, done.stderr
+    assert "largest_slip_m" in done.stdout
+    assert " ± " in done.stdout
+    run = sitedda.run(file, changes={"joint.friction_angle": 25.0})
+    shown = next(line for line in done.stdout.splitlines() if line.startswith("largest_slip_m"))
+    assert str(run.accuracy()["largest_slip_m"]) in shown
+    done = python_program("run", str(file), "--accuracy", "-q", "--no-plot", "-o",
+                          str(tmp_path / "o.nc"))  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert " ± " in done.stdout
+
+
+def test_what_cannot_be_run_is_one_sentence(write_input, python_program):
+    file = write_input(SLIDE.replace("friction_angle", "frictoin_angle"))
+    done = python_program("accuracy", str(file), "-q")
+    assert done.returncode == 1
+    assert "frictoin_angle" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_random_pairs_lie_within_their_bars(capsys):
+    path = ROOT / "tests" / "robustness" / "error_bars.py"
+    spec = importlib.util.spec_from_file_location("error_bars_study", path)
+    study = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(study)
+    assert study.main(["--pairs", "4", "--seed", "3"]) == 0, capsys.readouterr().out

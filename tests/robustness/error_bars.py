@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bars of random sliding and rocking blocks, held against runs with steps 8 times finer.
+
+usage: error_bars.py [--pairs 120] [--seed 1] [-v]
+
+A pair is a block and a time step.  Each figure that moves (displacement, slip or tilt, at its
+largest and at the end, and the largest velocity) counts as inside where the run at Δt/8 lies within
+the bar, and as outside where it does not.  Figures that are said not to converge are counted apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import sys
+import tempfile
+from pathlib import Path
+
+import sitedda
+
+SLIDING = ("largest_displacement_m", "residual_displacement_m", "largest_slip_m",
+           "largest_velocity_m_s")  # fmt: skip
+ROCKING = ("largest_displacement_m", "largest_tilt_rad", "largest_velocity_m_s")
+FINER = 8
+
+
+def model(dice: random.Random, rocks: bool) -> tuple[str, float]:
+    """A block on a floor in the frame of the base, under one to three half waves; its Δt, s."""
+    width = dice.uniform(0.4, 2.0)
+    ratio = dice.uniform(3.0, 6.0) if rocks else dice.uniform(0.3, 0.8)
+    friction = dice.uniform(40.0, 60.0) if rocks else dice.uniform(10.0, 30.0)
+    threshold = 1.0 / ratio if rocks else math.tan(math.radians(friction))
+    values, sign = [], 1.0
+    for _ in range(dice.randint(1, 3)):
+        count = dice.randint(10, 30)
+        peak = sign * threshold * 9.81 * dice.uniform(1.2, 1.8)
+        values += [peak * math.sin(math.pi * i / count) for i in range(count)]
+        sign = -sign
+    numbers = " ".join(f"{value:.6g}" for value in [*values, 0.0])
+    step = dice.choice([0.5e-3, 1e-3, 2e-3])
+    half, height = 0.5 * width, ratio * width
+    text = f"""
+&control time_step = {step}, duration = 2, gravity = 0, -9.81, settle = .true.,
+         base_motion_x = 'push' /
+&material density = {dice.uniform(1800, 2800)}, young_modulus = {dice.choice([1e9, 5e9, 2e10])},
+          poisson_ratio = 0.2 /
+&joint friction_angle = {friction}, restitution = {dice.choice([0.0, 0.3, 0.5])} /
+&block name = 'floor', vertices = -10 -1 10 -1 10 0 -10 0 /
+&block name = 'block', vertices = {-half} 0 {half} 0 {half} {height} {-half} {height} /
+&fixed_point x = -10, y = -1, block = 'floor' /
+&fixed_point x = 10, y = -1, block = 'floor' /
+&fixed_point x = -10, y = 0, block = 'floor' /
+&motion name = 'push', quantity = 'acceleration', drift_order = 0, time_step = 0.01,
+        values = {numbers} 300*0 /
+"""
+    return text, step
+
+
+def judged(file: Path, step: float, rocks: bool) -> dict[str, str]:
+    """What became of each figure: 'inside', 'outside' or 'no bar'."""
+    found = sitedda.accuracy(file, workers=2)
+    truth = sitedda.run(file, time_step=step / FINER).verdict.values
+    words = {}
+    for name in ROCKING if rocks else SLIDING:
+        if name not in found.figures:
+            continue
+        figure = found[name]
+        away = abs(truth[name] - figure.finest)
+        inside = "inside" if away <= figure.bar else "outside"
+        words[name] = inside if math.isfinite(figure.bar) else "no bar"
+    return words
+
+
+def main(arguments: list[str]) -> int:
+    """Count; status 1 if fewer than nine of ten are inside."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pairs", type=int, default=120)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("-v", "--verbose", action="store_true")
+    options = parser.parse_args(arguments)
+    counts = {True: dict.fromkeys(("inside", "outside", "no bar"), 0)}
+    counts[False] = dict(counts[True])
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "pair.nml"
+        for number in range(options.pairs):
+            rocks = bool(number % 2)
+            text, step = model(random.Random(1000 * options.seed + number), rocks)
+            file.write_text(text)
+            words = judged(file, step, rocks)
+            for word in words.values():
+                counts[rocks][word] += 1
+            if options.verbose and set(words.values()) != {"inside"}:
+                print(f"pair {number}: {words}", flush=True)
+    for rocks, found in counts.items():
+        print("rocking:" if rocks else "sliding:", ", ".join(f"{n} {w}" for w, n in found.items()))
+    inside, outside, without = (sum(c[w] for c in counts.values()) for w in counts[True])
+    print(f"{inside} of {inside + outside + without} figures inside their bar")
+    return int(inside < 0.9 * (inside + outside + without))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
