@@ -236,6 +236,8 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
         print(f"page: {result.report()}")
     if getattr(options, "accuracy", False):
         print(f"\n{result.accuracy(progress=not options.quiet)}")
+    else:
+        print("these figures have no error bars: sitedda accuracy FILE.nml gives them")
     return 0
 
 
