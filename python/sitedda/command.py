@@ -22,7 +22,6 @@ from .files import check_target, save_picture
 from .record_command import add_record_command
 from .simulation import Run, Simulation, _run
 from .site_command import add_site_command
-from .stop import SIGNALS
 from .viewing import add_viewing_commands
 
 
@@ -223,7 +222,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             bars[0].update(simulation.time - bars[0].n)
             said[:] = [simulation.thread_notes]
 
-        result = _run(options.file, options.output or True, show, changes, resume, SIGNALS)
+        result = _run(options.file, options.output or True, show, changes, resume, program=True)
     print(result.summary)
     _tell(said[0])
     print(f"output: {result.output}")
