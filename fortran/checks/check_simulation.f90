@@ -53,6 +53,7 @@ contains
       call measure_blocks(simulation%blocks, report)
       call check_contacts(linear, report)
       call check_start(simulation, report)
+      call check_bending(linear%bending, report)
       call check_highest(stiff, report)
       call fail_if_stopped(error)
       if (allocated(error)) return
@@ -131,6 +132,20 @@ contains
             'model', 'geostatic = .true. and a head_joint of &wall above 0')
       end associate
    end subroutine check_start
+
+   !> Bonded joints that bend on two contacts.
+   subroutine check_bending(bending, report)
+      character(len=*), intent(in) :: bending  !< sentences, each with a line end
+      type(report_type), intent(inout) :: report  !< check report
+      integer :: first, last
+
+      first = 1
+      do while (first <= len(bending))
+         last = first + index(bending(first:), new_line('a')) - 2
+         call add_line(report, verdict_warn, 'bending', bending(first:last), 'linear stress', '')
+         first = last + 2
+      end do
+   end subroutine check_bending
 
    !> ω_max, and Δt against 4/ω_max.
    subroutine check_highest(linear, report)

@@ -15,10 +15,12 @@ module dda_linear_model
    use dda_blocks, only: blocks_type, mass_matrix, shape_matrix
    use dda_damping, only: damping_type, is_damped, same_damping, modulus_factor
    use dda_columns, only: column_count, column_of
-   use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
+   use dda_contact_geometry, only: on_edge
+   use dda_contact, only: contacts_type, is_point, contact_open, contact_slide, contact_stick
    use dda_elements, only: linear_terms_of
    use dda_friction, only: laws_type, shear_stiffness_of
    use dda_joint_contact, only: acts_before_end, closure_of, state_of
+   use dda_joint_ends, only: bending_words
    use dda_equilibrium, only: equilibrium_type, equilibrate
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, stretch_of, &
@@ -61,6 +63,7 @@ module dda_linear_model
       integer :: sliding = 0                        !< contacts among them that slide
       integer :: unilateral = 0                     !< contacts among them that are not bonded
       real(wp) :: penetration = 0.0_wp              !< deepest of them, m
+      character(len=:), allocatable :: bending      !< of bonded joints, see `bending_words`
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
       !> [2,n] centroids, m, in the user's coordinates
       real(wp), allocatable :: position(:,:)
@@ -146,6 +149,7 @@ contains
          end do
       end associate
       associate (contacts => simulation%contacts(simulation%now))
+         linear%bending = bending_words(simulation, '')
          linear%penetration = max(0.0_wp, -minval([0.0_wp, contacts%gap(:contacts%n)]))
          call restore_run(linear, simulation)
          call add_contacts(linear, simulation, contacts, all_closed)
@@ -258,6 +262,8 @@ contains
             term%instant = merge(at_theta, at_end, contacts%bonded(c))
             term%damped = .not. contacts%bonded(c) .and. &
                simulation%laws%restitution(contacts%joint(c)) >= 0.0_wp
+            if (is_point(contacts, c)) term%place = on_edge(simulation%blocks%vertex, &
+               contacts%vertex(c), simulation%blocks%next(contacts%vertex(c)), contacts%place(c))
             if (contacts%with_laws) call take_law(simulation%laws, contacts, c, term)
             call add_spring(linear, term, term_normal, normal_slope(simulation%laws, contacts, &
                c), contacts%normal_v(:, c), contacts%normal_e(:, c))

@@ -36,6 +36,7 @@ contains
             length = contact_overlap(blocks, e, contacts%vertex(c))
          end associate
          if (length <= 0.0_wp) cycle
+         if (laws%pointed) length = contacts%length(c)
          contacts%bonded(c) = .true.
          contacts%bond_length(c) = length
          contacts%state(c) = contact_stick

@@ -14,7 +14,7 @@ module dda_contact
    implicit none
    private
    public :: contacts_type, operation_type, for_each_variable, reserve, hand_over, &
-      filter_contacts, copy_history, contact_open, contact_slide, contact_stick
+      filter_contacts, copy_history, is_point, contact_open, contact_slide, contact_stick
    public :: not_damped, is_damped, is_struck, is_carried, is_lifted
 
    integer, parameter :: contact_open = 0   !< no force
@@ -34,7 +34,7 @@ module dda_contact
    type :: contacts_type
       integer :: n = 0
       ! Identity
-      integer, allocatable :: vertex(:)        !< vertex that touches
+      integer, allocatable :: vertex(:)        !< vertex that touches; edge of a point that does
       integer, allocatable :: edge(:)          !< edge touched, named by its first vertex
       integer, allocatable :: corner(:)        !< vertex met corner to corner, else 0
       integer, allocatable :: block_v(:)       !< block of the vertex
@@ -62,6 +62,9 @@ module dda_contact
       ! History and linearised normal force of joint laws, where a model has other than plain ones
       logical :: with_laws = .false.
       real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet taken
+      integer, allocatable :: point(:)         !< of an overlap, see dda_contact_points; 0: corner
+      real(wp), allocatable :: place(:)        !< of a point: share of the edge before it, else 0
+      real(wp), allocatable :: share(:)        !< of the stiffness of a contact, 1 at a corner
       real(wp), allocatable :: slip_path(:)    !< slip beyond the elastic one, added up, m
       real(wp), allocatable :: weakened(:)     !< 0: peak strength, 1: residual strength
       real(wp), allocatable :: was_weakened(:) !< at the start of the step
@@ -174,6 +177,9 @@ contains
       call operation%apply(reals=contacts%new_gap)
       if (contacts%with_damping) call operation%apply(reals=contacts%held_force)
       if (.not. contacts%with_laws) return
+      call operation%apply(integers=contacts%point)
+      call operation%apply(reals=contacts%place)
+      call operation%apply(reals=contacts%share)
       call operation%apply(reals=contacts%length)
       call operation%apply(reals=contacts%slip_path)
       call operation%apply(reals=contacts%weakened)
@@ -270,6 +276,15 @@ contains
       call move_alloc(from%shear_shift, to%shear_shift)
    end subroutine hand_over_damping
 
+   !> Contact c is a point between corners: its `vertex` names an edge.
+   pure logical function is_point(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< a list
+      integer, intent(in) :: c                     !< number of the contact
+
+      is_point = contacts%with_laws
+      if (is_point) is_point = contacts%point(c) > 0
+   end function is_point
+
    !> Copy the history of contacts from place `from` of the old list to `first` … `last` of the new.
    !>
    !> The slip of a vertex along an edge keeps its sign when the two blocks change roles, so the
@@ -294,6 +309,8 @@ contains
       if (new%with_damping) new%held_force(first:last) = old%held_force(from:to)
       new%spring(:, first:last) = old%spring(:, from:to)
       if (.not. new%with_laws) return
+      new%place(first:last) = old%place(from:to)
+      new%share(first:last) = old%share(from:to)
       new%length(first:last) = old%length(from:to)
       new%slip_path(first:last) = old%slip_path(from:to)
       new%weakened(first:last) = old%weakened(from:to)

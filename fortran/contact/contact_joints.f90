@@ -22,7 +22,7 @@
 module dda_contact_joints
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type, contact_open, contact_stick
+   use dda_contact, only: contacts_type, is_point, contact_open, contact_stick
    use dda_detection, only: detection_type, tolerance_of
    use dda_entrance, only: choice_type, project
    use dda_friction, only: laws_type, weaker_joint
@@ -65,7 +65,10 @@ contains
       integer :: c
 
       do c = first, last
-         if (blocks%mixed(contacts%block_v(c)) .or. blocks%mixed(contacts%block_e(c))) then
+         if (is_point(contacts, c)) then
+            if (.not. contacts%bonded(c)) contacts%joint(c) = weaker_joint(laws, &
+               blocks%joint(contacts%vertex(c)), blocks%joint(contacts%edge(c)))
+         else if (blocks%mixed(contacts%block_v(c)) .or. blocks%mixed(contacts%block_e(c))) then
             contacts%joint(c) = joint_of(contacts, c, blocks, laws, detection)
          else
             contacts%joint(c) = weaker_joint(laws, blocks%joint(contacts%vertex(c)), &

@@ -8,7 +8,7 @@
 module dda_detection
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type, reserve
+   use dda_contact, only: contacts_type, is_point, reserve
    use dda_crossings, only: most_across
    use dda_contact_geometry, only: candidate_type, set_contacts
    use dda_entrance, only: choice_type, corners_type, project, list_choices, is_glancing, &
@@ -84,6 +84,7 @@ contains
          depth = pressed - contacts%offset(c)
          deepest = max(deepest, depth)
          hardest = max(hardest, pressed)
+         if (is_point(contacts, c)) cycle
          v = contacts%vertex(c)
          w = contacts%corner(c)
          detection%depth(v) = max(detection%depth(v), depth)

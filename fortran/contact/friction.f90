@@ -34,6 +34,8 @@ module dda_friction
       logical :: plain = .true.                 !< no joint has a law but Coulomb's, as above
       logical :: dilating = .false.             !< slip lifts contacts of some joint
       logical :: curved = .false.               !< so does closure the normal stiffness
+      integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3 or 5
+      logical :: pointed = .false.              !< of some joint more than the two at its ends
       type(law_slot_type), allocatable :: slot(:)  !< [joints] if not plain
    end type laws_type
 
@@ -65,6 +67,8 @@ contains
       laws%tension = joints%tensile_strength
       laws%restitution = joints%restitution
       laws%damping = joints%damping
+      laws%points = joints%contact_points
+      laws%pointed = any(laws%points > 2)
       laws%damped = any(joints%restitution >= 0.0_wp .or. joints%damping > 0.0_wp)
       do j = 1, size(joints)
          laws%plain = laws%plain .and. joints(j)%is_plain()

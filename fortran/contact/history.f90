@@ -12,7 +12,8 @@
 module dda_history
    use dda_growth, only: grow
    use dda_kinds, only: wp
-   use dda_contact, only: contacts_type, copy_history, filter_contacts, contact_open, contact_stick
+   use dda_contact, only: contacts_type, copy_history, filter_contacts, is_point, contact_open, &
+      contact_stick
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
@@ -106,6 +107,8 @@ contains
       both = min(last, old%n)
       history%matched(first:both) = new%vertex(first:both) == old%vertex(first:both) &
          .and. new%edge(first:both) == old%edge(first:both)
+      if (new%with_laws) history%matched(first:both) = history%matched(first:both) &
+         .and. new%point(first:both) == old%point(first:both)
       history%matched(max(first, both + 1):last) = .false.
       history%transferred(first:both) = history%matched(first:both)
       call copy_history(new, first, both, old, first)
@@ -198,6 +201,8 @@ contains
       if (new%with_damping) new%held_force(c) = 0.0_wp
       new%spring(:, c) = 0.0_wp
       if (.not. new%with_laws) return
+      new%place(c) = 0.0_wp
+      new%share(c) = 1.0_wp
       new%length(c) = 0.0_wp
       new%slip_path(c) = 0.0_wp
       new%weakened(c) = 1.0_wp
@@ -251,7 +256,9 @@ contains
          if (k == 2 .and. new%corner(c) > 0) link = history%head(new%corner(c))
          do while (link > 0 .and. found == 0)
             o = link/2
-            if (same_edge) then
+            if (.not. same_point(new, c, old, o)) then
+               continue
+            else if (same_edge) then
                if (old%vertex(o) == new%vertex(c) .and. old%edge(o) == new%edge(c)) found = o
             else if (.not. history%transferred(o)) then
                if (succeeds(new, c, old, o, history%largest_jump)) found = o
@@ -260,6 +267,15 @@ contains
          end do
       end do
    end function predecessor
+
+   !> Contacts c and o are corners, or points of the same number.
+   pure logical function same_point(new, c, old, o)
+      type(contacts_type), intent(in) :: new, old  !< lists
+      integer, intent(in) :: c, o                  !< new and old contact
+
+      same_point = .not. new%with_laws
+      if (new%with_laws) same_point = new%point(c) == old%point(o)
+   end function same_point
 
    !> New contact c can take the place of old contact o: same two blocks, about the same distance,
    !> same direction.
@@ -331,19 +347,33 @@ contains
    !> Reject contacts first detected deeper than a step can lead: the vertex, inside a block, has
    !> only come to face another edge of it.
    subroutine reject_deep(new, history)
-      type(contacts_type), intent(inout) :: new  !< list with history
-      type(history_type), intent(in) :: history  !< index of the unmatched contacts
+      type(contacts_type), intent(inout) :: new     !< list with history
+      type(history_type), intent(inout) :: history  !< index of the unmatched contacts
       integer :: k, c
 
       do k = 1, history%n_unmatched
          c = history%unmatched(k)
          if (c > new%n) exit
          if (history%matched(c) .or. .not. new%offset(c) < -history%deepest) cycle
-         call filter_contacts(new, history%matched(:new%n) &
-            .or. new%offset(:new%n) >= -history%deepest)
+         if (is_point(new, c)) cycle  ! it begins with the history of its neighbours
+         call drop_deep(new, history)
          exit
       end do
    end subroutine reject_deep
+
+   !> Take them out of the list.
+   subroutine drop_deep(new, history)
+      type(contacts_type), intent(inout) :: new     !< list with history
+      type(history_type), intent(inout) :: history  !< `matched` goes along
+      logical :: keep(new%n)
+      integer :: c
+
+      do c = 1, new%n
+         keep(c) = history%matched(c) .or. new%offset(c) >= -history%deepest .or. is_point(new, c)
+      end do
+      history%matched(:count(keep)) = pack(history%matched(:new%n), keep)
+      call filter_contacts(new, keep)
+   end subroutine drop_deep
 
    !> Old contact without a successor whose force a new contact in penetration takes over: of the
    !> same vertex, in the same direction; 0 if there is none.
@@ -354,11 +384,12 @@ contains
       integer :: link, o
 
       found = 0
-      if (new%gap(c) + new%offset(c) >= 0.0_wp) return
+      if (new%gap(c) + new%offset(c) >= 0.0_wp .or. is_point(new, c)) return
       link = history%head(new%vertex(c))
       do while (link > 0 .and. found == 0)
          o = link/2
-         if (.not. history%transferred(o) .and. old%new_gap(o) < 0.0_wp .and. old%vertex(o) &
+         if (.not. (history%transferred(o) .or. is_point(old, o)) .and. old%new_gap(o) < 0.0_wp &
+            .and. old%vertex(o) &
             == new%vertex(c) .and. dot_product(new%normal(:, c), old%normal(:, o)) &
             > same_direction) found = o
          link = history%next(link)

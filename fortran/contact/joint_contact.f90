@@ -33,7 +33,8 @@ contains
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       integer, intent(in) :: c                     !< number of the contact
 
-      state = joint_state_type(contacts%length(c), contacts%slip_path(c), contacts%weakened(c))
+      state = joint_state_type(contacts%length(c), contacts%slip_path(c), contacts%weakened(c), &
+         contacts%share(c))
    end function state_of
 
    !> A bonded contact that cannot slip acts at t₀ + θΔt, others at the end of the step.

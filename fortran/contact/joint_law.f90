@@ -21,6 +21,7 @@ module dda_joint_law
       real(wp) :: length     !< tributary length, m
       real(wp) :: slip_path  !< slip beyond the elastic one, both ways added up, m
       real(wp) :: weakened   !< 0: peak strength, 1: residual strength
+      real(wp) :: share = 1.0_wp  !< of the stiffness of a contact, where that is not per area
    end type joint_state_type
 
    !> A variable of &joint that strength depends on.
@@ -87,8 +88,7 @@ contains
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
-      spring = law%normal_stiffness
-      if (law%normal_per_area) spring = spring*state%length
+      spring = law%normal_stiffness*merge(state%length, state%share, law%normal_per_area)
    end function initial_spring
 
    !> Shear stiffness, N/m.
@@ -96,8 +96,7 @@ contains
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
-      spring = law%shear_stiffness
-      if (law%shear_per_area) spring = spring*state%length
+      spring = law%shear_stiffness*merge(state%length, state%share, law%shear_per_area)
    end function shear_spring
 
    !> Normal force at a closure, N/m.

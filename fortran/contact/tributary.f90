@@ -8,16 +8,15 @@
 !> edge with no parallel has half the shorter of the two edges, as if they were about to close.
 module dda_tributary
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, is_convex
+   use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, contact_open
    use dda_friction, only: laws_type
    use dda_joint_contact, only: closure_of, joint_energy, state_of
+   use dda_overlap, only: overlap_type, overlap_of, is_shared, weight, narrow, wide
    implicit none
    private
    public :: contact_overlap, set_lengths
 
-   real(wp), parameter :: touching = 1.0e-6_wp    !< of the edge's length: no gap
-   real(wp), parameter :: parallel = 0.0523_wp    !< sine of 3°
    real(wp), parameter :: same = 1.0e-2_wp        !< of a length, a change that is none
    real(wp), parameter :: least = 1.0e-9_wp       !< of the edge's length, of a contact
 
@@ -29,22 +28,47 @@ contains
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< joint laws
       real(wp), intent(out) :: gained                 !< by the springs, J per metre of thickness
-      real(wp) :: length, before
+      real(wp) :: length, share, before
       integer :: c
 
       gained = 0.0_wp
       do c = 1, contacts%n
          if (contacts%bonded(c)) cycle
-         length = tributary_length(contacts, blocks, c)
-         if (abs(length - contacts%length(c)) <= same*contacts%length(c)) cycle
+         call find_length(contacts, blocks, laws, c, length, share)
+         if (abs(length - contacts%length(c)) <= same*contacts%length(c) .and. &
+            abs(share - contacts%share(c)) <= same*share) cycle
          if (contacts%length(c) > 0.0_wp .and. contacts%state(c) /= contact_open .and. &
             .not. lies_along(contacts, blocks, c)) cycle
          before = energy_of(contacts, laws, c)
          if (contacts%length(c) <= 0.0_wp .or. contacts%state(c) == contact_open) before = 0.0_wp
          contacts%length(c) = length
+         contacts%share(c) = share
          if (before > 0.0_wp) gained = gained + energy_of(contacts, laws, c) - before
       end do
    end subroutine set_lengths
+
+   !> The length, m, that contact c stands for, and its share of the stiffness of a contact.
+   pure subroutine find_length(contacts, blocks, laws, c, length, share)
+      type(contacts_type), intent(in) :: contacts  !< with geometry
+      type(blocks_type), intent(in) :: blocks      !< present geometry
+      type(laws_type), intent(in) :: laws          !< joint laws
+      integer, intent(in) :: c                     !< number of the contact
+      real(wp), intent(out) :: length, share       !< m, –
+      real(wp) :: weighted
+      integer :: n
+
+      share = 1.0_wp
+      n = laws%points(contacts%joint(c))
+      if (n > 2) then
+         weighted = weighted_overlap(contacts, blocks, c, n)
+         if (weighted > 0.0_wp) then
+            length = weighted
+            share = 2*weight(n, max(1, contacts%point(c)))
+            return
+         end if
+      end if
+      length = tributary_length(contacts, blocks, c)
+   end subroutine find_length
 
    !> Energy of the springs of contact c in the present geometry, J per metre of thickness.
    pure real(wp) function energy_of(contacts, laws, c)
@@ -84,8 +108,8 @@ contains
       integer, intent(in) :: c                     !< number of the contact
 
       associate (normal => contacts%normal(:, c), v => contacts%vertex(c))
-         lies_along = abs(dot_product(normal, blocks%along(:, v))) <= parallel .or. &
-            abs(dot_product(normal, blocks%along(:, blocks%previous(v)))) <= parallel
+         lies_along = abs(dot_product(normal, blocks%along(:, v))) <= narrow .or. &
+            abs(dot_product(normal, blocks%along(:, blocks%previous(v)))) <= narrow
       end associate
    end function lies_along
 
@@ -106,35 +130,30 @@ contains
    pure real(wp) function shared_overlap(blocks, e, f) result(share)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges, named by their first vertex
-      real(wp) :: start(2), along(2), other(2), length, first, last, small
-      logical :: at_first, at_last
+      type(overlap_type) :: overlap
 
-      share = 0.0_wp
-      start = blocks%vertex(:, e)
-      along = edge_vector(blocks, e)
-      length = norm2(along)
-      along = along/length
-      other = edge_vector(blocks, f)
-      if (abs(along(1)*other(2) - along(2)*other(1)) > parallel*norm2(other)) return
-      first = dot_product(along, blocks%vertex(:, f) - start)
-      last = dot_product(along, blocks%vertex(:, blocks%next(f)) - start)
-      share = max(0.0_wp, min(length, max(first, last)) - max(0.0_wp, min(first, last)))
-      small = touching*length
-      ! Edge f runs against edge e.
-      at_first = (last >= -small .and. is_convex(blocks, blocks%next(f))) &
-         .or. (last <= small .and. is_convex(blocks, e))
-      at_last = (first <= length + small .and. is_convex(blocks, f)) &
-         .or. (first >= length - small .and. is_convex(blocks, blocks%next(e)))
-      if (at_first .and. at_last) share = 0.5_wp*share
+      overlap = overlap_of(blocks, e, f, narrow)
+      share = overlap%length
+      if (overlap%corner_from .and. overlap%corner_to) share = 0.5_wp*share
    end function shared_overlap
 
-   !> Vector from the first to the last vertex of edge e, m.
-   pure function edge_vector(blocks, e) result(vector)
-      type(blocks_type), intent(in) :: blocks  !< present geometry
-      integer, intent(in) :: e                 !< edge, named by its first vertex
-      real(wp) :: vector(2)
+   !> The share of contact c, m, where its joint has points between corners: by its weight.
+   pure real(wp) function weighted_overlap(contacts, blocks, c, n) result(length)
+      type(contacts_type), intent(in) :: contacts  !< with geometry
+      type(blocks_type), intent(in) :: blocks      !< present geometry
+      integer, intent(in) :: c                     !< number of the contact
+      integer, intent(in) :: n                     !< points of the joint
+      type(overlap_type) :: overlap
+      integer :: own(2), k
 
-      vector = blocks%vertex(:, blocks%next(e)) - blocks%vertex(:, e)
-   end function edge_vector
+      length = 0.0_wp
+      own = [contacts%vertex(c), blocks%previous(contacts%vertex(c))]
+      do k = 1, merge(1, 2, contacts%point(c) > 0)
+         overlap = overlap_of(blocks, contacts%edge(c), own(k), &
+            merge(wide, narrow, contacts%point(c) > 0))
+         if (is_shared(blocks, contacts%edge(c), own(k), overlap)) &
+            length = length + weight(n, max(1, contacts%point(c)))*overlap%length
+      end do
+   end function weighted_overlap
 
 end module dda_tributary

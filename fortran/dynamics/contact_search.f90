@@ -8,6 +8,7 @@ module dda_contact_search
    use dda_contact, only: contacts_type, contact_open
    use dda_contact_damping, only: damp_contacts
    use dda_contact_joints, only: set_joints
+   use dda_contact_points, only: add_points, place_points
    use dda_crossings, only: forget_parted
    use dda_energy, only: add_energy, energy_length, energy_geometric
    use dda_joint_contact, only: closure_of
@@ -80,8 +81,13 @@ contains
       associate (contacts => simulation%contacts(simulation%now))
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
             simulation%detection)
+         if (contacts%with_laws) contacts%point(:contacts%n) = 0
+         if (simulation%laws%pointed) call add_points(simulation%points, contacts, &
+            simulation%blocks, simulation%laws, simulation%detection%distance)
          call bound_history(simulation%history, simulation%detection)
          call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
+         if (simulation%laws%pointed) call place_points(contacts, simulation%blocks, &
+            simulation%laws, simulation%history%matched)
          call set_joints(contacts, simulation%blocks, simulation%laws, simulation%detection)
          if (simulation%laws%damped) call damp_contacts(contacts, simulation%laws, &
             simulation%blocks, next_step(simulation))

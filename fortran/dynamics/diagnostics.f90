@@ -5,6 +5,7 @@ module dda_diagnostics
    use dda_kinds, only: wp
    use dda_energy, only: balance, turnover, energy_geometric
    use dda_errors, only: error_type, error_convergence, error_memory, fail
+   use dda_joint_ends, only: bending_words
    use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
    use dda_text, only: short_text, to_text
@@ -119,8 +120,8 @@ contains
       end if
    end function audit_warning
 
-   !> Strains and depths of contacts in the present state that are beyond what the method is for:
-   !> 'topic: sentence', a line each.
+   !> Strains, depths of contacts and bending of joints in the present state that are beyond what
+   !> the method is for: 'topic: sentence', a line each.
    pure function state_warnings(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
@@ -137,7 +138,7 @@ contains
             ' is strained by '//short_text(100*strain(b))//' %, beyond the '// &
             short_text(100*most_strain)//' % of small strains'//new_line('a')
       end associate
-      text = text//depth_warning(simulation)
+      text = text//depth_warning(simulation)//bending_words(simulation, 'bending: ')
       if (text /= '') text = text(:len(text) - 1)
    end function state_warnings
 

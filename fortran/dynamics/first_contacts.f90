@@ -9,7 +9,7 @@
 module dda_first_contacts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type
+   use dda_contact, only: contacts_type, is_point
    use dda_maxima, only: largest_type, take, of_slip, of_opening
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
@@ -51,13 +51,16 @@ contains
       type(blocks_type), intent(in) :: blocks          !< in their present state
       real(wp), intent(in) :: touching                 !< distance up to which they do, m
       real(wp) :: apart(2)
+      logical :: touch(contacts%n)
       integer :: c
 
-      associate (gap => contacts%new_gap(:contacts%n) + contacts%offset(:contacts%n))
-         call reserve_first_contacts(first, count(gap <= touching), size(blocks%owner))
-         first%vertex = pack(contacts%vertex(:contacts%n), gap <= touching)
-         first%edge = pack(contacts%edge(:contacts%n), gap <= touching)
-      end associate
+      do c = 1, contacts%n
+         touch(c) = contacts%new_gap(c) + contacts%offset(c) <= touching .and. &
+            .not. is_point(contacts, c)
+      end do
+      call reserve_first_contacts(first, count(touch), size(blocks%owner))
+      first%vertex = pack(contacts%vertex(:contacts%n), touch)
+      first%edge = pack(contacts%edge(:contacts%n), touch)
       first%shortest = minval(blocks%length)
       do c = 1, size(first%vertex)
          associate (v => first%vertex(c), e => first%edge(c))
@@ -203,6 +206,7 @@ contains
 
       first%pressed = 0
       do c = 1, contacts%n
+         if (is_point(contacts, c)) cycle
          if (contacts%normal_force(c) > 0.0_wp) first%pressed(contacts%vertex(c)) = contacts%edge(c)
       end do
    end subroutine find_pressed

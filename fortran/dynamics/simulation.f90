@@ -6,6 +6,7 @@ module dda_simulation
    use dda_system, only: system_type
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, hand_over
+   use dda_contact_points, only: point_list_type
    use dda_detection, only: detection_type
    use dda_elements, only: elements_type
    use dda_energy, only: energy_type
@@ -73,6 +74,7 @@ module dda_simulation
       integer :: now = 1                       !< which of them is this step's
       type(neighbours_type) :: neighbours
       type(detection_type) :: detection
+      type(point_list_type) :: points
       type(history_type) :: history
       type(laws_type) :: laws
       type(elements_type) :: elements          !< supports, loads, body forces …

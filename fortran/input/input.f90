@@ -249,10 +249,11 @@ contains
       if (allocated(error)) return
       if (joint%is_plain()) return
       if (contact%original_rules) call input_error(error, place, "contact_rules = 'original' "// &
-         'know one stiffness and no law but Coulomb friction: leave out law and stiffness per area')
+         'know one stiffness, no law but Coulomb friction and contacts at corners: leave out '// &
+         'law, stiffness per area and contact_points')
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, place, 'a joint with '// &
-         'a law or stiffness of its own closes by what its load asks for: it does not go with '// &
-         'penetration_tolerance')
+         'a law, stiffness or contact_points of its own closes by what its load asks for: it '// &
+         'does not go with penetration_tolerance')
    end subroutine check_rules
 
    !> Restitution and dashpots of a joint need contacts of the own rules with springs.
@@ -269,8 +270,8 @@ contains
       if (any(joints%restitution >= 0.0_wp)) variable = 'restitution'
       do j = 1, size(joints)
          if (.not. joints(j)%is_plain()) call input_error(error, place, variable//' of a joint '// &
-            'does not go with a law or stiffness per area, of this or another joint: leave out '// &
-            'one of them')
+            'does not go with a law, stiffness per area or contact_points, of this or another '// &
+            'joint: leave out one of them')
       end do
       if (contact%original_rules) call input_error(error, place, variable// &
          " does not go with contact_rules = 'original' of &contact: leave out one of them")

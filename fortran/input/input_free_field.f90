@@ -65,8 +65,8 @@ contains
       do i = 1, size(joints)
          if (.not. model%joints(joints(i))%is_plain()) call input_error(error, place, 'faces '// &
             'are tied by the springs of &contact, and joint '// &
-            quoted(trim(model%joints(joints(i))%name))//' on them has a law or a stiffness per '// &
-            'area: give the edges at the sides a plain joint')
+            quoted(trim(model%joints(joints(i))%name))//' on them has a law, a stiffness per '// &
+            'area or contact_points: give the edges at the sides a plain joint')
       end do
    end subroutine check_plain
 

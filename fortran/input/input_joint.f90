@@ -25,16 +25,16 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: name
       character(len=16) :: law
-      real(wp) :: friction_angle, cohesion, tensile_strength, normal_stiffness_per_area, &
-         shear_stiffness_per_area, residual_friction_angle, residual_cohesion, &
-         residual_tensile_strength, weakening_slip, dilation_angle, dilation_slip, jrc, jcs, &
-         compressive_strength, max_closure, strength_reduction, restitution, damping
+      real(wp) :: friction_angle, cohesion, tensile_strength, normal_stiffness_per_area, jrc, jcs, &
+         shear_stiffness_per_area, residual_friction_angle, residual_cohesion, dilation_angle, &
+         residual_tensile_strength, weakening_slip, dilation_slip, compressive_strength, &
+         max_closure, strength_reduction, restitution, damping
       character(len=256) :: message
-      integer :: status
-      namelist /joint/ name, friction_angle, cohesion, tensile_strength, law, jrc, jcs, damping, &
-         normal_stiffness_per_area, shear_stiffness_per_area, residual_friction_angle, &
-         residual_cohesion, residual_tensile_strength, weakening_slip, dilation_angle, &
-         dilation_slip, compressive_strength, max_closure, strength_reduction, restitution
+      integer :: status, contact_points
+      namelist /joint/ normal_stiffness_per_area, residual_tensile_strength, strength_reduction, &
+         shear_stiffness_per_area, residual_friction_angle, compressive_strength, friction_angle, &
+         residual_cohesion, tensile_strength, weakening_slip, dilation_angle, contact_points, &
+         dilation_slip, max_closure, restitution, cohesion, damping, name, law, jrc, jcs
 
       name = ''
       law = 'coulomb'
@@ -56,13 +56,13 @@ contains
       strength_reduction = unset
       restitution = unset
       damping = 0.0_wp
+      contact_points = 2
       read (group, nml=joint, iostat=status, iomsg=message)
       call check_read(error, place, status, message)
       call require(error, place, 'friction_angle', [friction_angle])
-      call require_choice(error, place, 'law', law)
       if (allocated(error)) return
-      new = joint_type(name, friction_angle, law=law)
-      call read_damping(error, place, new, restitution, damping)
+      new = joint_type(name, friction_angle, law=law, contact_points=contact_points)
+      call read_contacts(error, place, new, restitution, damping)
       call read_stiffness(error, place, new, normal_stiffness_per_area, shear_stiffness_per_area)
       call read_law(error, place, new, [cohesion, tensile_strength], [residual_friction_angle, &
          residual_cohesion, residual_tensile_strength, weakening_slip, dilation_angle, &
@@ -90,20 +90,22 @@ contains
       strengths = slot%law%reduced(joint, factor)
    end subroutine reduced_strengths
 
-   !> What impacts leave of a velocity, and the dashpot.
-   subroutine read_damping(error, place, new, restitution, damping)
+   !> Points of contact, what impacts leave of a velocity, and the dashpot.
+   subroutine read_contacts(error, place, new, restitution, damping)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(place_type), intent(in) :: place  !< of the group
-      type(joint_type), intent(inout) :: new  !< gets both
+      type(joint_type), intent(inout) :: new  !< with its points, gets the others
       real(wp), intent(in) :: restitution  !< 0 … 1, or unset
       real(wp), intent(in) :: damping  !< N s/m per metre of thickness
 
+      if (all(new%contact_points /= [2, 3, 5])) call input_error(error, place, &
+         'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
       call require(error, place, 'damping', [damping])
       if (is_set(restitution)) call require(error, place, 'restitution', [restitution])
       if (allocated(error)) return
       new%damping = damping
       if (is_set(restitution)) new%restitution = restitution
-   end subroutine read_damping
+   end subroutine read_contacts
 
    !> What the law of the joint has, and nothing of another law.
    subroutine read_law(error, place, new, strength, after, rough)
@@ -115,6 +117,8 @@ contains
       real(wp), intent(in) :: rough(5)        !< JRC, JCS, σ_c, V_m, reduction, as given
       type(law_slot_type) :: slot
 
+      call require_choice(error, place, 'law', new%law)
+      if (allocated(error)) return
       call new_joint_law(slot, new, 1.0_wp, 1.0_wp)
       if (.not. allocated(slot%law)) call input_error(error, place, 'law = '// &
          quoted(trim(new%law))//' is not registered in dda_joint_laws')

@@ -40,6 +40,7 @@ module dda_material
       real(wp) :: strength_reduction = 1.0_wp !< divides that of Barton and Bandis
       real(wp) :: restitution = -1.0_wp     !< of impacts, 0 … 1; negative: not prescribed
       real(wp) :: damping = 0.0_wp          !< normal dashpot of a contact, N s/m per metre
+      integer :: contact_points = 2         !< of an overlap of two edges: 2, 3 or 5
    contains
       procedure :: is_plain
    end type joint_type
@@ -58,12 +59,12 @@ contains
       material%has_velocities = .true.
    end subroutine set_velocities
 
-   !> Coulomb friction with springs of the contacts: the only law in most models.
+   !> Coulomb friction with springs of the contacts at corners: the only law in most models.
    pure logical function is_plain(joint)
       class(joint_type), intent(in) :: joint  !< as read
 
       is_plain = joint%law == 'coulomb' .and. joint%normal_stiffness == 0.0_wp &
-         .and. joint%shear_stiffness == 0.0_wp
+         .and. joint%shear_stiffness == 0.0_wp .and. joint%contact_points == 2
    end function is_plain
 
    !> Elastic matrix D in σ = D ε, Pa, for (εx, εy, γxy).

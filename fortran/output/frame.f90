@@ -16,7 +16,8 @@ module dda_frame
 
    integer, parameter :: at_once = 512       !< blocks, vertices or contacts
    integer, parameter :: plain_columns = 9   !< of a contact
-   integer, parameter :: most_columns = 12   !< of one under a joint law
+   integer, parameter :: law_columns = 12    !< of one under a joint law
+   integer, parameter :: most_columns = 13   !< of one that may be between corners
 
 contains
 
@@ -24,7 +25,8 @@ contains
    pure integer function contact_columns(simulation)
       type(simulation_type), intent(in) :: simulation  !< at its present time
 
-      contact_columns = merge(plain_columns, most_columns, simulation%laws%plain)
+      contact_columns = merge(plain_columns, law_columns, simulation%laws%plain)
+      if (simulation%laws%pointed) contact_columns = most_columns
    end function contact_columns
 
    !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; contacts
@@ -104,7 +106,8 @@ contains
    end subroutine append_column
 
    !> Vertex and edge from 0, state, bonded, joint from 0; distance, normal force, shear force,
-   !> stretch; under a joint law also length, slip path, weakening.
+   !> stretch; under a joint law also length, slip path, weakening; with points between corners,
+   !> place.
    pure subroutine take_column(contacts, number, first, column)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       integer, intent(in) :: number  !< of the column
@@ -126,6 +129,7 @@ contains
       case (10); column = contacts%length(first:last)
       case (11); column = contacts%slip_path(first:last)
       case (12); column = contacts%weakened(first:last)
+      case (13); column = contacts%place(first:last)
       end select
    end subroutine take_column
 

@@ -110,7 +110,9 @@ module dda_output_file
       variable_type('contact_slip_path', nf90_double, 'contact', 'm', &
          'slip beyond the elastic one, both ways added up'), &
       variable_type('contact_weakened', nf90_double, 'contact', '1', &
-         '0 at peak strength, 1 at residual strength')]
+         '0 at peak strength, 1 at residual strength'), &
+      variable_type('contact_place', nf90_double, 'contact', '1', &
+         'share of the edge that begins at the vertex, before the point that touches')]
 
    !> Bolts, of models that have some.
    type(variable_type), parameter :: bolt_variables(bolt_columns + 3) = [ &

@@ -479,11 +479,11 @@ contains
    end subroutine vertex_places
 
    !> Contacts of the last step: vertex, edge, state, bonded, joint; gap, normal force, shear force,
-   !> stretch.
+   !> stretch; under joint laws length, slip path, weakening, place.
    subroutine contact_states(handle, n, who, values, status, message)
       integer(c_int), intent(in) :: handle, n
       integer(c_int), intent(out) :: who(5, n)
-      real(c_double), intent(out) :: values(7, n)
+      real(c_double), intent(out) :: values(8, n)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -509,6 +509,7 @@ contains
                values(5, :) = contacts%length(:n)
                values(6, :) = contacts%slip_path(:n)
                values(7, :) = contacts%weakened(:n)
+               values(8, :) = contacts%place(:n)
             end if
          end associate
       end if

@@ -113,6 +113,7 @@ _ALONE = _kinds("""
     iterations            real    time
     contact_joint         number  contact
     contact_stretch       real    contact
+    contact_place         real    contact
 """)
 _KNOWN = {name: kind for family in (*_FAMILIES, _ALONE) for name, kind in family.items()}
 _ATTRIBUTES = ("title", "input_text", "input_file", "stages", "step_control", "verdict", "complete")

@@ -364,7 +364,7 @@ def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndar
     k = pair.max(initial=-1) + 1
     weight = np.bincount(pair, push, k)
     total = np.column_stack([np.bincount(pair, sign * f, k) for f in force.T])
-    where = vertices[contacts["vertex"]] if len(push) else np.zeros((0, 2))
+    where = scene.touching(vertices, contacts) if len(push) else np.zeros((0, 2))
     centre = np.column_stack([np.bincount(pair, push * x, k) for x in where.T])
     good = weight > 0
     return centre[good] / weight[good, None], total[good]

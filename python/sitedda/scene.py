@@ -186,6 +186,7 @@ class Scene:
     def contacts(self, frame: int) -> dict[str, np.ndarray]:
         """Contacts of a frame: vertex, edge, state, bonded, gap, normal_force, shear_force."""
         names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
+        names += ("place",) * ("contact_place" in self.data.variables)
         which = slice(*self._contact_starts[frame : frame + 2])
         return {name: read(self.data, f"contact_{name}", which) for name in names}
 
@@ -238,7 +239,15 @@ class Scene:
         places = self.vertices(frame)
         begin, end = places[contacts["edge"]], places[self.next_vertex[contacts["edge"]]]
         along = (end - begin) / np.linalg.norm(end - begin, axis=1, keepdims=True)
-        return places[contacts["vertex"]], np.column_stack([along[:, 1], -along[:, 0]])
+        return self.touching(places, contacts), np.column_stack([along[:, 1], -along[:, 0]])
+
+    def touching(self, places: np.ndarray, contacts: dict) -> np.ndarray:
+        """Points that touch, (k, 2), where vertices are at places: vertices, or between them."""
+        first = contacts["vertex"]
+        if "place" not in contacts:
+            return places[first]
+        share = contacts["place"][:, None]
+        return places[first] + share * (places[self.next_vertex[first]] - places[first])
 
     @cached_property
     def interfaces(self) -> Interfaces:

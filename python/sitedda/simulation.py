@@ -28,7 +28,7 @@ from .groups import checked as checked_value
 from .groups import group_text
 from .maxima import Maximum, as_maxima, maxima_of
 from .reading import read_bounded
-from .stop import SIGNALS, Stop, program_hears
+from .stop import Stop
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -423,11 +423,13 @@ class Simulation:
         ``vertex`` and ``edge`` (from 0), ``state`` (0 open, 1 slide, 2 stick), ``bonded``,
         ``joint`` (from 0, in the order of the input);
         ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m). Under joint laws:
-        ``length`` (m) that a contact stands for, ``slip_path`` (m), ``weakened`` (0 … 1); else 0.
+        ``length`` (m) that a contact stands for, ``slip_path`` (m), ``weakened`` (0 … 1), and
+        ``place``, the share of the edge from ``vertex`` on before a point between corners; else 0.
         """
         who, values = self._ask_all("contact_states", 3)
         names = ("vertex", "edge", "state", "bonded", "joint")
-        more = ("gap", "normal_force", "shear_force", "stretch", "length", "slip_path", "weakened")
+        more = ("gap", "normal_force", "shear_force", "stretch")
+        more += ("length", "slip_path", "weakened", "place")
         return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
 
     @property
@@ -662,14 +664,14 @@ def resume(
     return _run(file, output, progress, dict(changes or {}) | more, resume=True)
 
 
-def _run(file, output, progress, changes, resume=False, program=False) -> Run:
+def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)) -> Run:
     from .output import load
 
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "history.nc" if output is None else output
         with (
             Simulation(file, output=target, resume=resume, changes=changes) as simulation,
-            Stop(SIGNALS if program else (signal.SIGINT,), program) as stop,
+            Stop(signals) as stop,
         ):
             complete = run_to_end(simulation, progress, stop)
             where = simulation.finish()
@@ -711,8 +713,7 @@ def run_to_end(
             elif chunk > 1:
                 chunk //= 2
     except KeyboardInterrupt:
-        if program_hears():
-            raise
+        pass
     except BaseException as error:
         try:
             simulation.finish()

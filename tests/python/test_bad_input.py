@@ -154,6 +154,13 @@ CASES = [
         ["jrc = 0.5", "range"],
     ),
     ("no roughness", rough(jrc=None), "&joint", ["jrc is missing"]),
+    ("four points", jointed(contact_points=4), "&joint", ["contact_points = 4", "2, 3 or 5"]),
+    (
+        "points of augmented contacts",
+        changed(jointed(contact_points=3), "contact", penetration_tolerance=1e-9),
+        "&joint",
+        ["contact_points", "penetration_tolerance"],
+    ),
     (
         "a law under the original rules",
         changed(jointed(law="mohr_coulomb"), "contact", contact_rules="original"),

@@ -20,6 +20,7 @@ from ..scene import Scene, principal_stresses
 POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta, of the size of the model at a vertex
 _FINE = 32767  # steps of a quantity that is stored as well as 16 bits can
 _COARSE = 255  # of colours of large models
+_PLACES = 101  # hundredths of an edge, both ends included
 _LEAST_STEPS = 500  # that even a small displacement has
 _SAMPLE = 12  # frames that the size of all is estimated from
 _LEVEL = 6  # of deflate
@@ -245,15 +246,19 @@ def _put_bolts(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
 
 
 def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:
-    """Forces of all (vertex, edge) pairs that ever press, over the frames; none if too many."""
+    """Forces of all that ever press, over the frames; none if too many.
+
+    A contact is a vertex, an edge and the hundredths of the vertex's edge before the point that
+    touches.
+    """
     found = [scene.contacts(f) for f in frames]
     vertices = len(scene.owner)
     keys, which = [], []
     for contacts in found:
         closed = contacts["normal_force"] > 0
-        keys.append(
-            contacts["vertex"][closed].astype(np.int64) * vertices + contacts["edge"][closed]
-        )
+        pair = contacts["vertex"][closed].astype(np.int64) * vertices + contacts["edge"][closed]
+        place = contacts["place"][closed] if "place" in contacts else np.zeros(len(pair))
+        keys.append(_PLACES * pair + np.rint((_PLACES - 1) * place).astype(np.int64))
         which.append(closed)
     pairs = np.unique(np.concatenate(keys)) if keys else np.zeros(0, dtype=np.int64)
     result.meta["pairs"] = 0
@@ -275,7 +280,8 @@ def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) 
     parts = (("normal", normal), ("shear", shear))
     forces = [Channel.rooted(name, values, _COARSE) for name, values in parts]
     _put_channels(streams, forces, "force_channels")
-    streams.put_array("pairs", np.column_stack([pairs // vertices, pairs % vertices]), "<i4")
+    pair, place = np.divmod(pairs, _PLACES)
+    streams.put_array("pairs", np.column_stack([pair // vertices, pair % vertices, place]), "<i4")
     if streams.size > room:
         result.meta["no_forces"] = "contact forces would not fit into the file"
         return

@@ -1141,8 +1141,9 @@
         const push = value(normal, frame * n + k);
         if (push <= 0) continue;
         const drag = value(shear, frame * n + k);
-        const v = model.pairs[2 * k], e = model.pairs[2 * k + 1], a = owner[v], b = owner[e];
-        const w = e + 1 < model.first[b + 1] ? e + 1 : model.first[b];
+        const [v, e, place] = model.pairs.subarray(3 * k, 3 * k + 3), a = owner[v], b = owner[e];
+        const after = (i) => i + 1 < model.first[owner[i] + 1] ? i + 1 : model.first[owner[i]];
+        const w = after(e), u = after(v), share = place / 100;
         const dx = p[2 * w] - p[2 * e], dy = p[2 * w + 1] - p[2 * e + 1];
         const length = Math.hypot(dx, dy) || 1, tx = dx / length, ty = dy / length;
         const sign = a < b ? 1 : -1;
@@ -1150,8 +1151,8 @@
         let sum = sums.get(key);
         if (!sum) sums.set(key, sum = [0, 0, 0, 0, 0]);
         sum[0] += push;
-        sum[1] += push * p[2 * v];
-        sum[2] += push * p[2 * v + 1];
+        sum[1] += push * (p[2 * v] + share * (p[2 * u] - p[2 * v]));
+        sum[2] += push * (p[2 * v + 1] + share * (p[2 * u + 1] - p[2 * v + 1]));
         sum[3] += sign * (push * ty - drag * tx);
         sum[4] += sign * (-push * tx - drag * ty);
       }

@@ -1,0 +1,245 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Contacts between the corners of an overlap, of joints with more than two contact points.
+!>
+!> A point is a material point of one of the two edges, at its share of the overlap; it has the
+!> number of that edge for a vertex.  The shorter edge has it, so that a block that slides on a
+!> longer one takes its points along.  While the overlap differs by less than a hundredth of its
+!> length from that for which the places were taken, and while it is bonded, a point stays where it
+!> is.  A point that begins beside others of the overlap begins with the history of the nearest of
+!> them: so the stress goes on where an overlap grows long enough for points.
+!>
+!> Where an edge goes straight on, an overlap ends without a corner, and has a point there.
+module dda_contact_points
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_contact, only: contacts_type, reserve
+   use dda_contact_geometry, only: candidate_type, set_contacts, set_point
+   use dda_friction, only: laws_type, weaker_joint
+   use dda_growth, only: grow
+   use dda_overlap, only: overlap_type, overlap_of, is_shared, node, narrow, wide
+   implicit none
+   private
+   public :: point_list_type, add_points, place_points
+
+   real(wp), parameter :: same = 1.0e-2_wp  !< of an overlap, a move that is none
+
+   !> A list of contacts with its points, before it has geometry.
+   type :: point_list_type
+      integer :: n = 0                                   !< contacts
+      integer :: pair = 1                                !< first of the near pair in work
+      type(candidate_type), allocatable :: candidate(:)  !< [n]
+      integer, allocatable :: point(:)                   !< [n] 0: corner
+      real(wp), allocatable :: place(:)                  !< [n] share of the edge before it
+   end type point_list_type
+
+contains
+
+   !> Put the points of all overlaps behind the corners of their pairs of blocks.
+   subroutine add_points(list, contacts, blocks, laws, distance)
+      type(point_list_type), intent(inout) :: list    !< memory
+      type(contacts_type), intent(inout) :: contacts  !< corners alone, without history
+      type(blocks_type), intent(in) :: blocks         !< present geometry
+      type(laws_type), intent(in) :: laws             !< numbers of points
+      real(wp), intent(in) :: distance                !< m, up to which a contact is listed
+      integer :: first, last, c
+
+      list%n = 0
+      first = 1
+      do while (first <= contacts%n)
+         last = first
+         do while (last < contacts%n)
+            if (contacts%pair(last + 1) /= contacts%pair(first)) exit
+            last = last + 1
+         end do
+         list%pair = list%n + 1
+         do c = first, last
+            call append(list, candidate_type(contacts%vertex(c), contacts%edge(c), &
+               contacts%corner(c), contacts%pair(c)), 0, 0.0_wp)
+         end do
+         do c = first, last
+            call add_overlap(list, contacts, c, contacts%vertex(c), blocks, laws, distance)
+            call add_overlap(list, contacts, c, blocks%previous(contacts%vertex(c)), blocks, &
+               laws, distance)
+         end do
+         first = last + 1
+      end do
+      contacts%n = list%n
+      call reserve(contacts, list%n)
+      call set_contacts(contacts, 1, blocks, list%n, list%candidate)
+      contacts%point(:list%n) = list%point(:list%n)
+      do c = 1, list%n
+         if (list%point(c) > 0) call set_point(contacts, c, blocks, list%place(c))
+      end do
+   end subroutine add_points
+
+   !> The points of the overlap of the edge that corner c touches and one of its own, once.
+   subroutine add_overlap(list, contacts, c, own, blocks, laws, distance)
+      type(point_list_type), intent(inout) :: list  !< receives them
+      type(contacts_type), intent(in) :: contacts   !< corners
+      integer, intent(in) :: c, own                 !< contact, edge at its vertex
+      type(blocks_type), intent(in) :: blocks       !< present geometry
+      type(laws_type), intent(in) :: laws           !< numbers of points
+      real(wp), intent(in) :: distance              !< m, up to which a contact is listed
+      type(overlap_type) :: overlap
+      real(wp) :: place
+      integer :: e, f, i, n
+
+      n = laws%points(weaker_joint(laws, blocks%joint(contacts%edge(c)), blocks%joint(own)))
+      if (n == 2) return
+      call order(blocks, contacts%edge(c), own, e, f)
+      if (any(list%point(list%pair:list%n) > 0 .and. list%candidate(list%pair:list%n)%edge == e &
+         .and. list%candidate(list%pair:list%n)%vertex == f)) return
+      overlap = overlap_of(blocks, e, f, wide)
+      if (.not. is_shared(blocks, e, f, overlap)) return
+      do i = 1, n
+         if (i == 1 .and. overlap%corner_from) cycle
+         if (i == n .and. overlap%corner_to) cycle
+         place = place_of(overlap, n, i)
+         if (abs(distance_of(blocks, e, f, place)) <= distance) call append(list, &
+            candidate_type(f, e, 0, contacts%pair(c)), i, place)
+      end do
+   end subroutine add_overlap
+
+   !> Of two edges the longer one, which is touched, and the shorter one, which has the points.
+   pure subroutine order(blocks, a, b, touched, own)
+      type(blocks_type), intent(in) :: blocks  !< reference shapes
+      integer, intent(in) :: a, b              !< edges
+      integer, intent(out) :: touched, own     !< the same
+      real(wp) :: length(2)
+
+      length = [norm2(blocks%reference(:, blocks%next(a)) - blocks%reference(:, a)), &
+         norm2(blocks%reference(:, blocks%next(b)) - blocks%reference(:, b))]
+      touched = min(a, b)
+      own = max(a, b)
+      if (abs(length(1) - length(2)) <= same*maxval(length)) return
+      touched = merge(a, b, length(1) > length(2))
+      own = merge(b, a, length(1) > length(2))
+   end subroutine order
+
+   !> Share of the edge before point i of n.
+   pure real(wp) function place_of(overlap, n, i) result(place)
+      type(overlap_type), intent(in) :: overlap  !< of the edge with another
+      integer, intent(in) :: n, i                !< points, number of one
+
+      place = overlap%from + node(n, i)*(overlap%to - overlap%from)
+   end function place_of
+
+   !> Signed distance of a point of edge f to edge e, m.
+   pure real(wp) function distance_of(blocks, e, f, place) result(distance)
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      integer, intent(in) :: e, f              !< edges
+      real(wp), intent(in) :: place            !< share of f before the point
+      real(wp) :: from(2)
+
+      from = blocks%vertex(:, f) + place*(blocks%vertex(:, blocks%next(f)) - blocks%vertex(:, f)) &
+         - blocks%vertex(:, e)
+      distance = blocks%along(2, e)*from(1) - blocks%along(1, e)*from(2)
+   end function distance_of
+
+   subroutine append(list, candidate, point, place)
+      type(point_list_type), intent(inout) :: list    !< receives a contact
+      type(candidate_type), intent(in) :: candidate   !< who touches whom
+      integer, intent(in) :: point                    !< number in its overlap, 0: corner
+      real(wp), intent(in) :: place                   !< share of the edge before it
+      type(candidate_type), allocatable :: longer(:)
+
+      if (.not. allocated(list%candidate)) allocate (list%candidate(0), list%point(0), &
+         list%place(0))
+      list%n = list%n + 1
+      if (list%n > size(list%candidate)) then
+         allocate (longer(2*list%n))
+         longer(:list%n - 1) = list%candidate
+         call move_alloc(longer, list%candidate)
+         call grow(list%point, 2*list%n)
+         call grow(list%place, 2*list%n)
+      end if
+      list%candidate(list%n) = candidate
+      list%point(list%n) = point
+      list%place(list%n) = place
+   end subroutine append
+
+   !> Places of all points with their histories, and their geometry there.
+   pure subroutine place_points(contacts, blocks, laws, matched)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, with history
+      type(blocks_type), intent(in) :: blocks         !< present geometry
+      type(laws_type), intent(in) :: laws             !< numbers of points
+      logical, intent(in) :: matched(:)               !< [n] contacts with a history
+      type(overlap_type) :: overlap
+      real(wp) :: fresh, moved
+      integer :: c, n
+
+      do c = 1, contacts%n
+         if (contacts%point(c) == 0) cycle
+         associate (e => contacts%edge(c), f => contacts%vertex(c))
+            n = laws%points(weaker_joint(laws, blocks%joint(e), blocks%joint(f)))
+            overlap = overlap_of(blocks, e, f, merge(narrow, wide, matched(c)))
+            fresh = place_of(overlap, n, contacts%point(c))
+            moved = abs(fresh - contacts%place(c))*blocks%length(f)
+         end associate
+         if (.not. matched(c)) then
+            contacts%place(c) = fresh
+            call begin_beside(contacts, c, blocks, matched)
+         else if (.not. contacts%bonded(c) .and. moved > same*overlap%length .and. &
+            overlap%length > 0.0_wp) then
+            contacts%place(c) = fresh
+         end if
+         call set_point(contacts, c, blocks, contacts%place(c))
+         contacts%gap(c) = contacts%gap(c) - contacts%offset(c)
+      end do
+   end subroutine place_points
+
+   !> The history of the nearest contact of the same overlap, where one has a history.
+   pure subroutine begin_beside(contacts, c, blocks, matched)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      integer, intent(in) :: c                        !< point without a history
+      type(blocks_type), intent(in) :: blocks         !< present geometry
+      logical, intent(in) :: matched(:)               !< [n] contacts with a history
+      real(wp) :: apart, least
+      integer :: k, nearest, step
+
+      least = huge(1.0_wp)
+      nearest = 0
+      do step = -1, 1, 2
+         k = c + step
+         do while (k >= 1 .and. k <= contacts%n)
+            if (contacts%pair(k) /= contacts%pair(c)) exit
+            apart = abs(place_in(contacts, k, blocks, contacts%edge(c), contacts%vertex(c)) &
+               - contacts%place(c))
+            if (matched(k) .and. apart < least) then
+               least = apart
+               nearest = k
+            end if
+            k = k + step
+         end do
+      end do
+      if (nearest == 0) return
+      contacts%offset(c) = contacts%offset(nearest)
+      contacts%state(c) = contacts%state(nearest)
+      contacts%stretch(c) = contacts%stretch(nearest)
+      contacts%slip_sign(c) = contacts%slip_sign(nearest)
+      contacts%slip_path(c) = contacts%slip_path(nearest)
+      contacts%weakened(c) = contacts%weakened(nearest)
+   end subroutine begin_beside
+
+   !> Where contact k is on edge f in its overlap with edge e; far away if it is not.
+   pure real(wp) function place_in(contacts, k, blocks, e, f) result(place)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: k                     !< number of the contact
+      type(blocks_type), intent(in) :: blocks      !< present geometry
+      integer, intent(in) :: e, f                  !< edges
+      real(wp) :: along(2)
+
+      place = huge(1.0_wp)
+      associate (v => contacts%vertex(k), touched => contacts%edge(k))
+         if (contacts%point(k) > 0) then
+            if (v == f .and. touched == e) place = contacts%place(k)
+         else if ((touched == e .and. any(v == [f, blocks%next(f)])) .or. &
+            (touched == f .and. any(v == [e, blocks%next(e)]))) then
+            along = blocks%vertex(:, blocks%next(f)) - blocks%vertex(:, f)
+            place = dot_product(blocks%vertex(:, v) - blocks%vertex(:, f), along) &
+               /dot_product(along, along)
+         end if
+      end associate
+   end function place_in
+
+end module dda_contact_points

@@ -1,0 +1,105 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The length over which two edges lie along each other, and the contacts that share it.
+!>
+!> A joint with two contact points has one at each end of an overlap, with half of it.  With three
+!> or five the points have the places and weights of Lobatto's rule: they are exact for a stress
+!> that is linear along the overlap, so that the joint bends as stiffly as it should.
+module dda_overlap
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type, is_convex
+   implicit none
+   private
+   public :: overlap_type, overlap_of, is_shared, node, weight, narrow, wide
+
+   real(wp), parameter :: touching = 1.0e-6_wp  !< of the edge's length: no gap
+   real(wp), parameter :: narrow = 0.0523_wp    !< sine of 3°
+   real(wp), parameter :: wide = 0.2588_wp      !< sine of 15°
+   !> of the shorter edge: a shorter overlap is that of two corners, without points of its own
+   real(wp), parameter :: least = 0.05_wp
+
+   !> The overlap of edge f with edge e, against which it runs.
+   type :: overlap_type
+      real(wp) :: length = 0.0_wp   !< m; 0: they do not lie along each other
+      !> share of f before the overlap, and before its end
+      real(wp) :: from = 0.0_wp, to = 0.0_wp
+      !> a corner ends it there
+      logical :: corner_from = .false., corner_to = .false.
+   end type overlap_type
+
+contains
+
+   !> The overlap of edges f and e, which are named by their first vertices.
+   pure type(overlap_type) function overlap_of(blocks, e, f, sine) result(overlap)
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      integer, intent(in) :: e, f              !< edges
+      real(wp), intent(in) :: sine             !< of the largest angle between them
+      real(wp) :: start(2), along(2), other(2), length, first, last, small
+
+      start = blocks%vertex(:, e)
+      along = edge_vector(blocks, e)
+      length = norm2(along)
+      along = along/length
+      other = edge_vector(blocks, f)
+      if (abs(along(1)*other(2) - along(2)*other(1)) > sine*norm2(other)) return
+      first = dot_product(along, blocks%vertex(:, f) - start)
+      last = dot_product(along, blocks%vertex(:, blocks%next(f)) - start)
+      overlap%length = max(0.0_wp, min(length, max(first, last)) - max(0.0_wp, min(first, last)))
+      small = touching*length
+      overlap%corner_to = (last >= -small .and. is_convex(blocks, blocks%next(f))) &
+         .or. (last <= small .and. is_convex(blocks, e))
+      overlap%corner_from = (first <= length + small .and. is_convex(blocks, f)) &
+         .or. (first >= length - small .and. is_convex(blocks, blocks%next(e)))
+      if (.not. first > last) return
+      overlap%from = max(0.0_wp, first - length)/(first - last)
+      overlap%to = min(1.0_wp, first/(first - last))
+   end function overlap_of
+
+   !> The overlap is long enough for points of its own.
+   pure logical function is_shared(blocks, e, f, overlap)
+      type(blocks_type), intent(in) :: blocks      !< present geometry
+      integer, intent(in) :: e, f                  !< edges
+      type(overlap_type), intent(in) :: overlap    !< of them
+
+      is_shared = overlap%to > overlap%from .and. &
+         overlap%length > least*min(blocks%length(e), blocks%length(f))
+   end function is_shared
+
+   !> Place of point i of n in an overlap, 0 … 1.
+   pure real(wp) function node(n, i)
+      integer, intent(in) :: n  !< points: 2, 3 or 5
+      integer, intent(in) :: i  !< 1 … n
+      real(wp) :: half
+
+      half = 1.0_wp
+      if (n == 5) half = merge(1.0_wp, sqrt(3.0_wp/7.0_wp), i == 1 .or. i == 5)
+      if (2*i == n + 1) half = 0.0_wp
+      node = 0.5_wp + sign(0.5_wp*half, real(2*i - n - 1, wp))
+   end function node
+
+   !> Share of point i of n in an overlap.
+   pure real(wp) function weight(n, i)
+      integer, intent(in) :: n  !< points: 2, 3 or 5
+      integer, intent(in) :: i  !< 1 … n
+
+      select case (n)
+      case (3)
+         weight = merge(2.0_wp/3.0_wp, 1.0_wp/6.0_wp, i == 2)
+      case (5)
+         weight = 49.0_wp/180.0_wp
+         if (i == 3) weight = 16.0_wp/45.0_wp
+         if (i == 1 .or. i == 5) weight = 0.05_wp
+      case default
+         weight = 0.5_wp
+      end select
+   end function weight
+
+   !> Vector from the first to the last vertex of edge e, m.
+   pure function edge_vector(blocks, e) result(vector)
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      integer, intent(in) :: e                 !< edge, named by its first vertex
+      real(wp) :: vector(2)
+
+      vector = blocks%vertex(:, blocks%next(e)) - blocks%vertex(:, e)
+   end function edge_vector
+
+end module dda_overlap

@@ -1,0 +1,119 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Bonded joints with two contact points that bend: these are three times as stiff and as strong as
+!> a joint whose stress is linear, and nothing in the results tells.
+!>
+!> Two contacts with half of an overlap each have the stresses σ ± s; a linear stress of the same
+!> moment has σ ± 3 s at the ends.
+module dda_joint_ends
+   use dda_kinds, only: wp
+   use dda_contact, only: contacts_type
+   use dda_overlap, only: overlap_type, overlap_of, narrow
+   use dda_simulation, only: simulation_type, block_name
+   use dda_text, only: quoted, short_text
+   implicit none
+   private
+   public :: bending_words
+
+   real(wp), parameter :: most_bending = 0.2_wp   !< of the mean, off the mean at an end
+   real(wp), parameter :: least_bending = 0.01_wp !< of the strength: less is rounding
+   real(wp), parameter :: linear = 3.0_wp         !< end of a linear stress, of that of two contacts
+
+contains
+
+   !> A sentence for each joint of which a bonded overlap bends, each with a line end.
+   pure function bending_words(simulation, topic) result(text)
+      type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
+      character(len=*), intent(in) :: topic            !< put before each
+      character(len=:), allocatable :: text
+      real(wp) :: mean, bending, found(2)
+      integer :: j, c, at
+
+      text = ''
+      associate (contacts => simulation%contacts(simulation%now), laws => simulation%laws)
+         do j = 1, size(laws%points)
+            at = 0
+            found = 0.0_wp
+            if (laws%points(j) /= 2 .or. max(laws%cohesion(j), laws%tension(j)) <= 0.0_wp) cycle
+            do c = 1, contacts%n
+               if (.not. contacts%bonded(c) .or. contacts%joint(c) /= j) cycle
+               call find_bending(simulation, c, mean, bending)
+               if (bending <= max(found(2), most_bending*abs(mean), &
+                  least_bending*max(laws%cohesion(j), laws%tension(j)))) cycle
+               found = [mean, bending]
+               at = c
+            end do
+            if (at > 0) text = text//topic//words(simulation, at, found)//new_line('a')
+         end do
+      end associate
+   end function bending_words
+
+   !> Mean tension of the overlap that contact c is the first of, and how far off it a linear stress
+   !> is at its ends, Pa; 0 if the contact is not bonded at both ends.
+   pure subroutine find_bending(simulation, c, mean, bending)
+      type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
+      integer, intent(in) :: c                         !< bonded contact
+      real(wp), intent(out) :: mean, bending           !< Pa
+      integer :: k
+
+      mean = 0.0_wp
+      bending = 0.0_wp
+      associate (contacts => simulation%contacts(simulation%now))
+         do k = c + 1, contacts%n
+            if (contacts%pair(k) /= contacts%pair(c)) return
+            if (.not. contacts%bonded(k)) cycle
+            if (any(edges_of(simulation, k) /= edges_of(simulation, c))) cycle
+            mean = 0.5_wp*(tension_of(contacts, c) + tension_of(contacts, k))
+            bending = 0.5_wp*linear*abs(tension_of(contacts, c) - tension_of(contacts, k))
+            return
+         end do
+      end associate
+   end subroutine find_bending
+
+   !> Mean tension over what contact c is bonded along, Pa.
+   pure real(wp) function tension_of(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< evaluated
+      integer, intent(in) :: c                     !< bonded contact
+
+      tension_of = -contacts%normal_force(c)/contacts%bond_length(c)
+   end function tension_of
+
+   !> The two edges that overlap at contact c, the lower number first.
+   pure function edges_of(simulation, c) result(edges)
+      type(simulation_type), intent(in) :: simulation  !< in its present state
+      integer, intent(in) :: c                         !< contact of a corner
+      integer :: edges(2)
+      type(overlap_type) :: after, before
+
+      associate (contacts => simulation%contacts(simulation%now), blocks => simulation%blocks)
+         associate (e => contacts%edge(c), v => contacts%vertex(c))
+            after = overlap_of(blocks, e, v, narrow)
+            before = overlap_of(blocks, e, blocks%previous(v), narrow)
+            edges = [e, merge(v, blocks%previous(v), after%length >= before%length)]
+         end associate
+      end associate
+      edges = [minval(edges), maxval(edges)]
+   end function edges_of
+
+   !> What to say of the overlap of contact c.
+   pure function words(simulation, c, found) result(text)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      integer, intent(in) :: c                         !< bonded contact
+      real(wp), intent(in) :: found(2)                 !< mean, off the mean at an end, Pa
+      character(len=:), allocatable :: text, share
+
+      share = ''
+      if (found(2) < 100*abs(found(1))) share = ', '//short_text(100*found(2)/abs(found(1)))// &
+         ' % off the mean'
+      associate (contacts => simulation%contacts(simulation%now))
+         text = 'the bond of blocks '//block_name(simulation, contacts%block_v(c))// &
+            ' and '//block_name(simulation, contacts%block_e(c))//', &joint '// &
+            quoted(trim(simulation%model%joints(contacts%joint(c))%name))// &
+            ', has a tension of '//short_text(found(1) + found(2))//' Pa at one end and '// &
+            short_text(found(1) - found(2))//' Pa at the other'//share//', but its two '// &
+            'contacts carry '//short_text(found(1) + found(2)/linear)//' and '// &
+            short_text(found(1) - found(2)/linear)//' Pa: in bending it is three times too '// &
+            'strong; try contact_points = 3'
+      end associate
+   end function words
+
+end module dda_joint_ends

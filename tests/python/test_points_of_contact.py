@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Contact points between corners: places in files and pictures, the word on bonds that bend."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import sitedda
+from sitedda.model import Model
+from sitedda.pictures import force_lines
+from sitedda.scene import Scene
+from sitedda.view.encode import encode
+from sitedda.vtk import contacts_of
+
+WEIGHT = 2000.0 * 9.81  # N/m, of the glued block; its bond bends by 6 W/2 = 58.86 kPa
+
+
+def bracket(steps: int = 40, **joint) -> Model:
+    """A block of 1 m that is glued to a wall by its side, and a brick that is pushed along it."""
+    model = Model("Bracket", time_step=1e-3, steps=steps, settle=True)
+    model.control(gravity=(0.0, -9.81))
+    model.contact(normal_stiffness=1e9)
+    model.material("stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.2)
+    model.material("foam", density=10.0, young_modulus=1e12, poisson_ratio=0.2)
+    bond = {"friction_angle": 20.0, "cohesion": 1e6, "tensile_strength": 62e3}
+    model.joint("mortar", **(bond | joint))
+    model.joint("dry", friction_angle=10.0, contact_points=5)
+    model.block([(-1, -2), (0, -2), (0, 3), (-1, 3)], name="wall", material="stone", joint="mortar")
+    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="block", material="stone", joint="mortar")
+    model.block(
+        [(0.2, 1.0), (0.6, 1.0), (0.6, 1.2), (0.2, 1.2)],
+        name="brick",
+        material="foam",
+        joint="dry",
+    )
+    for y in (-1.5, 2.5):
+        model.fixed_point(-0.5, y)
+    model.load(0.4, 1.0, time=(0.0, 1e-3, 1.0), force_x=(0.0, 5.0, 5.0), block="brick")
+    return model
+
+
+@pytest.fixture(scope="module")
+def bracketed(tmp_path_factory):
+    model = bracket(contact_points=3)
+    model.output(block_interval=20)
+    return model.run(output=tmp_path_factory.mktemp("bracket") / "out.nc")
+
+
+def test_points_have_their_places(bracketed):
+    """In the output, in pictures and for ParaView; on the brick they slide along with it."""
+    scene = Scene.of(bracketed)
+    frame = scene.frames - 1
+    contacts = scene.contacts(frame)
+    places, _ = scene.contact_points(frame, contacts)
+    between = contacts["place"] > 0.0
+    glued = between & (contacts["bonded"] == 1)
+    np.testing.assert_allclose(places[glued], [[0.0, 0.5]], atol=1e-3)
+    slide = scene.coordinates(frame)[2, 0] - 0.4
+    assert slide > 1e-3
+    half = 0.2 * np.array([-1, 0, 1]) * np.sqrt(3 / 7)
+    np.testing.assert_allclose(
+        np.sort(places[between & ~glued, 0]), 0.4 + slide + half, atol=1e-2 * slide
+    )
+    assert len(contacts_of(scene, frame).points) == 2 * (contacts["normal_force"] > 0).sum()
+
+
+def test_resultants_go_through_the_points(bracketed):
+    """The brick's weight acts under its middle, in pictures and in the view."""
+    scene = Scene.of(bracketed)
+    frame = scene.frames - 1
+    where, force = force_lines(scene, frame, scene.vertices(frame))
+    brick = np.argmin(np.linalg.norm(where - scene.coordinates(frame)[2, :2], axis=1))
+    np.testing.assert_allclose(abs(force[brick, 1]), 10.0 * 0.08 * 9.81, rtol=1e-2)
+    assert encode(scene, 10**7).meta["pairs"] >= 5 + 1
+
+
+def test_simulation_has_the_places(tmp_path):
+    with sitedda.Simulation(bracket(contact_points=5).write(tmp_path / "model.nml")) as run:
+        inner = run.contacts["place"][run.contacts["bonded"] == 1]
+        np.testing.assert_allclose(
+            np.sort(inner)[2:], 0.5 + 0.5 * np.sqrt(3 / 7) * np.array([-1, 0, 1])
+        )
+
+
+def said(model: Model, native, tmp_path, main) -> list[str]:
+    """Lines on bending of run, native run, check and native check."""
+    file = model.write(tmp_path / "model.nml")
+    texts = []
+    for call in (main, native):
+        for words in (("run", file, "--quiet"), ("check", file)):
+            done = call(*words, folder=tmp_path)
+            texts.append(re.sub(r"\n {24}", " ", done.stdout + done.stderr))
+    return [line for text in texts for line in text.splitlines() if "three times too" in line]
+
+
+def test_a_bond_that_bends_is_one_line(native, tmp_path, main):
+    """With the stress at its ends by beam theory; not with points, nor without bending."""
+    bent = said(bracket(contact_points=2), native, tmp_path, main)
+    assert len(bent) == 4
+    for line in bent:
+        tension = float(re.search(r"tension of (\S+) Pa at one end", line)[1])
+        assert tension == pytest.approx(3 * WEIGHT, rel=2e-2)
+        assert "'mortar'" in line and "contact_points = 3" in line
+    assert said(bracket(contact_points=3), native, tmp_path, main) == []
+    hung = bracket(contact_points=2)
+    hung.control(gravity=(9.81, 0.0))
+    assert said(hung, native, tmp_path, main) == []
+
+
+def test_points_of_a_study(tmp_path):
+    """`--set` and a study take them; more points, one answer."""
+    file = bracket(contact_points=3).write(tmp_path / "model.nml")
+    stress = []
+    for points in (3, 5):
+        with sitedda.Simulation(file, changes={"joint.mortar.contact_points": points}) as run:
+            contacts = run.contacts
+            stress.append((contacts["normal_force"] / contacts["length"])[contacts["bonded"] == 1])
+    for values in stress:
+        assert values.max() == pytest.approx(-values.min(), rel=1e-2)
+        assert values.max() == pytest.approx(3 * WEIGHT, rel=2e-2)

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Contact points between corners: bending of joints, dry and bonded, and overlaps that change."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from sitedda.validation.model import (
+    block,
+    contact,
+    control,
+    group,
+    held,
+    history,
+    joint,
+    material,
+    measured,
+    rectangle,
+    residual,
+    simulation,
+)
+
+POINTS = (2, 3, 5)
+RIGID = 1e16  # Pa, beside joints of 1e10 to 1e11 Pa/m
+WIDTH, PRESS, STIFFNESS = 2.0, 1e6, 1e11  # m, N/m, Pa/m
+# Places and weights of Lobatto's rules in -1 … 1, of a length of 1.
+NODES = {2: [1.0], 3: [0.0, 1.0], 5: [0.0, np.sqrt(3 / 7), 1.0]}
+WEIGHTS = {2: [1 / 2], 3: [2 / 3, 1 / 6], 5: [16 / 45, 49 / 180, 1 / 20]}
+
+
+def moment(points: int, turn: float) -> float:
+    """M/(N L/2) at θ/θ₀ of a dry joint of these points, θ₀ = 2N/kL²."""
+    x, w = np.array(NODES[points]), np.array(WEIGHTS[points])
+    x, w = np.concatenate([-x[x > 0], x]), np.concatenate([w[x > 0], w])
+    push = lambda closure: w * np.maximum(0.0, closure + turn * x)  # noqa: E731
+    closure = brentq(lambda c: push(c).sum() - 1.0, -turn, turn + 2.0, xtol=1e-14)
+    return push(closure) @ x
+
+
+FLOOR = rectangle(-5.0, -1.0, 10.0, 1.0)
+
+
+def pressed(points: int, couple: float, stiffness: dict, slide: float = 0.0, floor=FLOOR) -> str:
+    """A rigid block on a rigid floor under a force and a couple, in units of N L/2."""
+    force = PRESS * couple / 2  # at both corners
+    text = [
+        control(1e-2, 60, gravity=(0.0, 0.0), dynamic_factor=0.0),
+        contact(STIFFNESS * WIDTH / 2, shear_ratio=1.0),
+        material("rigid", 2500.0, RIGID),
+        joint("dry", 30.0, contact_points=points, **stiffness),
+        held("floor", floor, "rigid", "dry"),
+        block("block", rectangle(-WIDTH / 2, 0.0, WIDTH, 1.0), "rigid", "dry"),
+        measured("left", (-WIDTH / 2, 0.0), "block"),
+        measured("right", (WIDTH / 2, 0.0), "block"),
+        measured("below", (0.0, 0.0), "floor"),
+    ]
+    loads = ((0.0, slide, -PRESS), (-WIDTH / 2, 0.0, force), (WIDTH / 2, 0.0, -force))
+    for x, along, down in loads:
+        values = {"force_x": (along, along), "force_y": (down, down)}
+        text.append(group("load", x=x, y=0.0, block="block", time=(0, 10), **values))
+    return "".join(text)
+
+
+@pytest.mark.parametrize("stiffness", [{}, {"normal_stiffness_per_area": STIFFNESS}])
+@pytest.mark.parametrize("points", POINTS)
+def test_axial_and_shear_stiffness_stay(points, stiffness):
+    """N and T over k L and k_s L, whatever the points are."""
+    data = history(pressed(points, 0.0, stiffness, slide=0.1 * PRESS))
+    for axis, force in (("x", 0.1 * PRESS), ("y", -PRESS)):
+        left, right, below = data.displacement.sel(axis=axis)[-1].values
+        assert (left + right) / 2 - below == pytest.approx(force / (STIFFNESS * WIDTH), rel=2e-4)
+
+
+@pytest.mark.parametrize("stiffness", [{}, {"normal_stiffness_per_area": STIFFNESS}])
+@pytest.mark.parametrize(
+    ("points", "turn"), [(2, 0.5), *((n, t) for n in (3, 5) for t in (0.5, 1.0, 2.0, 4.0))]
+)
+def test_a_dry_joint_opens_as_its_points_say(points, turn, stiffness):
+    """The moment of the points at θ turns the block by θ; two corners take three times as much."""
+    couple = moment(points, turn)
+    data = history(pressed(points, couple, stiffness))
+    left, right, _ = data.displacement.sel(axis="y")[-1].values
+    unit = 2 * PRESS / (STIFFNESS * WIDTH**2)
+    assert (left - right) / WIDTH / unit == pytest.approx(turn, rel=2e-3)
+
+
+def test_points_come_near_the_whole_joint():
+    """M/(NL/2) at θ/θ₀ = 1/2, 1 exact, 2, 4, 16 as near as the rule is."""
+    whole = {0.5: 1 / 6, 1.0: 1 / 3, 2.0: 0.5286, 4.0: 0.6667, 16.0: 0.8333}
+    for points, error in ((3, 0.17), (5, 0.05)):
+        found = [moment(points, turn) for turn in whole]
+        np.testing.assert_allclose(found[:2], list(whole.values())[:2], rtol=1e-9)
+        np.testing.assert_allclose(found[2:], list(whole.values())[2:], atol=error)
+
+
+SIDE, DENSITY, GRAVITY = 1.0, 2000.0, 9.81
+STEPS = 1000
+FLEXURE = 6 * (DENSITY * SIDE**2 * GRAVITY * SIDE / 2) / SIDE**2  # Pa, 58.86 kPa
+
+
+def glued(tensile_strength: float, points: int, timing: str, **options) -> str:
+    """A block of 1 m that is glued to a wall by its side."""
+    return "".join(
+        (
+            timing,
+            contact(1e9),
+            material("stone", DENSITY, 1e12),
+            joint(
+                "mortar",
+                30.0,
+                cohesion=1e6,
+                tensile_strength=tensile_strength,
+                contact_points=points,
+                **({"normal_stiffness_per_area": 1e10} | options),
+            ),
+            held("wall", rectangle(-1.0, -2.0, 1.0, 5.0), "stone", "mortar"),
+            block("block", rectangle(0.0, 0.0, SIDE, SIDE), "stone", "mortar"),
+        )
+    )
+
+
+@pytest.mark.parametrize("options", [{}, {"law": "mohr_coulomb", "weakening_slip": 1e-3}])
+@pytest.mark.parametrize(("points", "share"), [(2, 1 / 3), (3, 1.0), (5, 1.0)])
+def test_flexural_strength(points, share, options):
+    """A bonded joint cracks at M = T L²/6; at three times that with two corners."""
+    timing = control(1e-2, 5, (0.0, -GRAVITY), dynamic_factor=0.0)
+    for over, whole in ((1.01, True), (0.99, False)):
+        with simulation(glued(over * share * FLEXURE, points, timing, **options)) as run:
+            run.advance(5)
+            assert run.contacts["bonded"].all() == whole
+
+
+@pytest.mark.parametrize(("strength", "stands"), [(62e3, True), (56e3, False)])
+def test_a_glued_block(strength, stands):
+    """Once an end is cracked, the swing of what is left breaks it; two corners would hold both."""
+    timing = control(1e-4, STEPS, (0.0, -GRAVITY), settle=True, integration="midpoint")
+    with simulation(glued(62e3, 3, timing)) as run:
+        run.change({"joint.mortar.tensile_strength": strength})
+        run.advance(STEPS)
+        assert (run.contacts["bonded"].sum() == 3) == stands
+        assert (run.coordinates[1, 1] > 0.4999) == stands
+        assert abs(run.energies["balance"]) < 1e-6 * run.energies["initial"]
+
+
+def test_an_edge_that_goes_straight_on():
+    """An overlap that ends without a corner has a point there: the joint turns the same."""
+    floor = [(-5, -1), (5, -1), (5, 0), (0.3, 0), (-5, 0)]  # a vertex in the edge
+    area = {"normal_stiffness_per_area": STIFFNESS}
+    whole, cut = (history(pressed(5, 0.25, area, floor=shape)) for shape in (FLOOR, floor))
+    sunk, wanted = (data.displacement.sel(axis="y")[-1] for data in (cut, whole))
+    np.testing.assert_allclose(sunk, wanted, atol=1e-3 * float(abs(wanted).max()))
+    assert len(whole.contact_vertex) // whole.sizes["frame"] == 5
+    assert len(cut.contact_vertex) // cut.sizes["frame"] == 10
+
+
+def across(points: int, cuts: int, load: float, **stiffness) -> str:
+    """A block that is pushed across the joints of a base, or off it."""
+    edges = np.linspace(-2.0, 7.0, cuts + 1)
+    return "".join(
+        (
+            control(2e-3, 500, gravity=(0.0, -10.0), settle=True),
+            contact(1e10),
+            material("rock", 2500.0, 1e12),
+            joint("j", 5.0, contact_points=points, **stiffness),
+            *(
+                held(f"base{i}", rectangle(a, -1.0, b - a, 1.0), "rock", "j")
+                for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True))
+            ),
+            block("top", rectangle(0.0, 0.0, WIDTH, 1.0), "rock", "j"),
+            group(
+                "load",
+                x=1.0,
+                y=0.5,
+                block="top",
+                time=(0, 0.01, 0.3, 0.31),
+                force_x=(0, load, load, 0),
+            ),
+            measured("top", (1.0, 0.5), "top"),
+            group("output", block_interval=50),
+        )
+    )
+
+
+@pytest.mark.parametrize("stiffness", [{}, {"normal_stiffness_per_area": 5e8}])
+@pytest.mark.parametrize(("cuts", "load"), [(2, 6e4), (9, 6e4), (2, 15e4)])
+@pytest.mark.parametrize("points", [3, 5])
+def test_overlaps_that_change(points, cuts, load, stiffness):
+    """Overlaps end, begin and pass from base to base; the work is balanced."""
+    data = history(across(points, cuts, load, **stiffness))
+    assert float(data.displacement.sel(point="top", axis="x")[-1]) > (5.0 if load > 1e5 else 1.0)
+    assert residual(data) < 1e-6
+    if stiffness and load < 1e5:
+        for frame in np.unique(data.contact_frame):
+            of_frame = (data.contact_frame == frame) & (data.contact_normal_force > 1.0)
+            total = data.contact_length.values[of_frame.values].sum()
+            assert total == pytest.approx(WIDTH, rel=0.04)
+
+
+def test_points_do_not_change_a_smooth_slide():
+    """Friction takes the same work, however many points share it."""
+    work = [
+        float(history(across(points, 2, 6e4, normal_stiffness_per_area=5e8)).energy_friction[-1])
+        for points in POINTS
+    ]
+    np.testing.assert_allclose(work, work[0], rtol=1e-3)
