@@ -182,6 +182,7 @@ contains
       if (audit_warning(simulation) /= '') call warn('warning: '//audit_warning(simulation))
       if (team_words() /= '') call say('note: '//team_words())
       call say('output: '//simulation%model%output%file)
+      call say('these figures have no error bars: sitedda accuracy FILE.nml gives them')
    end subroutine print_summary
 
    !> What is beyond the method in the last state, line by line.

@@ -22,7 +22,6 @@ from .files import check_target, save_picture
 from .record_command import add_record_command
 from .simulation import Run, Simulation, _run
 from .site_command import add_site_command
-from .stop import SIGNALS
 from .viewing import add_viewing_commands
 
 
@@ -223,7 +222,7 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
             bars[0].update(simulation.time - bars[0].n)
             said[:] = [simulation.thread_notes]
 
-        result = _run(options.file, options.output or True, show, changes, resume, SIGNALS)
+        result = _run(options.file, options.output or True, show, changes, resume, program=True)
     print(result.summary)
     _tell(said[0])
     print(f"output: {result.output}")
@@ -236,6 +235,8 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
         print(f"page: {result.report()}")
     if getattr(options, "accuracy", False):
         print(f"\n{result.accuracy(progress=not options.quiet)}")
+    else:
+        print("these figures have no error bars: sitedda accuracy FILE.nml gives them")
     return 0
 
 

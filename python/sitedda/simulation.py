@@ -28,7 +28,7 @@ from .groups import checked as checked_value
 from .groups import group_text
 from .maxima import Maximum, as_maxima, maxima_of
 from .reading import read_bounded
-from .stop import Stop
+from .stop import SIGNALS, Stop, program_hears
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -664,14 +664,14 @@ def resume(
     return _run(file, output, progress, dict(changes or {}) | more, resume=True)
 
 
-def _run(file, output, progress, changes, resume=False, signals=(signal.SIGINT,)) -> Run:
+def _run(file, output, progress, changes, resume=False, program=False) -> Run:
     from .output import load
 
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "history.nc" if output is None else output
         with (
             Simulation(file, output=target, resume=resume, changes=changes) as simulation,
-            Stop(signals) as stop,
+            Stop(SIGNALS if program else (signal.SIGINT,), program) as stop,
         ):
             complete = run_to_end(simulation, progress, stop)
             where = simulation.finish()
@@ -713,7 +713,8 @@ def run_to_end(
             elif chunk > 1:
                 chunk //= 2
     except KeyboardInterrupt:
-        pass
+        if program_hears():
+            raise
     except BaseException as error:
         try:
             simulation.finish()

@@ -10,13 +10,15 @@ import time
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 _RETRY = 0.02  # s between looks at whether an import has ended
 _PAUSE = 1.0  # s in which a second signal does not disturb what the first has begun to undo
+_AGAIN = 1.0  # s of the processor after which an exception must have ended the program
 
 
 class Interruption:
     """While it is entered, signals end the program that this process is, by KeyboardInterrupt.
 
     For programs alone: a library has no business with the handlers of its host.  An import is let
-    end: compiled modules print tracebacks of what interrupts them.
+    end: compiled modules print tracebacks of what interrupts them.  Libraries lose exceptions, in
+    callbacks and where attributes are looked for: what goes on is interrupted again.
 
     Attributes
     ----------
@@ -31,28 +33,34 @@ class Interruption:
 
     def __enter__(self) -> Interruption:
         """Watch the signals that nobody else watches."""
-        self._before = _take_over((*SIGNALS, signal.SIGALRM), self._hear)
+        self._before = _take_over((*SIGNALS, signal.SIGALRM, signal.SIGPROF), self._hear)
         self._report = sys.unraisablehook
         sys.unraisablehook = self._again
         return self
 
     def __exit__(self, *_) -> None:
         """Leave the signals as they were."""
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        self._rest()
         sys.unraisablehook = self._report
         _give_back(self._before)
 
     def ignore(self) -> None:
         """From here on nothing is left to stop."""
+        self._rest()
         for number in self._before:
             signal.signal(number, signal.SIG_IGN)
 
-    def _hear(self, _, frame) -> None:
+    def _rest(self) -> None:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+    def _hear(self, number, frame) -> None:
         self.heard = True
         if _imports(frame):
             signal.setitimer(signal.ITIMER_REAL, _RETRY)
-        elif time.monotonic() - self._last >= _PAUSE:
+        elif number == signal.SIGPROF or time.monotonic() - self._last >= _PAUSE:
             self._last = time.monotonic()
+            signal.setitimer(signal.ITIMER_PROF, _AGAIN)
             raise KeyboardInterrupt
 
     def _again(self, trouble) -> None:
@@ -68,17 +76,17 @@ class Stop:
     """While it is entered, the signals only set `asked`, here and in the engine: a step ends first.
 
     Only the main thread can receive signals, and handlers that an application has set itself are
-    left alone.
+    left alone; those of `Interruption` too, unless it is the run that the program is for.
     """
 
-    def __init__(self, signals):
-        self.signals = signals
+    def __init__(self, signals, program: bool = False):
+        self.signals, self.program = signals, program
         self.asked = False
         self._before = {}
 
     def __enter__(self) -> Stop:
         """Watch the signals."""
-        self._before = _take_over(self.signals, self._ask)
+        self._before = _take_over(self.signals, self._ask, self.program)
         return self
 
     def __exit__(self, *_) -> None:
@@ -92,6 +100,15 @@ class Stop:
         _tell_engine(number)
 
 
+def program_hears() -> bool:
+    """Whether Ctrl-C ends the program that this process is."""
+    return _is_program(signal.getsignal(signal.SIGINT))
+
+
+def _is_program(handler) -> bool:
+    return isinstance(getattr(handler, "__self__", None), Interruption)
+
+
 def _imports(frame) -> bool:
     """Whether a module is being imported."""
     while frame is not None and frame.f_code.co_filename != "<frozen importlib._bootstrap>":
@@ -99,13 +116,15 @@ def _imports(frame) -> bool:
     return frame is not None
 
 
-def _take_over(signals, handler) -> dict:
-    """Set a handler in place of the default ones and those of the program; what was there."""
+def _take_over(signals, handler, program: bool = True) -> dict:
+    """Set a handler in place of the default ones, or those of the program; what was there."""
     before = {}
     for number in signals:
         found = signal.getsignal(number)
-        program = isinstance(getattr(found, "__self__", None), Interruption)
-        if program or found in (signal.SIG_DFL, signal.default_int_handler):
+        if (program and _is_program(found)) or found in (
+            signal.SIG_DFL,
+            signal.default_int_handler,
+        ):
             try:
                 before[number] = signal.signal(number, handler)
             except ValueError:  # only the main thread receives signals

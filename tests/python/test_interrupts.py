@@ -5,14 +5,17 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 from environment import executable
 from model_text import tower
+from test_command import NEVER_ENDING
 
 import sitedda
+from sitedda import stop
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 SOON = 2.0  # s of the processor
@@ -71,6 +74,55 @@ def test_every_command_ends_in_one_sentence(tmp_path, command):
     assert (status, said) == (6, ["sitedda: interrupted"])
     assert seconds < SOON
     assert not any(file.suffix in (".png", ".html", ".nml") for file in tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def output(tmp_path_factory) -> Path:
+    """Of a run of two hundred blocks."""
+    folder = tmp_path_factory.mktemp("shown")
+    ridge = sitedda.Model.read(INPUTS / "ridge.nml")
+    ridge.control(duration=0.05)
+    ridge.output(block_interval=1)
+    return ridge.run(output=folder / "ridge.nc").output
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["movie", "-q", "-o", "a.gif"], ["export", "--vtk", "vtk"], ["surface", "-o", "a.png"],
+     ["site", "-o", "a.png"], ["validate"]],
+    ids=lambda words: words[0],
+)  # fmt: skip
+def test_what_shows_an_output_ends_in_one_sentence(tmp_path, output, words):
+    file = [] if words == ["validate"] else [output]
+    whole = [executable("sitedda"), words[0], *file, *words[1:]]
+    status, seconds, said = stopped(whole, 0.5, signal.SIGTERM, tmp_path)
+    assert (status, said) == (6, ["sitedda: interrupted"])
+    assert seconds < SOON
+    assert not [file for file in tmp_path.iterdir() if file.is_file()]
+
+
+def test_what_loses_an_interrupt_is_interrupted_again(monkeypatch):
+    monkeypatch.setattr(stop, "_AGAIN", 0.1)
+    with stop.Interruption() as interruption:
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        begun = time.process_time()
+        with pytest.raises(KeyboardInterrupt):
+            while time.process_time() - begun < 10.0:
+                pass
+        assert interruption.heard
+    before = time.process_time()
+    while time.process_time() - before < 0.3:  # it is over now
+        pass
+
+
+def test_a_run_within_a_command_ends_the_command(write_input):
+    file = write_input(tower(steps=NEVER_ENDING))
+    with stop.Interruption():
+        killer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+        killer.start()
+        with pytest.raises(KeyboardInterrupt):
+            sitedda.run(file)
 
 
 def test_the_check_of_a_large_model_hears_signals(tmp_path, write_input):

@@ -202,7 +202,7 @@ def _to_end(folder: Path, time_limit: float) -> str:
                             f"the time limit of {time_limit:g} s is over")  # fmt: skip
 
     with (
-        Stop(SIGNALS) as stop,
+        Stop(SIGNALS, program=True) as stop,
         Simulation(folder / INPUT, folder / OUTPUT, resume=True) as simulation,
     ):
         complete = run_to_end(simulation, look, stop)
