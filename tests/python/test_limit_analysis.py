@@ -41,7 +41,7 @@ def check_forces(found: sitedda.stability.Limit, friction: float, model: sitedda
     """The forces balance each block but the base, within friction."""
     normal, shear = found.normal_force, found.shear_force
     assert (normal >= 0).all()
-    assert (abs(shear) <= friction * normal + 1e-3 * normal.max()).all()
+    assert (abs(shear) <= friction * normal + 1e-8 * normal.max()).all()
     tangents = np.column_stack([-found.normals[:, 1], found.normals[:, 0]])
     force = normal[:, None] * found.normals + shear[:, None] * tangents
     gravity = np.array(model.control.gravity)

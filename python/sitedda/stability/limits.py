@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -30,12 +30,14 @@ from .safety import _verdicts
 from .strength import released, static_model
 
 _MOST = 1e3  # times the weight: what holds this holds anything
+_HELD = _MOST * (1 - 1e-6)
 _PRESTRESS = 1e-6  # of the factor, for each normal force of the median weight: none without need
-_MEMORY = 0.6  # of the normal forces before, in the next bound: without it sequences may alternate
+# Share of the latest normal forces in the next bound, and the programmes after which it falls as
+# 1/n: with all of them sequences alternate.
+_GAIN, _CONSTANT = 0.4, 30
 _SETTLED, _TIMES = 1e-4, 5  # relative changes of the factor, one after the other, at the end
 _PROGRAMMES = 300  # at most in a sequence
-_SLIP = 1e-3  # of the largest velocity: what slips less does not
-_PRESSED = 1e-6  # of the median weight: a force
+_SLIDES = 0.5  # of the work of the body force, taken by slip
 _CORNER = 1e-6  # of its length: what is nearer to the end of an edge is at a corner
 _OTHERS = ("load", "traction", "water", "bolt")  # groups of what this analysis does not know
 
@@ -54,7 +56,8 @@ class Limit:
     verdicts : tuple of str
         Of each block: 'stable', 'slides' or 'topples'.
     slides : bool
-        A joint slips under pressure; else blocks only turn about ends of joints.
+        Slip of joints takes at least half of the work of the body force; else turning blocks, which
+        are lifted, take more.
     names : tuple of str
         Of the blocks.
     blocks : ndarray of int, shape (points, 2)
@@ -333,23 +336,27 @@ class _Programme:
         forces = found.x[: 2 * n] * self.unit
         return _Solution(float(found.x[-1]), forces[:n], forces[n:], velocity)
 
-    def limit(self, found: _Solution) -> Limit:
-        """A solution in plain values."""
-        reach = np.hypot(*found.velocity[:, :2].T) + self.radii * abs(found.velocity[:, 2])
-        held = found.factor >= _MOST * (1 - 1e-6)
-        velocity = found.velocity / (1.0 if held else reach.max())
-        if held:
-            velocity = np.zeros_like(velocity)
+    def _slip(self, velocity: np.ndarray) -> np.ndarray:
+        """At the points, m, shape (points,)."""
         arms = self.points[:, None] - self.centres[self.blocks]
         turn = velocity[self.blocks]
         ways = turn[..., :2] + turn[..., 2:] * np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
-        slip = abs(np.sum((ways[:, 1] - ways[:, 0]) * self.tangents, axis=1))
-        pressed = found.normal > _PRESSED * self.unit
+        return abs(np.sum((ways[:, 1] - ways[:, 0]) * self.tangents, axis=1))
+
+    def limit(self, found: _Solution) -> Limit:
+        """A solution in plain values."""
+        reach = np.hypot(*found.velocity[:, :2].T) + self.radii * abs(found.velocity[:, 2])
+        held = found.factor >= _HELD
+        velocity = found.velocity / (1.0 if held else reach.max())
+        if held:
+            velocity = np.zeros_like(velocity)
+        slip_work = self._slip(velocity) * abs(found.shear)
+        work = self.unit * found.factor * np.sum(self.live * velocity[:, :2])
         return Limit(
             np.inf if held else found.factor,
             velocity,
             _verdicts(velocity, self.radii),
-            bool((pressed & (slip > _SLIP)).any()),
+            bool(slip_work.sum() > _SLIDES * work),
             tuple(self.scene.names),
             self.blocks,
             self.points,
@@ -361,21 +368,35 @@ class _Programme:
 
 
 def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:
-    """The sequence of programmes that bound friction by the normal forces of those before."""
-    friction, found = programme.friction, upper
-    if upper.factor >= _MOST * (1 - 1e-6):  # locked by dilation: begin with the weight alone
-        found = programme.solve(friction, np.zeros(len(friction)), most=0.0)
-    pressed, settled = found.normal, 0
-    for _ in range(_PROGRAMMES):
+    """The lowest limit without dilation that sequences from two sets of forces lead to.
+
+    They begin with the forces at the upper limit, which press joints as hard as dilation does, and
+    with those under the weight alone; where blocks wedge each other they may end apart.
+    """
+    none = np.zeros(len(programme.friction))
+    starts = [programme.solve(programme.friction, none, most=0.0)]
+    if upper.factor < _HELD:
+        starts.append(upper)
+    ends = [end for start in starts if (end := _sequence(programme, start)) is not None]
+    if not ends:
+        raise ConvergenceError(f"{_PROGRAMMES} programmes without dilation found no limit")
+    lowest = min(ends, key=lambda end: end.factor)
+    # Where blocks stay, bounds and forces of the last programme need not agree: others do as well.
+    forces = programme.solve(programme.friction, none, most=lowest.factor)
+    return replace(forces, velocity=lowest.velocity)
+
+
+def _sequence(programme: _Programme, found: _Solution) -> _Solution | None:
+    """The programmes that bound friction by the normal forces of those before; none: no end."""
+    pressed, settled = found.normal.copy(), 0
+    for i in range(_PROGRAMMES):
         before = found.factor
-        found = programme.solve(np.zeros(len(friction)), friction * pressed)
-        pressed = _MEMORY * pressed + (1 - _MEMORY) * found.normal
+        found = programme.solve(np.zeros(len(pressed)), programme.friction * pressed)
+        pressed += _GAIN * min(1.0, _CONSTANT / (i + 1)) * (found.normal - pressed)
         settled = settled + 1 if abs(found.factor - before) <= _SETTLED * before else 0
         if settled == _TIMES:
             return found
-    raise ConvergenceError(
-        f"{_PROGRAMMES} programmes without dilation found no end: {found.factor:g} after {before:g}"
-    )
+    return None
 
 
 def _centroid(polygon: np.ndarray) -> np.ndarray:

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Random arches and walls with openings, dry, under a horizontal body force."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+import sitedda
+from sitedda.errors import ConvergenceError, InputError
+
+GRAVITY = 9.81  # m/s²
+DENSITY = 2500.0  # kg/m³
+SEED = 20260718
+STIFFNESS = 1e10  # of contacts, N/m
+LEAST, MOST = 0.03, 3.0  # times the weight: limits of shapes that are built
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Dry blocks and what is held of them.
+
+    Attributes
+    ----------
+    name : str
+    polygons : list of ndarray
+        The blocks, shape (n, 2), m.
+    held : tuple of int
+        Blocks that are fixed at their corners.
+    friction : float
+        tan φ of all joints.
+    sense : int
+        Of the body force along x: 1 or −1.
+    """
+
+    name: str
+    polygons: list[np.ndarray]
+    held: tuple[int, ...]
+    friction: float
+    sense: int
+
+    def model(self, factor: float = 0.0) -> sitedda.Model:
+        """Without stages, under a body force of `factor` times the weight."""
+        model = sitedda.Model(self.name, time_step=1e-3)
+        model.control(gravity=(self.sense * factor * GRAVITY, -GRAVITY))
+        model.contact(normal_stiffness=STIFFNESS)
+        model.material("stone", density=DENSITY, young_modulus=1e11, poisson_ratio=0.2)
+        model.joint("dry", friction_angle=math.degrees(math.atan(self.friction)))
+        for i, polygon in enumerate(self.polygons):
+            model.block(polygon, name=f"block_{i}")
+        for i in self.held:
+            for x, y in self.polygons[i]:
+                model.fixed_point(x, y, f"block_{i}")
+        return model
+
+    def limits(self) -> sitedda.stability.Limits:
+        """By linear programmes."""
+        return sitedda.limit_analysis(self.model(), direction=(self.sense, 0.0))
+
+
+def _arch(rng: np.random.Generator, name: str) -> Assembly:
+    """Straight-sided voussoirs of unequal angles, with joints that lean from the radius."""
+    count, radius = int(rng.integers(7, 32)), 5.0
+    half, thickness = math.radians(rng.uniform(40, 90)), radius * rng.uniform(0.1, 0.35)
+    share = rng.uniform(0.6, 1.4, count)
+    angle = half - 2 * half * np.append(0.0, np.cumsum(share)) / share.sum()
+    least = np.minimum(np.append(np.inf, share), np.append(share, np.inf)) / share.sum()
+    # A joint may meet no other one within the ring.
+    lean = rng.uniform(-1, 1, count + 1) * np.minimum(0.2, 0.4 * least * 2 * half * radius
+        / (0.5 * thickness))  # fmt: skip
+    ray = np.column_stack([np.sin(angle), np.cos(angle)])
+    way = np.column_stack([np.sin(angle + lean), np.cos(angle + lean)])
+    way *= (0.5 * thickness / np.cos(lean))[:, None]
+    inner, outer = radius * ray - way, radius * ray + way  # from the right springing
+    polygons = [np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]]) for i in range(count)]
+    for i, sign in ((0, 1.0), (count, -1.0)):
+        along = outer[i] - inner[i]
+        away = np.array([along[1], -along[0]]) * sign
+        low, high = inner[i] - 0.25 * along, outer[i] + 0.25 * along
+        corners = [low, low + away, high + away, high]
+        polygons.append(np.array(corners if sign > 0 else corners[::-1]))
+    friction, sense = rng.uniform(0.4, 0.9), int(rng.choice([-1, 1]))
+    return Assembly(name, polygons, (count, count + 1), float(friction), sense)
+
+
+def _cut(left: float, right: float, joints: np.ndarray, least: float) -> list[tuple]:
+    """A course from end to end, cut at joints that leave no piece shorter than `least`."""
+    ends = [left]
+    for x in joints:
+        if x - ends[-1] >= least and right - x >= least:
+            ends.append(float(x))
+    return list(zip(ends, [*ends[1:], right], strict=True))
+
+
+def _wall(rng: np.random.Generator, name: str) -> Assembly:
+    """Running bond of unequal bricks with one or two openings under lintels, on a base."""
+    height, courses = 0.25, int(rng.integers(4, 10))
+    length = float(rng.uniform(0.4, 0.8))  # of a brick
+    openings = []
+    width = length * float(rng.uniform(4, 7))
+    for place in [(0.5,), (0.27, 0.73)][int(rng.integers(0, 2))]:
+        half = 0.5 * length * rng.uniform(0.7, 1.1)
+        bottom = int(rng.integers(0, 3))
+        top = min(bottom + int(rng.integers(2, 4)), courses - 1)
+        openings.append((place * width - half, place * width + half, bottom, top))
+    bearing = 0.3 * length
+    polygons = [_box(-0.5, width + 0.5, -0.5, 0.0)]
+    for k in range(courses):
+        shift = 0.5 * (k % 2) + rng.uniform(-0.1, 0.1)
+        joints = length * (np.arange(-1, math.ceil(width / length) + 1) + shift)
+        joints = joints + length * rng.uniform(-0.08, 0.08, len(joints))
+        at, pieces = 0.0, []
+        for left, right, bottom, top in openings:
+            if bottom <= k < top:
+                pieces += _cut(at, left, joints, 0.3 * length)
+                at = right
+            elif k == top:
+                pieces += [*_cut(at, left - bearing, joints, 0.3 * length),
+                    (left - bearing, right + bearing)]  # fmt: skip
+                at = right + bearing
+        pieces += _cut(at, width, joints, 0.3 * length)
+        polygons += [_box(a, b, k * height, (k + 1) * height) for a, b in pieces]
+    friction, sense = rng.uniform(0.3, 0.9), int(rng.choice([-1, 1]))
+    return Assembly(name, polygons, (0,), float(friction), sense)
+
+
+def _box(left: float, right: float, bottom: float, top: float) -> np.ndarray:
+    return np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
+
+
+def _fits(assembly: Assembly, fewest: int, most: int):
+    """Its limits, or none where it does not stand under its weight or has too few blocks."""
+    free = len(assembly.polygons) - len(assembly.held)
+    if not fewest <= free <= most:
+        return None
+    try:
+        found = assembly.limits()
+    except (InputError, ConvergenceError):
+        return None
+    return found if LEAST <= found.lower.factor <= found.upper.factor < MOST else None
+
+
+def assemblies(models: int, seed: int = SEED):
+    """Arches and, one in three, walls, with their limits; every other mechanism slides."""
+    rng = np.random.default_rng(seed)
+    for i in range(models):
+        make, fewest, most = (_wall, 10, 60) if i % 3 == 2 else (_arch, 7, 31)
+        while True:
+            one = make(rng, f"{make.__name__.strip('_')} {i + 1}")
+            found = _fits(one, fewest, most)
+            if found is not None and found.lower.slides == (i % 2 == 0):
+                yield one, found
+                break

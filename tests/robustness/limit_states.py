@@ -1,0 +1,218 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Static stages of random arches and walls with openings against limit analysis.
+
+usage: python tests/robustness/limit_states.py [--models N] [--monotone N] [--slow N] [--seed S]
+
+Beside its weight each model bears a horizontal body force.  Its static stage must fall at 1.02 of
+the upper limit, and rest at 0.98 of the lower one.  Between limits more than 1 % apart the outcome
+is printed, not judged.  Of some models the outcome is monotone from 0.90 to 1.10 of the limits, and
+of some a force that grows slowly in dynamics leads to the same verdict.  Rest is proved from the
+output: contact forces within friction balance each block, and act where blocks touch.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from limit_models import DENSITY, GRAVITY, SEED, STIFFNESS, Assembly, assemblies  # noqa: E402
+
+import sitedda  # noqa: E402
+from sitedda.errors import ConvergenceError, SolverError  # noqa: E402
+from sitedda.scene import Scene  # noqa: E402
+
+BELOW, ABOVE = 0.98, 1.02
+APART = 0.01  # of the upper limit: limits that leave something between them
+UNBALANCED = 2e-6  # of a block's weight; the engine allows half of it
+ROUNDING = 1e-12  # m, of places of some metres
+FALLEN = 0.05  # m, moved in slow loading
+RAMP, HOLD = 2.0, 2.0  # s
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of a static stage: whether it rests, words, and seconds that it took."""
+
+    rests: bool
+    words: str
+    seconds: float
+
+
+def static_outcome(assembly: Assembly, factor: float) -> Outcome:
+    """Bring a model to rest, and prove rest from the output."""
+    model = assembly.model(factor)
+    model.stage(name="rest", kind="static")
+    begin = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "rest.nc"
+        try:
+            model.run(output)
+        except (ConvergenceError, SolverError) as trouble:
+            return Outcome(False, str(trouble), time.perf_counter() - begin)
+        seconds = time.perf_counter() - begin
+        with sitedda.open_output(output) as data:
+            wrong = doubts(assembly, factor, Scene.of(data))
+    return Outcome(True, "; ".join(wrong), seconds)
+
+
+def doubts(assembly: Assembly, factor: float, scene: Scene) -> list[str]:
+    """What speaks against rest in the last frame, which is none if the proof holds."""
+    frame = scene.frames - 1
+    contacts, polygons = scene.contacts(frame), scene.polygons(frame)
+    places, normals = scene.contact_points(frame, contacts)
+    normal, shear = contacts["normal_force"], contacts["shear_force"]
+    found = []
+    most = float((abs(shear) - assembly.friction * normal).max())
+    if normal.min() < 0 or most > 1e-6 * normal.max():
+        found.append(f"a shear force is beyond friction by {most:.3g} N/m")
+    found += _unbalanced(assembly, factor, scene, contacts)
+    for v, e, n in zip(places, contacts["edge"], normal, strict=True):
+        depth = _depth(polygons[scene.owner[e]], v)
+        if n > 0 and not abs(depth) <= n / STIFFNESS + ROUNDING:
+            found.append(f"a contact of {n:.3g} N/m is {depth:.3g} m deep")
+    return found
+
+
+def _unbalanced(assembly: Assembly, factor: float, scene: Scene, contacts: dict) -> list[str]:
+    """Blocks that contact forces and weight do not balance in the last frame."""
+    places, normals = scene.contact_points(scene.frames - 1, contacts)
+    # On the block of the vertex; shear resists its slip along the edge, and acts at the vertex on
+    # both blocks, the normal force on that of the edge at the foot.
+    push = contacts["normal_force"][:, None] * normals
+    drag = contacts["shear_force"][:, None] * np.column_stack([normals[:, 1], -normals[:, 0]])
+    feet = places - contacts["gap"][:, None] * normals
+    edge = scene.owner[contacts["edge"]]
+    vertex = scene.owner[contacts["vertex"]]
+    found = []
+    for i, polygon in enumerate(scene.polygons(scene.frames - 1)):
+        if i in assembly.held:
+            continue
+        mass, centre = _mass(assembly.polygons[i])[0], _mass(polygon)[1]
+        weight = mass * GRAVITY
+        total = np.array([assembly.sense * factor * weight, -weight, 0.0])
+        for mine, sign, at in ((vertex == i, 1.0, places), (edge == i, -1.0, feet)):
+            for force, where in ((push, at), (drag, places)):
+                arm, own = (where - centre)[mine], sign * force[mine]
+                moment = arm[:, 0] * own[:, 1] - arm[:, 1] * own[:, 0]
+                total += np.append(own.sum(axis=0), moment.sum())
+        total[2] /= np.linalg.norm(polygon - centre, axis=1).max()
+        if abs(total).max() > UNBALANCED * weight:
+            found.append(f"block {i} is out of balance by {abs(total).max() / weight:.2g} weights")
+    return found
+
+
+def _mass(polygon: np.ndarray) -> tuple[float, np.ndarray]:
+    """Of a block (kg/m), and its centroid (m)."""
+    one, after = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
+    twice = one[:, 0] * after[:, 1] - one[:, 1] * after[:, 0]
+    mass = 0.5 * DENSITY * twice.sum()
+    return mass, polygon[0] + twice @ (one + after) / (3 * twice.sum())
+
+
+def _depth(polygon: np.ndarray, place: np.ndarray) -> float:
+    """How far a place is within a convex outline, m; negative: outside."""
+    along = np.roll(polygon, -1, axis=0) - polygon
+    inward = np.column_stack([-along[:, 1], along[:, 0]])
+    return float((np.sum((place - polygon) * inward, axis=1) / np.linalg.norm(along, axis=1)).min())
+
+
+def slow_outcome(assembly: Assembly, factor: float) -> Outcome:
+    """Rest under the weight, then a body force that grows in time and stays."""
+    model = assembly.model()
+    model.stage(name="weight", kind="static")
+    model.stage(name="push", duration=RAMP + HOLD, time_step=2e-3)
+    # Seen from a base that accelerates, a body force acts the other way.
+    times = np.linspace(0.0, 1.0, 51)
+    smooth = times**2 * (3 - 2 * times)
+    values = -assembly.sense * factor * GRAVITY * np.append(smooth, np.ones(51))
+    model.motion("push", quantity="acceleration", time_step=RAMP / 50, values=values,
+        drift_order=0)  # fmt: skip
+    model.control(base_motion_x="push")
+    begin = time.perf_counter()
+    with sitedda.Simulation(model) as run:
+        start, moved = run.coordinates[:, :2], 0.0
+        while moved < FALLEN and not run.advance(20):
+            moved = np.linalg.norm(run.coordinates[:, :2] - start, axis=1).max()
+        moved = np.linalg.norm(run.coordinates[:, :2] - start, axis=1).max()
+    words = f"moved {moved:.2g} m"
+    return Outcome(bool(moved < FALLEN), words, time.perf_counter() - begin)
+
+
+@dataclass
+class Tally:
+    """What a study has found."""
+
+    models: int = 0
+    sliding: int = 0
+    between: int = 0
+    wrong: int = 0
+
+    def judge(self, label: str, outcome: Outcome, rests: bool | None) -> None:
+        """Print an outcome, and count it where it is not the right one; None: there is none."""
+        verdict = "rests" if outcome.rests else "falls"
+        bad = rests is not None and outcome.rests != rests
+        words = outcome.words if outcome.rests else ""
+        if outcome.rests and words and rests is not False and not words.startswith("moved"):
+            bad = True
+        self.wrong += bad
+        mark = "WRONG" if bad else "not judged" if rests is None else ""
+        print(f"    {label:24} {verdict} {outcome.seconds:6.2f} s  {mark} {words}", flush=True)
+
+
+def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
+    """Try models; the monotone and slow ones are the first."""
+    tally = Tally()
+    for assembly, limits in assemblies(models, seed):
+        low, high = limits.lower.factor, limits.upper.factor
+        tally.models += 1
+        tally.sliding += limits.lower.slides
+        way = "slides" if limits.lower.slides else "turns"
+        print(
+            f"{assembly.name}: {len(assembly.polygons)} blocks, tan φ {assembly.friction:.3f}, "
+            f"{assembly.sense:+d}, limits {low:.5f} and {high:.5f}, {way}",
+            flush=True,
+        )
+        tally.judge("0.98 of the lower", static_outcome(assembly, BELOW * low), True)
+        if high - low > APART * high:
+            tally.between += 1
+            tally.judge("between", static_outcome(assembly, 0.5 * (low + high)), None)
+        tally.judge("1.02 of the upper", static_outcome(assembly, ABOVE * high), False)
+        if tally.models <= slow:
+            tally.judge("slowly, 0.98", slow_outcome(assembly, BELOW * low), True)
+            tally.judge("slowly, 1.02", slow_outcome(assembly, ABOVE * high), False)
+        if tally.models <= monotone:
+            rests = True
+            for share in np.arange(0.90, 1.101, 0.02):
+                outcome = static_outcome(assembly, share * (low if share < 1.0 else high))
+                known = False if not rests else True if share < 0.99 else None
+                tally.judge(f"{share:.2f}", outcome, known)
+                rests = outcome.rests
+    return tally
+
+
+def main() -> int:
+    """Status 1 if an outcome is wrong."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--models", type=int, default=60)
+    parser.add_argument("--monotone", type=int, default=3)
+    parser.add_argument("--slow", type=int, default=10)
+    parser.add_argument("--seed", type=int, default=SEED)
+    tally = study(**vars(parser.parse_args()))
+    print(
+        f"{tally.models} models, {tally.sliding} slide, {tally.models - tally.sliding} turn, "
+        f"{tally.between} with limits apart; {tally.wrong} outcomes are wrong"
+    )
+    return int(tally.wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
