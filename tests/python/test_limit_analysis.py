@@ -82,7 +82,11 @@ def test_a_block_slides_at_its_friction_or_turns_at_its_slenderness(
         assert limit.verdicts == ("stable", "slides" if slides else "topples")
         check_forces(limit, friction, model, direction)
     way = found.lower.displacement[1]
-    assert way[0] * direction[0] > 0 and way[1] == pytest.approx(0, abs=0.02) if slides else way[1]
+    assert way[0] * direction[0] > 0
+    if slides:
+        assert abs(way[1:]).max() < 1e-6  # it does not dilate
+    else:
+        assert way[1] > 0 and way[2] * direction[0] < 0
 
 
 def test_a_block_on_a_slope_bears_what_is_left_of_its_friction():
