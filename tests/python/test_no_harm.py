@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import shutil
@@ -436,6 +437,30 @@ def test_good_figures_are_taken(here, root):
     assert len(read_settings(here / "s.toml").figures) == 1
     for file in (root / "inputs" / "studies").glob("*.toml"):
         assert read_settings(file).figures
+
+
+@pytest.mark.parametrize("part", ["dims", "coordinates", "cases", "quantities"])
+def test_a_damaged_study_is_refused_with_the_part(main, here, part):
+    (here / "s.toml").write_text(STUDY)
+    assert main("study", "plan", "s.toml", "--folder", "st", folder=here).returncode == 0
+    manifest = json.loads((here / "st" / "study.json").read_text())
+    for wrong in (None, 3, [1], {"x": "y"}):
+        (here / "st" / "study.json").write_text(json.dumps(manifest | {part: wrong}))
+        refused(main("study", "collect", "st", "-q", "-o", "t.nc", folder=here), part[:-1])
+    (here / "st" / "study.json").write_text("[" * 100_000)
+    refused(main("study", "collect", "st", "-q", "-o", "t.nc", folder=here), "study.json")
+
+
+def test_a_damaged_result_is_missing(main, here):
+    (here / "s.toml").write_text(STUDY)
+    words = ["study", "collect", "s.toml", "-q", "-o", "t.nc"]
+    assert main("study", "plan", "s.toml", folder=here).returncode == 0
+    folder = next((here / "s_study" / "cases").glob("*/*"))
+    for wrong in ({"numbers": {"x": None}}, {"numbers": [1]}, {"seconds": "x"}, {"status": 1},
+                  {"shapes": {"x": {"dims": ["time"], "shape": [-1]}}}):  # fmt: skip
+        (folder / "result.json").write_text(json.dumps({"status": "complete"} | wrong))
+        done = main(*words, folder=here)
+        assert done.returncode == 0 and "complete" not in done.stdout, done.stderr
 
 
 def test_a_study_folder_is_no_place_for_a_table_of_something_else(main, here):

@@ -21,6 +21,7 @@ import hashlib
 import importlib
 import json
 import os
+import pkgutil
 import random
 import re
 import resource
@@ -54,6 +55,7 @@ from mutations import (  # noqa: E402
     mutated_record,
 )
 
+import sitedda  # noqa: E402
 from sitedda import program  # noqa: E402
 
 TIME_LIMIT = 30.0  # s of a processor for one case
@@ -62,10 +64,7 @@ NATIVE = "sitedda-native"
 LIBRARIES = [
     "ctypes.util", "matplotlib.backends.backend_agg", "matplotlib.pyplot", "netCDF4", "scipy.fft",
     "scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.spatial", "scipy.stats", "tqdm",
-    "xarray", "sitedda", "sitedda.building", "sitedda.command", "sitedda.movie", "sitedda.paper",
-    "sitedda.pictures", "sitedda.plot", "sitedda.report", "sitedda.site.picture",
-    "sitedda.stability", "sitedda.study.command", "sitedda.validation.__main__",
-    "sitedda.view", "sitedda.vtk",
+    "xarray",
 ]  # fmt: skip
 PRECIOUS = b"somebody's own file\n"
 SIDE_FILES = ("journal", "writing", "partial", "checkpoint", "checkpoint.previous",
@@ -617,8 +616,10 @@ def serve() -> None:
 
 def read_libraries() -> None:
     """Import what commands import, which starts no thread."""
-    for name in LIBRARIES:
-        importlib.import_module(name)
+    parts = [part.name for part in pkgutil.walk_packages(sitedda.__path__, "sitedda.")]
+    for name in [*LIBRARIES, *parts]:
+        with contextlib.suppress(ImportError):  # of what is not asked for by all
+            importlib.import_module(name)
 
 
 def become(folder: str, words: list[str]) -> NoReturn:

@@ -30,7 +30,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError, OutputError
+from ..errors import InputError, OutputError, lacks_memory
 from ..files import ANY, make_folder, write
 
 MANIFEST = "study.json"
@@ -79,7 +79,7 @@ def read_json(file: Path):
     try:
         with os.fdopen(os.open(file, _READ), "rb") as stream:
             return json.loads(stream.read(_MOST))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
 
 
@@ -135,7 +135,34 @@ def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
 def read_result(folder: Path) -> dict | None:
     """What came out of a case, its arrays not yet read; None if there is nothing yet."""
     found = read_json(folder / "result.json")
-    return found if isinstance(found, dict) and isinstance(found.get("status"), str) else None
+    return found if isinstance(found, dict) and _is_result(found) else None
+
+
+def _is_result(found: dict) -> bool:
+    """Whether a result has the parts that a case writes; one that is damaged is none."""
+    numbers, shapes = found.get("numbers", {}), found.get("shapes", {})
+    if not isinstance(found.get("status"), str) or not _is_number(found.get("seconds", 0.0)):
+        return False
+    if not isinstance(numbers, dict) or not isinstance(shapes, dict):
+        return False
+    return all(map(_is_number, numbers.values())) and all(map(_is_shape, shapes.values()))
+
+
+def _is_shape(about) -> bool:
+    if not isinstance(about, dict) or not isinstance(about.get("units", ""), str):
+        return False
+    dims, shape = about.get("dims"), about.get("shape")
+    if not _are_texts(dims) or not isinstance(shape, list) or len(dims) != len(shape):
+        return False
+    return all(type(length) is int and 0 <= length < _MOST for length in shape)
+
+
+def _is_number(value) -> bool:
+    return isinstance(value, float) or (isinstance(value, int) and abs(value) < 1e300)
+
+
+def _are_texts(values) -> bool:
+    return isinstance(values, list) and all(isinstance(one, str) for one in values)
 
 
 def read_arrays(folder: Path) -> dict[str, np.ndarray]:
@@ -144,8 +171,10 @@ def read_arrays(folder: Path) -> dict[str, np.ndarray]:
         handle = os.open(folder / "result.npy", _READ)
         with os.fdopen(handle, "rb") as stream:
             names = np.load(stream, allow_pickle=False).tolist()
-            return {name: np.load(stream, allow_pickle=False) for name in names}
-    except (OSError, ValueError, EOFError) as trouble:
+            return {str(name): np.load(stream, allow_pickle=False) for name in names}
+    except Exception as trouble:  # NumPy raises what its reader of headers does
+        if lacks_memory(trouble):
+            raise
         raise OutputError(f"{folder / 'result.npy'} cannot be read: {trouble}") from trouble
 
 
@@ -163,4 +192,36 @@ def read_manifest(study: Path) -> dict:
         raise InputError(f"{study} is not the folder of a study: it holds no good {MANIFEST}")
     if found.get("format") != 1:
         raise InputError(f"{file} is of format {found.get('format')!r}, not 1")
+    if wrong := _wrong_part(found):
+        raise InputError(f"{file} is damaged: {wrong} is not what a study writes")
     return found
+
+
+def _wrong_part(manifest: dict) -> str:
+    """The first part of a manifest that is not what a study writes; blank if there is none."""
+    dims, coordinates = manifest.get("dims"), manifest.get("coordinates")
+    if not isinstance(dims, dict) or not all(type(n) is int and n >= 0 for n in dims.values()):
+        return "dims"
+    for name in ("cases", "quantities"):
+        if not _are_texts(manifest.get(name)):
+            return name
+    if not isinstance(coordinates, dict):
+        return "coordinates"
+    for name, one in coordinates.items():
+        if not isinstance(one, dict) or not _is_coordinate(one, dims):
+            return f"coordinate {name!r}"
+    return ""
+
+
+def _is_coordinate(one: dict, dims: dict) -> bool:
+    """Whether a coordinate has values over dimensions that there are, and plain attributes."""
+    attributes = one.get("attrs", {})
+    if not _are_texts(one.get("dims")) or not isinstance(attributes, dict):
+        return False
+    try:
+        values = np.asarray(one.get("values"))
+    except (ValueError, OverflowError):  # of several lengths
+        return False
+    fits = values.shape == tuple(dims.get(name, -1) for name in one["dims"])
+    plain = all(isinstance(value, str | int | float) for value in attributes.values())
+    return fits and plain and values.dtype.kind in "biufUS"

@@ -139,7 +139,21 @@ class _Results:
     def each_array(self) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
         """Number and arrays of every case that has any."""
         for number in self.with_arrays:
-            yield number, read_arrays(case_folder(self.study, self.keys[number]))
+            folder = case_folder(self.study, self.keys[number])
+            arrays = read_arrays(folder)
+            for name in self.arrays.keys() & arrays.keys():
+                if not self._fits(name, arrays):
+                    raise OutputError(f"{folder / 'result.npy'} is damaged: {name}")
+            yield number, arrays
+
+    def _fits(self, name: str, arrays: dict[str, np.ndarray]) -> bool:
+        """Whether an array of a case is one of numbers over its coordinates."""
+        dims = [arrays.get(f"{name}|{dim}") for dim in self.arrays[name]["dims"]]
+        if any(one is None or one.ndim != 1 or one.size == 0 for one in dims):
+            return False
+        if arrays[name].shape != tuple(map(len, dims)):
+            return False
+        return all(one.dtype.kind in "biuf" for one in (arrays[name], *dims))
 
     def _common_coordinates(self) -> dict[str, np.ndarray]:
         """The coordinate of each inner dimension, and whether cases must be brought to it.
