@@ -85,7 +85,8 @@ contains
          if (simulation%laws%pointed) call add_points(simulation%points, contacts, &
             simulation%blocks, simulation%laws, simulation%detection%distance)
          call bound_history(simulation%history, simulation%detection)
-         call inherit(contacts, simulation%contacts(old), simulation%history, simulation%step > 0)
+         call inherit(contacts, simulation%contacts(old), simulation%history, &
+            simulation%step > 0 .or. simulation%stage > 1)
          if (simulation%laws%pointed) call place_points(contacts, simulation%blocks, &
             simulation%laws, simulation%history%matched)
          call set_joints(contacts, simulation%blocks, simulation%laws, simulation%detection)

@@ -16,6 +16,9 @@
 !> contact forces and the rounding of coordinates are worth in its springs.  Where that exceeds 10⁻³
 !> of the weight of a block that nothing holds, the outcome says so: it might yet slide.
 !>
+!> No contact at rest is deeper than its force explains by more than contacts are listed for, or
+!> blocks have passed through each other.
+!>
 !> Materials do not damp in statics: they have the modulus that is given, and bodies that remember
 !> strains begin anew at rest.
 module dda_equilibrium
@@ -41,7 +44,7 @@ module dda_equilibrium
    use dda_time_step, only: advance
    implicit none
    private
-   public :: equilibrium_type, equilibrate, evaluate_present
+   public :: equilibrium_type, equilibrate, evaluate_present, farthest_moved
 
    !> How rest was found.
    type :: equilibrium_type
@@ -53,6 +56,7 @@ module dda_equilibrium
       real(wp) :: allowed = 0.0_wp              !< of it, N/m
       real(wp) :: doubt = 0.0_wp                !< largest share of its weight allowed to a block
       integer :: doubtful = 0                   !< that block, which nothing holds
+      integer :: unexplained = 0                !< contact deeper than its force explains, else 0
       character(len=:), allocatable :: words
    end type equilibrium_type
 
@@ -95,6 +99,7 @@ contains
       step = simulation%step
       call begin_statics(simulation)
       call step_to_rest(simulation, equilibrium, failure)
+      if (equilibrium%at_rest) call doubt_contacts(simulation, equilibrium)
       call put_in_words(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
       if (allocated(failure)) then
@@ -325,6 +330,45 @@ contains
       weight_of = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
    end function weight_of
 
+   !> A contact in compression that is deeper than its force explains by more than contacts are
+   !> listed for: the forces balance, but not those of blocks where these are.
+   subroutine doubt_contacts(simulation, equilibrium)
+      type(simulation_type), intent(in) :: simulation  !< with the contacts at rest
+      type(equilibrium_type), intent(inout) :: equilibrium  !< is none where there is one
+      integer :: c
+      real(wp) :: most
+
+      most = simulation%detection%least
+      associate (contacts => simulation%contacts(simulation%now))
+         do c = 1, contacts%n
+            if (contacts%new_gap(c) >= 0.0_wp .or. -contacts%offset(c) <= most) cycle
+            most = -contacts%offset(c)
+            equilibrium%unexplained = c
+         end do
+      end associate
+      equilibrium%at_rest = equilibrium%unexplained == 0
+   end subroutine doubt_contacts
+
+   !> The block that has moved farthest from given places, and how far.
+   subroutine farthest_moved(blocks, from, block, way)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
+      integer, intent(out) :: block            !< its number; 0: none has moved
+      real(wp), intent(out) :: way             !< m
+      real(wp) :: moved
+      integer :: b
+
+      block = 0
+      way = 0.0_wp
+      do b = 1, blocks%n
+         if (blocks%removed(b)) cycle
+         moved = norm2(blocks%position(1:2, b) - from(1:2, b))
+         if (moved <= way) cycle
+         way = moved
+         block = b
+      end do
+   end subroutine farthest_moved
+
    !> The outcome.
    subroutine put_in_words(simulation, equilibrium, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -335,6 +379,10 @@ contains
          equilibrium%words = words_of_rest(simulation, equilibrium)
          return
       end if
+      if (equilibrium%unexplained > 0) then
+         equilibrium%words = words_of_doubt(simulation, equilibrium)
+         return
+      end if
       equilibrium%words = 'not at rest after '//to_text(equilibrium%steps)//' static steps'
       if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
@@ -343,6 +391,21 @@ contains
          ', and the contacts of the last step do not close'
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words
+
+   !> Which blocks have passed through each other.
+   function words_of_doubt(simulation, equilibrium) result(words)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      type(equilibrium_type), intent(in) :: equilibrium  !< with a contact that is too deep
+      character(len=:), allocatable :: words
+
+      associate (contacts => simulation%contacts(simulation%now), c => equilibrium%unexplained)
+         words = 'forces balance after '//to_text(equilibrium%steps)//' static steps, but '// &
+            'block '//block_name(simulation, contacts%block_v(c))//' stands '// &
+            short_text(-contacts%new_gap(c) - contacts%offset(c))//' m deep in block '// &
+            block_name(simulation, contacts%block_e(c))//', of which their contact force '// &
+            'explains '//short_text(-contacts%new_gap(c))//' m: they have passed through each other'
+      end associate
+   end function words_of_doubt
 
    !> How well it is known that the blocks are at rest.
    function words_of_rest(simulation, equilibrium) result(words)

@@ -17,13 +17,13 @@ module dda_stages
       energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
       energy_removed, energy_changed, energy_zeroed
    use dda_energy_budget, only: start_energy_budget
-   use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present
+   use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present, farthest_moved
    use dda_errors, only: error_type, error_input, error_interrupted, fail
    use dda_friction, only: accept_contacts
    use dda_model, only: model_type
    use dda_running_maxima, only: begin_maxima, restart_points
    use dda_scheme, only: scheme_named
-   use dda_simulation, only: simulation_type, counters_type, next_step
+   use dda_simulation, only: simulation_type, counters_type, next_step, block_name
    use dda_stage, only: stage_type, never
    use dda_start, only: start
    use dda_stop_rule, only: begin_stop_rule
@@ -368,15 +368,17 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(equilibrium_type) :: equilibrium
       type(energy_type) :: before
+      real(wp), allocatable :: places(:,:)
 
       before = simulation%energy
+      places = simulation%blocks%position(1:2, :)
       call equilibrate(simulation, equilibrium, error)
       if (allocated(error)) return
       call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
       associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
          if (simulation%statics /= '') simulation%statics = simulation%statics//'; '
          simulation%statics = simulation%statics//'stage '//quoted(trim(stage%name))//' '// &
-            equilibrium%words
+            equilibrium%words//moved_in_words(simulation, places)
          if (simulation%stage > 1) then
             call book_statics(energy, before)
             return
@@ -391,6 +393,27 @@ contains
             next_step(simulation))
       end associate
    end subroutine settle
+
+   !> How far blocks have moved in a static stage, and from the model as drawn.
+   function moved_in_words(simulation, places) result(words)
+      type(simulation_type), intent(in) :: simulation  !< at rest
+      real(wp), intent(in) :: places(:,:)              !< [2,blocks] at the begin of the stage, m
+      character(len=:), allocatable :: words
+      integer :: b
+      real(wp) :: way
+
+      call farthest_moved(simulation%blocks, places, b, way)
+      if (b == 0) then
+         words = '; no block moved'
+      else
+         words = '; farthest moved block '//block_name(simulation, b)//', by '// &
+            short_text(way)//' m'
+      end if
+      if (simulation%stage == 1) return
+      call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
+      if (b > 0) words = words//'; from the model as drawn block '//block_name(simulation, b)// &
+         ', by '//short_text(way)//' m'
+   end function moved_in_words
 
    !> What static steps have lost by their scheme goes to the static stages.
    pure subroutine book_statics(energy, before)

@@ -6,6 +6,7 @@ module dda_run_verdict
    use dda_base_motion, only: base_words, counts_from_motion
    use dda_diagnostics, only: audit_warning, state_warnings
    use dda_energy, only: balance
+   use dda_equilibrium, only: farthest_moved
    use dda_maxima, only: largest_type, maxima_table, of_tilt, of_displacement, of_velocity, &
       of_acceleration, of_strain, of_slip, of_opening, of_penetration, of_penetration_ratio, &
       of_contact_force, of_point_displacement, of_point_velocity, of_point_acceleration, &
@@ -126,6 +127,7 @@ contains
             words = 'largest '//largest_text(simulation, k)
             if (i <= 2) words = words//'; at the end '//value_text(k, last(k)%value)//', '// &
                who_text(simulation, k, last(k)%who)
+            if (k == of_displacement) call add_drawn(verdict, simulation, words)
             if (k == of_displacement .and. counts_from_motion(simulation%maxima%base, &
                simulation%model)) words = words//'; '//base_words(simulation%maxima%base, &
                simulation%model)
@@ -133,6 +135,21 @@ contains
          end associate
       end do
    end subroutine say_blocks
+
+   !> How far blocks are at the end from the model as drawn, where the run counts from rest.
+   subroutine add_drawn(verdict, simulation, words)
+      type(run_verdict_type), intent(inout) :: verdict   !< gets a value
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+      character(len=:), allocatable, intent(inout) :: words  !< of the displacements
+      real(wp) :: way
+      integer :: b
+
+      if (.not. simulation%model%stages(1)%static) return
+      call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
+      call note(verdict, 'displacement_from_drawn_m', way)
+      if (b > 0) words = words//'; from the model as drawn '//length_text(way)//', '// &
+         label(simulation, b)
+   end subroutine add_drawn
 
    !> Slip and opening of the contacts that touched at first; penetrations and forces of all.
    subroutine judge_contacts(verdict, simulation)

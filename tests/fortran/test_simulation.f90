@@ -2,7 +2,8 @@
 !> Whole runs against mechanics: flight, spin, sliding and sticking, and what step control does and
 !> says.
 module test_simulation
-   use dda_blocks, only: momentum_of
+   use dda_blocks, only: momentum_of, update_geometry
+   use dda_equilibrium, only: equilibrate, equilibrium_type
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_convergence, error_type
    use dda_polygon, only: area_of
@@ -34,6 +35,7 @@ contains
       call sticking()
       call rest_in_a_notch()
       call deep_penetration()
+      call passed_through()
       call adaptive_step()
       call no_convergence()
       call fixed_clock()
@@ -218,6 +220,30 @@ contains
          call check(simulation%blocks%velocity(2, 2) > 0.0_wp, 'and goes up again')
       end if
    end subroutine deep_penetration
+
+   !> A block at rest of which forces explain the depth, then one pushed 30 cm into the floor whose
+   !> contacts hold it there: they balance, but that is no rest.
+   subroutine passed_through()
+      type(simulation_type) :: simulation
+      type(equilibrium_type) :: equilibrium
+      type(error_type), allocatable :: error
+
+      call case('blocks that have passed through each other')
+      call begin(simulation, control_text(1.0e-3_wp, 10, gravity//'settle = .true.')// &
+         contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('b', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))// &
+         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 /')
+      call equilibrate(simulation, equilibrium, error)
+      call check_no_error(error, 'it rests')
+      simulation%blocks%position(2, 2) = simulation%blocks%position(2, 2) - 0.3_wp
+      call update_geometry(simulation%blocks)
+      associate (contacts => simulation%contacts(simulation%now))
+         contacts%offset(:contacts%n) = contacts%offset(:contacts%n) - 0.3_wp
+      end associate
+      call equilibrate(simulation, equilibrium, error)
+      call check_fails(error, "block 2 'b' stands 0.3")
+   end subroutine passed_through
 
    !> Δt shrinks while a block falls fast, recovers when it lies, is told of, and the end is met
    !> exactly.

@@ -282,6 +282,26 @@ def test_a_flying_block_cannot_settle(write_input):
         sitedda.Simulation(write_input(groups))
 
 
+def test_what_falls_and_rests_is_told(write_input, native, tmp_path):
+    """A pedestal is taken away: the block lands on the floor below, 0.3 m deeper."""
+    blocks = {"floor": rectangle(-2, -1, 4, 1), "gone": rectangle(-1, 0, 2, 0.3)}
+    blocks["stone"] = rectangle(-1, 0.3, 2, 1)
+    groups = model(blocks, supports=[("floor", -1.9, -0.9), ("floor", 1.9, -0.9)])
+    groups = changed(groups, "control", settle=None, steps=None)
+    stages = [{"name": "rest"}, {"name": "dig", "remove": "gone"}]
+    groups[-1:-1] = [("stage", stage | {"kind": "static"}) for stage in stages]
+    run = sitedda.run(write_input(groups), output=tmp_path / "fall.nc")
+    stood, fell = run.summary.split("stage 'dig'")
+    assert "farthest moved block 3 'stone', by " in stood
+    words = "farthest moved block 3 'stone', by 0.3 m; from the model as drawn block 3 'stone', by "
+    assert words in fell
+    assert run.verdict.values["displacement_from_drawn_m"] == pytest.approx(0.3, abs=1e-3)
+    line = dict(run.verdict.lines)["displacement"]
+    assert "from the model as drawn 300 mm, stone" in line
+    done = native("run", write_input(groups), folder=tmp_path)
+    assert words in done.stdout and line in done.stdout
+
+
 # Three blocks of a beam on two piers, all of one width, glued to each other and loose on the piers.
 BEAM = {"beam_l": (0.0, 1.5), "beam_m": (1.5, 4.8), "beam_r": (4.8, 6.0)}
 PIERS = {"pier_l": 0.0, "pier_r": 5.0}
