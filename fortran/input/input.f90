@@ -4,10 +4,10 @@ module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_addresses
-   use dda_input_group, only: place_type, place_of_group, input_error, require_name, &
-      name_length
+   use dda_input_group, only: group_type, input_error, get_text, require_name, name_length
    use dda_input_catalogue, only: find_group, unknown_group
    use dda_input_schema, only: input_groups
+   use dda_input_text, only: parse_group, split_groups
    use dda_input_changes, only: change_text
    use dda_input_bodies, only: read_bodies
    use dda_input_bolts, only: read_bolts
@@ -18,13 +18,12 @@ module dda_input
    use dda_input_material, only: read_material, fit_materials
    use dda_input_materials, only: read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
-   use dda_input_settings, only: read_run, read_control, read_contact, read_output, &
+   use dda_input_settings, only: read_control, read_contact, read_output, &
       check_output_times, require_analysis
    use dda_input_stages, only: read_stages
    use dda_input_stop, only: read_stop
    use dda_material, only: joint_type
    use dda_model, only: model_type, default_stiffness
-   use dda_namelist_groups, only: group_type, split_groups
    use dda_settings, only: contact_settings_type
    use dda_stage, only: stage_type
    use dda_text, only: quoted
@@ -51,7 +50,8 @@ contains
       call read_text_file(file, text, largest_input, error)
       if (present(changes)) then
          do i = 1, size(changes)
-            if (.not. allocated(error)) call change_text(text, trim(changes(i)), error)
+            if (.not. allocated(error)) call change_text(file, text, &
+               trim(changes(i)), error)
          end do
       end if
       if (.not. allocated(error)) call read_model(model, file, text, error)
@@ -66,6 +66,7 @@ contains
       type(group_type), allocatable :: groups(:)
       character(len=name_length) :: base_motion(2)
       character(len=:), allocatable :: folder
+      integer :: i
 
       call require_addresses(reading_bytes + text_copies*len(text), file// &
          ': reading the input', 'use a machine with more', error)
@@ -76,22 +77,25 @@ contains
       allocate (model%block_files(0))
       call split_groups(file, text, groups, error)
       if (.not. allocated(error)) call check_names(file, groups, error)
+      do i = 1, size(groups)
+         call parse_group(text, groups(i), error)
+      end do
       if (.not. allocated(error)) call read_settings(model, file, groups, base_motion, error)
       if (.not. allocated(error)) call read_substances(model, file, folder, groups, error)
-      if (.not. allocated(error)) call resolve_base_motion(model, file, groups, base_motion, error)
+      if (.not. allocated(error)) call resolve_base_motion(model, groups, base_motion, error)
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
-      if (.not. allocated(error)) call read_points(model, file, groups, error)
-      if (.not. allocated(error)) call read_bolts(model, file, groups, error)
-      if (.not. allocated(error)) call read_edge_loads(model, file, groups, error)
-      if (.not. allocated(error)) call read_boundaries(model, file, groups, error)
-      if (.not. allocated(error)) call read_stages(model, file, groups, error)
-      if (.not. allocated(error)) call read_ends(model, file, groups, error)
-      if (.not. allocated(error)) call fit_materials(model, file, groups, error)
-      call check_rest(model, file, groups, error)
-      call check_columns(model, file, groups, error)
+      if (.not. allocated(error)) call read_points(model, groups, error)
+      if (.not. allocated(error)) call read_bolts(model, groups, error)
+      if (.not. allocated(error)) call read_edge_loads(model, groups, error)
+      if (.not. allocated(error)) call read_boundaries(model, groups, error)
+      if (.not. allocated(error)) call read_stages(model, groups, error)
+      if (.not. allocated(error)) call read_ends(model, groups, error)
+      if (.not. allocated(error)) call fit_materials(model, groups, error)
+      call check_rest(model, groups, error)
+      call check_columns(model, groups, error)
       if (allocated(error)) return
       if (model%stages(1)%static) call refuse_velocities(file, model, error)
-      call read_amplifications(model, file, groups, error)
+      call read_amplifications(model, groups, error)
    end subroutine read_model
 
    !> Every group must be known, and appear once if it may not repeat.
@@ -108,13 +112,12 @@ contains
             if (input_groups(g)%built) g = 0
          end if
          if (g == 0) then
-            call input_error(error, place_of_group(file, groups(i)), &
-               unknown_group(groups(i)%name, file))
+            call input_error(error, groups(i), unknown_group(groups(i)%name, file))
             return
          end if
          seen(g) = seen(g) + 1
          if (seen(g) > 1 .and. .not. input_groups(g)%repeats) call input_error(error, &
-            place_of_group(file, groups(i)), 'this group may appear only once')
+            groups(i), 'this group may appear only once')
       end do
       if (count_groups(groups, 'control') == 0) call missing(error, file, 'the group &control')
    end subroutine check_names
@@ -147,27 +150,23 @@ contains
       !> names of motions, x and y, or blank
       character(len=name_length), intent(out) :: base_motion(2)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type) :: place
       integer :: i
 
       model%title = ''
       base_motion = ''
       model%output%file = default_output(file)
       do i = 1, size(groups)
-         place = place_of_group(file, groups(i))
-         associate (text => groups(i)%text)
-            select case (groups(i)%name)
-            case ('run')
-               call read_run(text, place, model%title, error)
-            case ('control')
-               call read_control(text, place, count_groups(groups, 'stage') > 0, model%control, &
-                  base_motion, error)
-            case ('contact')
-               call read_contact(text, place, model%contact, error)
-            case ('output')
-               call read_output(text, place, model%output, error)
-            end select
-         end associate
+         select case (groups(i)%name)
+         case ('run')
+            call get_text(groups(i), 'title', model%title)
+         case ('control')
+            call read_control(groups(i), count_groups(groups, 'stage') > 0, model%control, &
+               base_motion, error)
+         case ('contact')
+            call read_contact(groups(i), model%contact, error)
+         case ('output')
+            call read_output(groups(i), model%output, error)
+         end select
          if (allocated(error)) return
       end do
       if (model%contact%original_rules .and. model%control%integration /= 'dda') &
@@ -200,7 +199,6 @@ contains
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type) :: place
       integer :: i, m, j, k
 
       allocate (model%materials(count_groups(groups, 'material')), &
@@ -212,27 +210,24 @@ contains
       k = 0
       do i = 1, size(groups)
          if (allocated(error)) return
-         place = place_of_group(file, groups(i))
-         associate (text => groups(i)%text)
-            select case (groups(i)%name)
-            case ('material')
-               m = m + 1
-               call read_material(text, place, model%materials(m), error)
-               if (model%materials(m)%has_velocities) call require_analysis(error, place, &
-                  model%control, 'shear_velocity and pressure_velocity')
-               call check_new_name(place, model%materials(:m)%name, error)
-            case ('joint')
-               j = j + 1
-               call read_joint(text, place, model%joints(j), error)
-               call check_rules(place, model%joints(j), model%contact, error)
-               call check_new_name(place, model%joints(:j)%name, error)
-               call refuse_damping(place, model%joints(:j), model%contact, error)
-            case ('motion')
-               k = k + 1
-               call read_motion(text, place, folder, model%motions(k), error)
-               call check_new_name(place, model%motions(:k)%name, error)
-            end select
-         end associate
+         select case (groups(i)%name)
+         case ('material')
+            m = m + 1
+            call read_material(groups(i), model%materials(m), error)
+            if (model%materials(m)%has_velocities) call require_analysis(error, groups(i), &
+               model%control, 'shear_velocity and pressure_velocity')
+            call check_new_name(groups(i), model%materials(:m)%name, error)
+         case ('joint')
+            j = j + 1
+            call read_joint(groups(i), model%joints(j), error)
+            call check_rules(groups(i), model%joints(j), model%contact, error)
+            call check_new_name(groups(i), model%joints(:j)%name, error)
+            call refuse_damping(groups(i), model%joints(:j), model%contact, error)
+         case ('motion')
+            k = k + 1
+            call read_motion(groups(i), folder, model%motions(k), error)
+            call check_new_name(groups(i), model%motions(:k)%name, error)
+         end select
       end do
       if (allocated(error)) return
       if (model%contact%normal_stiffness == 0.0_wp) model%contact%normal_stiffness = &
@@ -240,25 +235,25 @@ contains
    end subroutine read_substances
 
    !> Contact rules that a joint law does not go with.
-   subroutine check_rules(place, joint, contact, error)
-      type(place_type), intent(in) :: place  !< of the joint's group
+   subroutine check_rules(group, joint, contact, error)
+      type(group_type), intent(in) :: group  !< of the joint's group
       type(joint_type), intent(in) :: joint  !< as read
       type(contact_settings_type), intent(in) :: contact  !< of the model
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       if (allocated(error)) return
       if (joint%is_plain()) return
-      if (contact%original_rules) call input_error(error, place, "contact_rules = 'original' "// &
+      if (contact%original_rules) call input_error(error, group, "contact_rules = 'original' "// &
          'know one stiffness, no law but Coulomb friction and contacts at corners: leave out '// &
          'law, stiffness per area and contact_points')
-      if (contact%penetration_tolerance > 0.0_wp) call input_error(error, place, 'a joint with '// &
+      if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own closes by what its load asks for: it '// &
          'does not go with penetration_tolerance')
    end subroutine check_rules
 
    !> Restitution and dashpots of a joint need contacts of the own rules with springs.
-   subroutine refuse_damping(place, joints, contact, error)
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine refuse_damping(group, joints, contact, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(joint_type), intent(in) :: joints(:)  !< so far
       type(contact_settings_type), intent(in) :: contact  !< of the same input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -269,13 +264,13 @@ contains
       variable = 'damping'
       if (any(joints%restitution >= 0.0_wp)) variable = 'restitution'
       do j = 1, size(joints)
-         if (.not. joints(j)%is_plain()) call input_error(error, place, variable//' of a joint '// &
+         if (.not. joints(j)%is_plain()) call input_error(error, group, variable//' of a joint '// &
             'does not go with a law, stiffness per area or contact_points, of this or another '// &
             'joint: leave out one of them')
       end do
-      if (contact%original_rules) call input_error(error, place, variable// &
+      if (contact%original_rules) call input_error(error, group, variable// &
          " does not go with contact_rules = 'original' of &contact: leave out one of them")
-      if (contact%penetration_tolerance > 0.0_wp) call input_error(error, place, variable// &
+      if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, variable// &
          ' does not go with penetration_tolerance of &contact, whose contacts have no springs: '// &
          'leave out one of them')
    end subroutine refuse_damping
@@ -307,37 +302,36 @@ contains
    end function is_uniform
 
    !> The last name must not have been used before.
-   subroutine check_new_name(place, names, error)
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine check_new_name(group, names, error)
+      type(group_type), intent(in) :: group  !< of the group
       character(len=*), intent(in) :: names(:)  !< of all such groups so far
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
       associate (last => names(size(names)))
-         if (any(names(:size(names) - 1) == last)) call input_error(error, place, 'name = '// &
+         if (any(names(:size(names) - 1) == last)) call input_error(error, group, 'name = '// &
             quoted(last)//' is used twice')
       end associate
    end subroutine check_new_name
 
    !> The motions of the base by name.
-   subroutine resolve_base_motion(model, file, groups, base_motion, error)
+   subroutine resolve_base_motion(model, groups, base_motion, error)
       type(model_type), intent(inout) :: model  !< filled group by group
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       character(len=*), intent(in) :: base_motion(2)  !< names of motions, x and y, or blank
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type) :: place
+      type(group_type) :: group
       integer :: axis, i
 
       do i = 1, size(groups)
-         if (groups(i)%name == 'control') place = place_of_group(file, groups(i))
+         if (groups(i)%name == 'control') group = groups(i)
       end do
       do axis = 1, 2
          if (base_motion(axis) == '') cycle
-         call require_name(error, place, 'base_motion_'//merge('x', 'y', axis == 1), &
+         call require_name(error, group, 'base_motion_'//merge('x', 'y', axis == 1), &
             base_motion(axis), model%motions%name, 'motion', model%control%base_motion(axis))
          if (allocated(error)) return
          associate (motion => model%motions(model%control%base_motion(axis)))
-            if (motion%stops .and. .not. motion%curve%ends_at_rest) call input_error(error, place, &
+            if (motion%stops .and. .not. motion%curve%ends_at_rest) call input_error(error, group, &
                'base_motion_'//merge('x', 'y', axis == 1)//': as body force nothing stops the '// &
                'base at the end of the record: leave after_end of &motion '// &
                quoted(trim(motion%name))//' out, or move supports by it')
@@ -346,12 +340,10 @@ contains
    end subroutine resolve_base_motion
 
    !> Fixed points, loads and measured points.
-   subroutine read_points(model, file, groups, error)
+   subroutine read_points(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type) :: place
       integer :: i, f, l, p
 
       allocate (model%fixed_points(count_groups(groups, 'fixed_point')), &
@@ -362,48 +354,41 @@ contains
       p = 0
       do i = 1, size(groups)
          if (allocated(error)) return
-         place = place_of_group(file, groups(i))
-         associate (text => groups(i)%text)
-            select case (groups(i)%name)
-            case ('fixed_point')
-               f = f + 1
-               call read_fixed_point(text, place, model%blocks, model%block_names, model%origin, &
-                  model%motions, model%fixed_points(f), error)
-            case ('load')
-               l = l + 1
-               call read_load(text, place, model%blocks, model%block_names, model%origin, &
-                  model%loads(l), error)
-            case ('measured_point')
-               p = p + 1
-               call read_point(text, place, model%blocks, model%block_names, model%origin, &
-                  model%points(p), error)
-               call check_new_name(place, model%points(:p)%name, error)
-            end select
-         end associate
+         select case (groups(i)%name)
+         case ('fixed_point')
+            f = f + 1
+            call read_fixed_point(groups(i), model%blocks, model%block_names, model%origin, &
+               model%motions, model%fixed_points(f), error)
+         case ('load')
+            l = l + 1
+            call read_load(groups(i), model%blocks, model%block_names, model%origin, &
+               model%loads(l), error)
+         case ('measured_point')
+            p = p + 1
+            call read_point(groups(i), model%blocks, model%block_names, model%origin, &
+               model%points(p), error)
+            call check_new_name(groups(i), model%points(:p)%name, error)
+         end select
       end do
    end subroutine read_points
 
    !> What ends the run early, and output times that its steps must meet.
-   subroutine read_ends(model, file, groups, error)
+   subroutine read_ends(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks and stages
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type) :: place
       integer :: i
 
       do i = 1, size(groups)
-         place = place_of_group(file, groups(i))
-         if (groups(i)%name == 'stop') call read_stop(groups(i)%text, place, model, error)
+         if (groups(i)%name == 'stop') call read_stop(groups(i), model, error)
          if (groups(i)%name == 'output' .and. .not. model%control%adaptive) &
-            call check_output_times(error, place, model%output, model%stages)
+            call check_output_times(error, groups(i), model%output, model%stages)
       end do
    end subroutine read_ends
 
    !> The amplifications to be printed after the run.
-   subroutine read_amplifications(model, file, groups, error)
+   subroutine read_amplifications(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i, a
@@ -414,13 +399,12 @@ contains
          if (allocated(error)) return
          if (groups(i)%name /= 'amplification') cycle
          a = a + 1
-         call read_amplification(groups(i)%text, place_of_group(file, groups(i)), model%points, &
-            model%amplifications(a), error)
-         if (.not. is_uniform(model%stages)) call input_error(error, place_of_group(file, &
-            groups(i)), 'a spectrum needs samples at equal times: one time_step in all '// &
-            'dynamic stages, and no static stage but the first')
+         call read_amplification(groups(i), model%points, model%amplifications(a), error)
+         if (.not. is_uniform(model%stages)) call input_error(error, groups(i), 'a spectrum '// &
+            'needs samples at equal times: one time_step in all dynamic stages, and no static '// &
+            'stage but the first')
          if (model%control%adaptive .and. model%output%history_seconds <= 0.0_wp) &
-            call input_error(error, place_of_group(file, groups(i)), 'a spectrum needs samples '// &
+            call input_error(error, groups(i), 'a spectrum needs samples '// &
             'at equal times, and adaptive steps are not: give history_seconds in &output')
       end do
    end subroutine read_amplifications

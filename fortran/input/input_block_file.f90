@@ -4,7 +4,7 @@ module dda_input_block_file
    use dda_kinds, only: wp
    use dda_block_file, only: block_file_type, read_block_file
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, check_read, name_length
+   use dda_input_group, only: group_type, input_error, get_text
    use dda_input_materials, only: find_substances
    use dda_model, only: model_type, block_source_type
    use dda_outlines, only: outlines_type, add_outline, outline_failure
@@ -13,14 +13,11 @@ module dda_input_block_file
    private
    public :: read_block_group
 
-   integer, parameter :: path_length = 4096
-
 contains
 
    !> &blocks
-   subroutine read_block_group(text, place, source, folder, model, outlines, error)
-      character(len=*), intent(in) :: text       !< of the group
-      type(place_type), intent(in) :: place      !< of the group
+   subroutine read_block_group(group, source, folder, model, outlines, error)
+      type(group_type), intent(in) :: group      !< of the group
       integer, intent(in) :: source              !< number of the group
       character(len=*), intent(in) :: folder     !< of the input, '' or ending in '/'
       type(model_type), intent(inout) :: model   !< with its materials and joints; keeps the file
@@ -28,35 +25,27 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(block_file_type) :: found
       type(error_type), allocatable :: failure
-      character(len=path_length) :: file
-      character(len=name_length) :: material, joint
       character(len=:), allocatable :: path
-      character(len=256) :: message
-      integer :: status, m, j
-      namelist /blocks/ file, material, joint
+      integer :: m, j
 
-      file = ''
-      material = ''
-      joint = ''
-      read (text, nml=blocks, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      if (file == '') call input_error(error, place, 'file is missing')
-      call find_substances(place, material, joint, model, m, j, error)
+      path = ''
+      call get_text(group, 'file', path)
+      if (path == '') call input_error(error, group, 'file is missing')
+      call find_substances(group, model, m, j, error)
       if (allocated(error)) return
-      path = trim(file)
       if (path(1:1) /= '/') path = folder//path
       call read_block_file(found, path, failure)
       if (allocated(failure)) then
-         call input_error(error, place, failure%message)
+         call input_error(error, group, failure%message)
          return
       end if
-      call add_blocks(place, path, found, source, m, j, model, outlines, error)
+      call add_blocks(group, path, found, source, m, j, model, outlines, error)
       model%block_files = [model%block_files, block_source_type(path, found%checksum)]
    end subroutine read_block_group
 
    !> The blocks of a file, each a polygon that can be one.
-   subroutine add_blocks(place, path, found, source, m, j, model, outlines, error)
-      type(place_type), intent(in) :: place          !< of the group
+   subroutine add_blocks(group, path, found, source, m, j, model, outlines, error)
+      type(group_type), intent(in) :: group          !< of the group
       character(len=*), intent(in) :: path           !< of the file, for messages
       type(block_file_type), intent(in) :: found     !< what the file says
       integer, intent(in) :: source                  !< number of the group
@@ -68,16 +57,16 @@ contains
       character(len=:), allocatable :: failure
       integer :: b
 
-      call find_names(place, path, 'material', found%materials, found%material, &
+      call find_names(group, path, 'material', found%materials, found%material, &
          model%materials%name, m, materials, error)
-      call find_names(place, path, 'joint', found%joints, found%edge_joint, model%joints%name, j, &
+      call find_names(group, path, 'joint', found%joints, found%edge_joint, model%joints%name, j, &
          joints, error)
       do b = 1, size(found%names)
          if (allocated(error)) return
          associate (first => found%first(b), last => found%first(b + 1) - 1)
             failure = outline_failure(found%vertices(:, first:last))
             if (failure /= '') then
-               call input_error(error, place, trim(path//': block '//to_text(b)//' '// &
+               call input_error(error, group, trim(path//': block '//to_text(b)//' '// &
                   found%names(b))//': vertices'//failure)
             else
                call add_outline(outlines, found%vertices(:, first:last), &
@@ -89,8 +78,8 @@ contains
    end subroutine add_blocks
 
    !> Positions in the model of the materials or joints that a file numbers, those that it uses.
-   subroutine find_names(place, path, kind, names, used, known, usual, positions, error)
-      type(place_type), intent(in) :: place      !< of the group
+   subroutine find_names(group, path, kind, names, used, known, usual, positions, error)
+      type(group_type), intent(in) :: group      !< of the group
       character(len=*), intent(in) :: path, kind !< of the file; 'material' or 'joint'
       character(len=*), intent(in) :: names(:)   !< in the file
       integer, intent(in) :: used(:)             !< numbers of them, 0: none
@@ -109,7 +98,7 @@ contains
          near = closest(trim(names(i)), known)
          hint = ''
          if (near > 0) hint = '; is '//quoted(known(near))//' meant?'
-         call input_error(error, place, path//': '//kind//'_name = '//quoted(names(i))// &
+         call input_error(error, group, path//': '//kind//'_name = '//quoted(names(i))// &
             ' is not the name of a &'//kind//hint)
          return
       end do

@@ -6,9 +6,8 @@ module dda_input_bodies
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_memory, require_for_blas
    use dda_input_blocks, only: read_blocks, is_block_group
-   use dda_input_group, only: place_of_group, input_error
+   use dda_input_group, only: group_type, input_error
    use dda_model, only: model_type
-   use dda_namelist_groups, only: group_type
    use dda_neighbours, only: neighbours_type, find_near_pairs
    use dda_outlines, only: outlines_type
    use dda_polygon, only: area_of, overlap_depth
@@ -40,8 +39,8 @@ contains
       integer :: i
 
       do i = 1, size(groups)
-         if (is_block_group(groups(i)%name)) call read_blocks(groups(i)%text, &
-            place_of_group(file, groups(i)), i, folder, model, outlines, error)
+         if (is_block_group(groups(i)%name)) call read_blocks(groups(i), &
+            i, folder, model, outlines, error)
          if (allocated(error)) return
       end do
       if (outlines%n == 0) call fail(error, error_input, file// &
@@ -51,7 +50,7 @@ contains
          'use fewer blocks, or a machine with more', error)
       call require_for_blas(error)
       if (allocated(error)) return
-      call check_sizes(file, groups, outlines, error)
+      call check_sizes(groups, outlines, error)
       if (allocated(error)) call name_block_files(error, model)
       if (allocated(error)) return
       associate (vertices => outlines%vertices(:, :outlines%n_vertices))
@@ -63,7 +62,7 @@ contains
          outlines%material(:outlines%n), outlines%joint(:outlines%n_vertices), model%materials, &
          model%control%plane_strain)
       call stress_by_weight(model, outlines)
-      call check_overlap(model, file, groups, outlines%source, error)
+      call check_overlap(model, groups, outlines%source, error)
       if (allocated(error)) call name_block_files(error, model)
    end subroutine read_bodies
 
@@ -94,8 +93,7 @@ contains
 
    !> Places and sizes must be such that rounding leaves the shape of every block, generated ones
    !> too.
-   subroutine check_sizes(file, groups, outlines, error)
-      character(len=*), intent(in) :: file  !< path
+   subroutine check_sizes(groups, outlines, error)
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -112,7 +110,7 @@ contains
          failure = size_failure(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1), &
             extent)
       end do
-      if (failure /= '') call input_error(error, place_of_group(file, groups(outlines%source(b))), &
+      if (failure /= '') call input_error(error, groups(outlines%source(b)), &
          block_title(b, outlines%name(b))//failure)
    end subroutine check_sizes
 
@@ -163,9 +161,8 @@ contains
    end function shortest_side
 
    !> No two blocks may overlap.
-   subroutine check_overlap(model, file, groups, source, error)
+   subroutine check_overlap(model, groups, source, error)
       type(model_type), intent(in) :: model  !< as read from the input
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       integer, intent(in) :: source(:)  !< [blocks] number of the group of each
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -180,7 +177,7 @@ contains
                depth = overlap_depth(blocks%vertex(:, blocks%first(a):blocks%first(a + 1) - 1), &
                   blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1))
                if (depth <= touching*min(blocks%radius(a), blocks%radius(b))) cycle
-               call input_error(error, place_of_group(file, groups(source(b))), &
+               call input_error(error, groups(source(b)), &
                   block_title(b, model%block_names(b))//' overlaps '// &
                   block_title(a, model%block_names(a))//' of '//place_name(groups(source(a)))// &
                   ' by '//to_text(depth)//' m')

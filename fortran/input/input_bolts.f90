@@ -4,13 +4,12 @@
 module dda_input_bolts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
-   use dda_bolt, only: bolt_type, axial, across, never, most_points
+   use dda_bolt, only: bolt_type, axial, across, never
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
-      require_given, require_list, value_or, unset, is_set, name_length
+   use dda_input_group, only: group_type, input_error, get, get_list, value_or, unset, is_set, &
+      name_length
    use dda_input_points, only: find_block, holds
    use dda_model, only: model_type
-   use dda_namelist_groups, only: group_type
    use dda_text, only: quoted, to_text
    implicit none
    private
@@ -30,13 +29,11 @@ module dda_input_bolts
 contains
 
    !> All bolts of an input.
-   subroutine read_bolts(model, file, groups, error)
+   subroutine read_bolts(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(reading_type) :: reading
-      type(place_type) :: place
       type(bolt_type), allocatable :: new(:)
       integer :: i
 
@@ -44,96 +41,80 @@ contains
       allocate (model%bolts(0))
       do i = 1, size(groups)
          if (groups(i)%name /= 'bolt') cycle
-         place = place_of_group(file, groups(i))
-         call read_bolt(groups(i)%text, place, reading, error)
-         if (any(model%bolts%name == reading%name)) call input_error(error, place, 'name = '// &
+         call read_bolt(groups(i), reading, error)
+         if (any(model%bolts%name == reading%name)) call input_error(error, groups(i), 'name = '// &
             quoted(trim(reading%name))//' is used twice')
-         call check_values(reading, place, error)
-         if (.not. allocated(error)) call make_bolt(model, place, reading, new, error)
+         call check_values(reading, groups(i), error)
+         if (.not. allocated(error)) call make_bolt(model, groups(i), reading, new, error)
          if (allocated(error)) return
          model%bolts = [model%bolts, new]
       end do
    end subroutine read_bolts
 
    !> The variables of a group.
-   subroutine read_bolt(group, place, reading, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_bolt(group, reading, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(out) :: reading  !< as read
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, from_block, to_block, through_block(most_points - 2)
-      real(wp) :: from(2), to(2), through(2*(most_points - 2)), axial_stiffness, &
-         shear_stiffness, pretension, yield_force, shear_yield_force, rupture_elongation, &
-         rupture_slip
-      logical :: grouted, compression
-      character(len=256) :: message
-      integer :: status, n
-      namelist /bolt/ name, from, to, from_block, to_block, grouted, compression, axial_stiffness, &
-         shear_stiffness, pretension, yield_force, shear_yield_force, rupture_elongation, &
-         rupture_slip, through, through_block
+      character(len=name_length), allocatable :: blocks(:)
+      character(len=name_length) :: ends(2)
+      real(wp), allocatable :: from(:), to(:), through(:)
+      integer :: n
 
-      name = ''
-      from = unset
-      to = unset
-      from_block = ''
-      to_block = ''
-      through = unset
-      through_block = ''
-      grouted = .false.
-      compression = .false.
-      axial_stiffness = unset
-      shear_stiffness = unset
-      pretension = 0.0_wp
-      yield_force = unset
-      shear_yield_force = unset
-      rupture_elongation = unset
-      rupture_slip = unset
-      read (group, nml=bolt, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      n = (findloc(is_set(through), .true., 1, back=.true.) + 1)/2
-      if (any(through_block(n + 1:) /= '')) call input_error(error, place, &
+      ends = ''
+      call get(group, 'name', reading%name, error)
+      call get_list(group, 'from', from, error)
+      call get_list(group, 'through', through, error)
+      call get_list(group, 'to', to, error)
+      call get(group, 'from_block', ends(1), error)
+      call get(group, 'to_block', ends(2), error)
+      call get_list(group, 'through_block', blocks, error)
+      n = (size(through) + 1)/2
+      if (2*n /= size(through) .or. size(from) + size(to) < 4) call input_error(error, group, &
+         trim(merge('through', merge('from   ', 'to     ', size(from) < 2), &
+         2*n /= size(through)))//': a value is left out')
+      if (any(blocks(n + 1:) /= '')) call input_error(error, group, &
          'through_block names more blocks than through has points ('//to_text(n)//')')
-      reading = reading_type(name, [from_block, through_block(:n), to_block], &
-         reshape([from, through(:2*n), to], [2, n + 2]), axial_stiffness, shear_stiffness, &
-         pretension, yield_force, shear_yield_force, rupture_elongation, rupture_slip, grouted, &
-         compression)
+      if (allocated(error)) return
+      blocks = [character(len=name_length) :: blocks(:min(n, size(blocks))), &
+         spread('', 1, n - min(n, size(blocks)))]
+      reading%blocks = [ends(1), blocks, ends(2)]
+      reading%point = reshape([from, through, to], [2, n + 2])
+      call get(group, 'grouted', reading%grouted)
+      call get(group, 'compression', reading%compression)
+      call get(group, 'axial_stiffness', reading%axial_stiffness, error)
+      call get(group, 'pretension', reading%pretension, error)
+      call get(group, 'shear_stiffness', reading%shear_stiffness, error)
+      call get(group, 'yield_force', reading%yield_force, error)
+      call get(group, 'shear_yield_force', reading%shear_yield_force, error)
+      call get(group, 'rupture_elongation', reading%rupture_elongation, error)
+      call get(group, 'rupture_slip', reading%rupture_slip, error)
    end subroutine read_bolt
 
-   !> Names, places and numbers; what only a grouted bolt has must not be given of another.
-   subroutine check_values(reading, place, error)
+   !> What only a grouted bolt has must not be given of another.
+   subroutine check_values(reading, group, error)
       type(reading_type), intent(in) :: reading  !< as read
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      if (reading%name == '') call input_error(error, place, 'name is missing')
-      associate (point => reading%point, n => size(reading%point, 2))
-         call require_list(error, place, 'from', point(:, 1))
-         call require_list(error, place, 'through', [point(:, 2:n - 1)])
-         call require_list(error, place, 'to', point(:, n))
-         if (n > 2 .and. (reading%grouted .or. reading%compression)) call input_error(error, &
-            place, 'a cable through points is not grouted and takes no compression')
-      end associate
-      call require(error, place, 'axial_stiffness pretension', [reading%axial_stiffness, &
-         reading%pretension])
-      call require_given(error, place, 'shear_stiffness', reading%shear_stiffness)
-      call require_given(error, place, 'yield_force', reading%yield_force)
-      call require_given(error, place, 'shear_yield_force', reading%shear_yield_force)
-      call require_given(error, place, 'rupture_elongation', reading%rupture_elongation)
-      call require_given(error, place, 'rupture_slip', reading%rupture_slip)
+      if (allocated(error)) return
+      if (size(reading%blocks) > 2 .and. (reading%grouted .or. reading%compression)) &
+         call input_error(error, group, &
+         'a cable through points is not grouted and takes no compression')
       if (allocated(error)) return
       if (.not. reading%grouted .and. any(is_set([reading%shear_stiffness, &
-         reading%shear_yield_force, reading%rupture_slip]))) call input_error(error, place, &
+         reading%shear_yield_force, reading%rupture_slip]))) call input_error(error, group, &
          'shear_stiffness, shear_yield_force and rupture_slip are those of a bolt with '// &
          'grouted = .true.')
       if (is_set(reading%yield_force) .and. reading%pretension > reading%yield_force) &
-         call input_error(error, place, 'pretension = '//to_text(reading%pretension)// &
+         call input_error(error, group, 'pretension = '//to_text(reading%pretension)// &
          ' is above yield_force = '//to_text(reading%yield_force))
    end subroutine check_values
 
    !> The springs of a bolt: one between its ends, or one at each joint that it crosses.
-   subroutine make_bolt(model, place, reading, new, error)
+   subroutine make_bolt(model, group, reading, new, error)
       type(model_type), intent(in) :: model  !< with its blocks
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -144,10 +125,10 @@ contains
       allocate (point, mold=reading%point)
       do k = 1, size(owner)
          point(:, k) = reading%point(:, k) - model%origin
-         call find_block(place, model%blocks, model%block_names, model%origin, reading%blocks(k), &
-            point(1, k), point(2, k), owner(k), error)
+         call find_block(group, model%blocks, model%block_names, model%origin, reading%blocks(k), &
+            point(:, k), owner(k), error)
       end do
-      call check_points(model, place, point, owner, error)
+      call check_points(model, group, point, owner, error)
       if (allocated(error)) return
       bolt%name = reading%name
       bolt%grouted = reading%grouted
@@ -160,29 +141,29 @@ contains
       bolt%yield = value_or([reading%yield_force, reading%shear_yield_force], never)
       bolt%rupture = value_or([reading%rupture_elongation, reading%rupture_slip], never)
       if (reading%grouted) then
-         call grout(model%blocks, place, bolt, point(:, 1), point(:, 2), owner, new, error)
+         call grout(model%blocks, group, bolt, point(:, 1), point(:, 2), owner, new, error)
       else
          new = [placed(model%blocks, bolt, owner, point)]
       end if
    end subroutine make_bolt
 
    !> The points of a bolt are apart, and not all in one block.
-   subroutine check_points(model, place, point, owner, error)
+   subroutine check_points(model, group, point, owner, error)
       type(model_type), intent(in) :: model  !< with its blocks
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: point(:,:)  !< [2,points] m, in the coordinates of the engine
       integer, intent(in) :: owner(:)     !< [points] block of each
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: k
 
       if (allocated(error)) return
-      if (all(owner == owner(1))) call input_error(error, place, &
+      if (all(owner == owner(1))) call input_error(error, group, &
          'all points of the bolt are in the same block, '// &
          quoted(trim(model%block_names(owner(1)))))
       do k = 1, size(owner) - 1
          if (norm2(point(:, k + 1) - point(:, k)) > 0.0_wp) cycle
-         call input_error(error, place, 'two points of the bolt that follow each other are at '// &
-            'the same place, ('//to_text(point(1, k) + model%origin(1))//', '// &
+         call input_error(error, group, 'two points of the bolt that follow each other are at '// &
+            'the same group, ('//to_text(point(1, k) + model%origin(1))//', '// &
             to_text(point(2, k) + model%origin(2))//')')
       end do
    end subroutine check_points
@@ -205,9 +186,9 @@ contains
    end function placed
 
    !> A pair of springs where a straight bolt passes from one block to the next.
-   subroutine grout(blocks, place, bolt, from, to, ends, new, error)
+   subroutine grout(blocks, group, bolt, from, to, ends, new, error)
       type(blocks_type), intent(in) :: blocks  !< of the model
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(bolt_type), intent(in) :: bolt  !< its law
       real(wp), intent(in) :: from(2), to(2)  !< ends, m
       integer, intent(in) :: ends(2)  !< blocks that they are in
@@ -229,7 +210,7 @@ contains
          new = [new, placed(blocks, bolt, [last, b], spread(from + at*(to - from), 2, 2))]
          last = b
       end do
-      if (size(new) == 0) call input_error(error, place, 'the bolt crosses no joint')
+      if (size(new) == 0) call input_error(error, group, 'the bolt crosses no joint')
    end subroutine grout
 
    !> Where a segment meets edges, as shares of its length in ascending order.

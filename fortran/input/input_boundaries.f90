@@ -11,15 +11,13 @@ module dda_input_boundaries
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
    use dda_input_boundary_edges, only: claim_edges
-   use dda_input_edges, only: edge_choice_type, choose_edges, most_values
-   use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
-      require_choice, require_name, unset, is_set, name_length
+   use dda_input_edges, only: choose_edges
+   use dda_input_group, only: group_type, input_error, get, given, require_name, unset, is_set, &
+      name_length
    use dda_input_free_field, only: find_column, check_plain
-   use dda_input_names, only: list_length
    use dda_input_settings, only: require_analysis
    use dda_material, only: material_type, elasticity
    use dda_model, only: model_type
-   use dda_namelist_groups, only: group_type
    use dda_support, only: fixed_point_type, point_type
    use dda_text, only: quoted, to_text
    use dda_tie, only: tie_faces
@@ -50,19 +48,16 @@ module dda_input_boundaries
       character(len=name_length) :: name = '', kind = '', direction = '', motion_is = ''
       type(kind_type) :: is                    !< what its kind is
       character(len=name_length) :: motion(2) = ''
-      real(wp) :: density = unset, shear_velocity = unset, pressure_velocity = unset
-      type(edge_choice_type) :: choice
+      real(wp) :: density = unset, speed(2) = unset   !< of the half-space; P and S waves
    end type reading_type
 
 contains
 
    !> All boundaries of an input.
-   subroutine read_boundaries(model, file, groups, error)
+   subroutine read_boundaries(model, groups, error)
       type(model_type), intent(inout) :: model  !< with blocks, motions and fixed points
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type) :: place
       type(reading_type) :: reading
       type(edge_piece_type), allocatable :: pieces(:)
       integer, allocatable :: lines(:)
@@ -74,24 +69,23 @@ contains
          model%ties(0), model%free_fields(0))
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
-         place = place_of_group(file, groups(i))
          lines = [lines, groups(i)%line]
-         call read_boundary(groups(i)%text, place, reading, error)
+         call read_boundary(groups(i), reading, error)
          if (allocated(error)) return
          select case (reading%kind)
          case ('tied')
-            call tie_sides(model, place, reading, pieces, error)
+            call tie_sides(model, groups(i), reading, pieces, error)
          case ('free_field')
-            call continue_side(model, place, reading, pieces, error)
+            call continue_side(model, groups(i), reading, pieces, error)
          case default
-            call choose_edges(reading%choice, place, model%blocks, model%block_names, &
-               model%origin, pieces, error)
-            call check_words(reading, place, model, error)
-            if (.not. allocated(error)) call add_boundary(model, place, reading, pieces, error)
+            call choose_edges(groups(i), model%blocks, model%block_names, model%origin, pieces, &
+               error)
+            call check_words(reading, groups(i), model, error)
+            if (.not. allocated(error)) call add_boundary(model, groups(i), reading, pieces, error)
          end select
          if (allocated(error)) return
          if (.not. is_held(reading)) reading%direction = 'xy'
-         call claim_edges(model, lines, place, pieces, trim(reading%direction), error)
+         call claim_edges(model, lines, groups(i), pieces, trim(reading%direction), error)
       end do
    end subroutine read_boundaries
 
@@ -103,9 +97,8 @@ contains
    end function is_held
 
    !> What stands on dashpots would sink for ever under a weight that comes on in a dynamic stage.
-   subroutine check_rest(model, file, groups, error)
+   subroutine check_rest(model, groups, error)
       type(model_type), intent(in) :: model  !< with boundaries and stages
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i
@@ -115,169 +108,143 @@ contains
       if (norm2(model%control%gravity) == 0.0_wp) return
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
-         call input_error(error, place_of_group(file, groups(i)), 'dashpots do not carry '// &
+         call input_error(error, groups(i), 'dashpots do not carry '// &
             'weight: with gravity the model must come to rest first, by settle = .true. of '// &
             '&control or a static stage')
       end do
    end subroutine check_rest
 
    !> The variables of a group.
-   subroutine read_boundary(group, place, reading, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_boundary(group, reading, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(out) :: reading  !< as read
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, kind, direction, motion_x, motion_y, motion_is, side
-      character(len=list_length) :: blocks
-      character(len=256) :: message
-      real(wp) :: density, shear_velocity, pressure_velocity, along(most_values), edges(most_values)
-      integer :: status
-      namelist /boundary/ name, kind, side, along, blocks, edges, direction, density, &
-         shear_velocity, pressure_velocity, motion_x, motion_y, motion_is
+      integer :: k
 
-      name = ''
-      kind = ''
-      direction = ''
-      motion_x = ''
-      motion_y = ''
-      motion_is = ''
-      side = ''
-      blocks = ''
-      density = unset
-      shear_velocity = unset
-      pressure_velocity = unset
-      along = unset
-      edges = unset
-      read (group, nml=boundary, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      if (kind == '') call input_error(error, place, 'kind is missing')
-      call require_choice(error, place, 'kind', kind)
+      call get(group, 'kind', reading%kind, error)
+      call get(group, 'name', reading%name, error)
+      call get(group, 'direction', reading%direction, error)
+      call get(group, 'motion_is', reading%motion_is, error)
+      call get(group, 'motion_x', reading%motion(1), error)
+      call get(group, 'motion_y', reading%motion(2), error)
+      call get(group, 'density', reading%density, error)
+      call get(group, 'shear_velocity', reading%speed(2), error)
+      call get(group, 'pressure_velocity', reading%speed(1), error)
       if (allocated(error)) return
-      if (all(boundary_kinds%name /= kind)) then
-         call input_error(error, place, 'kind = '//quoted(kind)//' is not registered in '// &
-            'dda_input_boundaries')
-         return
-      end if
-      reading = reading_type(name, kind, direction, motion_is, boundary_kinds(findloc( &
-         boundary_kinds%name == kind, .true., 1)), [motion_x, motion_y], density, &
-         shear_velocity, pressure_velocity, edge_choice_type(side, along, blocks, edges))
+      k = findloc(boundary_kinds%name == reading%kind, .true., 1)
+      if (k > 0) reading%is = boundary_kinds(k)
+      if (k == 0) call input_error(error, group, 'kind = '//quoted(reading%kind)// &
+         ' is not registered in dda_input_boundaries')
    end subroutine read_boundary
 
    !> What a kind of boundary has not must not be given.
-   subroutine check_words(reading, place, model, error)
+   subroutine check_words(reading, group, model, error)
       type(reading_type), intent(inout) :: reading  !< as read; defaults are set
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its motions
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      if (any(is_set([reading%density, reading%shear_velocity, reading%pressure_velocity])) &
-         .and. .not. reading%is%absorbs) call input_error(error, place, &
+      if (any(is_set([reading%density, reading%speed])) .and. .not. reading%is%absorbs) &
+         call input_error(error, group, &
          'density, shear_velocity and pressure_velocity are those of the half-space behind a '// &
          "boundary of kind = 'viscous' or 'compliant'")
-      if (any(reading%motion /= '') .and. .not. reading%is%moves) call input_error(error, place, &
+      if (any(reading%motion /= '') .and. .not. reading%is%moves) call input_error(error, group, &
          "a motion needs kind = 'compliant', or 'fixed', which follows it")
       if (reading%motion_is /= '' .and. (reading%kind /= 'compliant' .or. all(reading%motion &
-         == ''))) call input_error(error, place, 'motion_is says what the motion of a '// &
+         == ''))) call input_error(error, group, 'motion_is says what the motion of a '// &
          "boundary of kind = 'compliant' is")
       if (reading%motion_is == '') reading%motion_is = 'outcrop'
       if (reading%direction == '') reading%direction = merge('normal', 'xy    ', &
          reading%kind == 'roller')
-      call require_choice(error, place, 'direction', reading%direction)
-      call require_choice(error, place, 'motion_is', reading%motion_is)
-      if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, place, &
+      if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
          "a roller is held in one direction: 'normal', 'x' or 'y'; kind = 'fixed' holds both")
       if (reading%direction == 'normal' .and. any(reading%motion /= '') .and. &
          (reading%kind == 'fixed' .or. reading%motion_is == 'within')) call input_error(error, &
-         place, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
-      if (reading%is%absorbs) call require_analysis(error, place, model%control, &
+         group, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
+      if (reading%is%absorbs) call require_analysis(error, group, model%control, &
          'dashpots for waves')
       if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, &
-         place, 'dashpots need velocities: dynamic_factor of &control must be 1')
+         group, 'dashpots need velocities: dynamic_factor of &control must be 1')
       if (reading%is%absorbs .and. any(model%control%base_motion > 0)) call input_error(error, &
-         place, 'dashpots stand still in the frame of a base that base_motion_x and '// &
+         group, 'dashpots stand still in the frame of a base that base_motion_x and '// &
          'base_motion_y of '// &
          "&control accelerate: give the motion to a boundary of kind = 'compliant'")
    end subroutine check_words
 
    !> The left side meets the right side, a width away.
-   subroutine tie_sides(model, place, reading, pieces, error)
+   subroutine tie_sides(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the ties
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(edge_choice_type) :: choice
       type(edge_piece_type), allocatable :: left(:), right(:)
       real(wp) :: width
 
-      if (reading%choice%side /= '' .or. any(is_set(reading%choice%along)) .or. &
-         reading%choice%blocks /= '' .or. any(is_set(reading%choice%edges))) &
-         call input_error(error, place, "kind = 'tied' takes the left and the right side: "// &
+      if (given(group, 'side') .or. given(group, 'along') .or. given(group, 'blocks') .or. &
+         given(group, 'edges')) call input_error(error, group, &
+         "kind = 'tied' takes the left and the right side: "// &
          'leave out side, along, blocks and edges')
       if (any(reading%motion /= '') .or. reading%motion_is /= '' .or. reading%direction /= '' &
-         .or. any(is_set([reading%density, reading%shear_velocity, &
-         reading%pressure_velocity]))) call input_error(error, place, &
+         .or. any(is_set([reading%density, reading%speed]))) call input_error(error, group, &
          "kind = 'tied' has no direction, no motion and no half-space")
-      if (size(model%ties) > 0) call input_error(error, place, 'the sides are tied already')
-      if (size(model%free_fields) > 0) call refuse_both(place, error)
-      if (model%contact%original_rules) call input_error(error, place, &
+      if (size(model%ties) > 0) call input_error(error, group, 'the sides are tied already')
+      if (size(model%free_fields) > 0) call refuse_both(group, error)
+      if (model%contact%original_rules) call input_error(error, group, &
          "ties act as bonded joints do: contact_rules = 'original' of &contact has none")
-      choice%side = 'left'
-      call choose_edges(choice, place, model%blocks, model%block_names, model%origin, left, error)
-      choice%side = 'right'
-      call choose_edges(choice, place, model%blocks, model%block_names, model%origin, right, error)
+      call choose_edges(group, model%blocks, model%block_names, model%origin, left, error, 'left')
+      call choose_edges(group, model%blocks, model%block_names, model%origin, right, error, 'right')
       if (allocated(error)) return
-      call check_plain(model, place, model%blocks%joint([left%edge, right%edge]), error)
+      call check_plain(model, group, model%blocks%joint([left%edge, right%edge]), error)
       width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
       call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties)
       pieces = [left, right]
-      if (size(model%ties) == 0) call input_error(error, place, &
+      if (size(model%ties) == 0) call input_error(error, group, &
          'the left and the right side are at different heights: nothing meets')
    end subroutine tie_sides
 
    !> Sides are tied to each other, or have a free field.
-   subroutine refuse_both(place, error)
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine refuse_both(group, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      call input_error(error, place, "kind = 'tied' and kind = 'free_field' are two ways to "// &
+      call input_error(error, group, "kind = 'tied' and kind = 'free_field' are two ways to "// &
          'go on with the ground: leave out one of them')
    end subroutine refuse_both
 
    !> Level ground goes on beyond a side.
-   subroutine continue_side(model, place, reading, pieces, error)
+   subroutine continue_side(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the free field
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< the side
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(free_field_type) :: field
 
-      if (all(reading%choice%side /= ['left ', 'right']) .or. any(is_set(reading%choice%along)) &
-         .or. reading%choice%blocks /= '') call input_error(error, place, &
+      call get(group, 'side', field%side, error)
+      if (all(field%side /= ['left ', 'right']) .or. given(group, 'along') .or. &
+         given(group, 'blocks')) call input_error(error, group, &
          "kind = 'free_field' needs side = 'left' or side = 'right', and takes all of it: "// &
          'leave out along and blocks')
       if (any(reading%motion /= '') .or. reading%direction /= '' .or. reading%motion_is /= '') &
-         call input_error(error, place, "kind = 'free_field' has no direction, and the motion "// &
+         call input_error(error, group, "kind = 'free_field' has no direction, and the motion "// &
          'of the ground from below: give it to the base')
-      if (size(model%ties) > 0) call refuse_both(place, error)
-      if (any(model%free_fields%side == reading%choice%side)) call input_error(error, place, &
+      if (size(model%ties) > 0) call refuse_both(group, error)
+      if (any(model%free_fields%side == field%side)) call input_error(error, group, &
          'this side has a free field already')
-      if (model%contact%original_rules) call input_error(error, place, 'the free field acts as '// &
+      if (model%contact%original_rules) call input_error(error, group, 'the free field acts as '// &
          "bonded joints do: contact_rules = 'original' of &contact has none")
-      if (model%control%dynamic_factor < 1.0_wp) call input_error(error, place, &
+      if (model%control%dynamic_factor < 1.0_wp) call input_error(error, group, &
          'dashpots need velocities: dynamic_factor of &control must be 1')
-      call require_analysis(error, place, model%control, 'the waves of a free field')
-      call choose_edges(reading%choice, place, model%blocks, model%block_names, model%origin, &
-         pieces, error)
+      call require_analysis(error, group, model%control, 'the waves of a free field')
+      call choose_edges(group, model%blocks, model%block_names, model%origin, pieces, error)
       if (allocated(error)) return
-      field%side = reading%choice%side
       field%boundary%name = reading%name
       field%boundary%kind = reading%kind
       field%boundary%piece = pieces
       field%boundary%point = points_of(model, reading, pieces)
-      call set_half_space(field%boundary, model, reading, place, error)
-      call find_column(model, place, field, error)
+      call set_half_space(field%boundary, model, reading, group, error)
+      call find_column(model, group, field, error)
       field%top = top_of(model%blocks, pieces)
       model%free_fields = [model%free_fields, field]
       model%boundary_motions = [model%boundary_motions, boundary_motion_type( &
@@ -307,9 +274,9 @@ contains
    end function label
 
    !> Supports or dashpots at the Gauss points of the pieces.
-   subroutine add_boundary(model, place, reading, pieces, error)
+   subroutine add_boundary(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives it
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), intent(in) :: pieces(:)  !< edges
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -319,7 +286,7 @@ contains
 
       motion = 0
       do i = 1, 2
-         if (reading%motion(i) /= '') call require_name(error, place, 'motion_'//merge('x', 'y', &
+         if (reading%motion(i) /= '') call require_name(error, group, 'motion_'//merge('x', 'y', &
             i == 1), reading%motion(i), model%motions%name, 'motion', motion(i))
       end do
       if (allocated(error)) return
@@ -329,11 +296,11 @@ contains
             points(i)%motion = motion
          end do
          if (reading%kind == 'fixed' .and. any(motion > 0 .and. .not. points(1)%held)) &
-            call input_error(error, place, 'a motion is given in a direction that is not held')
+            call input_error(error, group, 'a motion is given in a direction that is not held')
          model%fixed_points = [model%fixed_points, points]
          return
       end if
-      if (.not. reading%is%absorbs) call input_error(error, place, 'kind = '// &
+      if (.not. reading%is%absorbs) call input_error(error, group, 'kind = '// &
          quoted(reading%kind)//' neither holds nor absorbs: add_boundary does not know it')
       new%name = reading%name
       new%kind = reading%kind
@@ -341,7 +308,7 @@ contains
       new%point = points
       new%motion = motion
       if (reading%motion_is == 'incoming') new%factor = 2.0_wp
-      call set_half_space(new, model, reading, place, error)
+      call set_half_space(new, model, reading, group, error)
       model%boundaries = [model%boundaries, new]
       if (any(motion > 0)) model%boundary_motions = [model%boundary_motions, &
          mean_motion(model%blocks, new, label(reading, 'boundary '// &
@@ -395,11 +362,11 @@ contains
    end function points_of
 
    !> Normals, and dashpots of the half-space; by default it is of the material of each block.
-   subroutine set_half_space(boundary, model, reading, place, error)
+   subroutine set_half_space(boundary, model, reading, group, error)
       type(boundary_type), intent(inout) :: boundary  !< with its pieces
       type(model_type), intent(in) :: model  !< with its blocks and materials
       type(reading_type), intent(in) :: reading  !< as read
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(material_type) :: own
       real(wp) :: density, speed(2)
@@ -411,17 +378,10 @@ contains
             own = model%materials(model%blocks%material(pieces(i)%block))
             speed = speeds_of(own, model%control%plane_strain)
             density = own%density
-            if (is_set(reading%density)) call require(error, place, 'density', [reading%density])
             if (is_set(reading%density)) density = reading%density
-            if (is_set(reading%shear_velocity)) then
-               call require(error, place, 'shear_velocity', [reading%shear_velocity])
-               speed = speed*(reading%shear_velocity/speed(2))
-            end if
-            if (is_set(reading%pressure_velocity)) then
-               call require(error, place, 'pressure_velocity', [reading%pressure_velocity])
-               speed(1) = reading%pressure_velocity
-            end if
-            if (speed(1) <= speed(2)) call input_error(error, place, &
+            if (is_set(reading%speed(2))) speed = speed*(reading%speed(2)/speed(2))
+            if (is_set(reading%speed(1))) speed(1) = reading%speed(1)
+            if (speed(1) <= speed(2)) call input_error(error, group, &
                'pressure_velocity must be above shear_velocity')
             boundary%normal(:, i) = piece_normal(model%blocks, pieces(i))
             boundary%dashpot(:, i) = 0.5_wp*density*piece_length(model%blocks, pieces(i))*speed

@@ -6,7 +6,7 @@ module dda_input_boundary_edges
    use dda_boundary, only: boundary_edge_type
    use dda_edge_piece, only: edge_piece_type, piece_normal
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error
+   use dda_input_group, only: group_type, input_error
    use dda_model, only: model_type
    use dda_text, only: to_text, quoted
    implicit none
@@ -19,10 +19,10 @@ module dda_input_boundary_edges
 contains
 
    !> Note the pieces of a group; an error if another one holds part of them in the same direction.
-   subroutine claim_edges(model, lines, place, pieces, direction, error)
+   subroutine claim_edges(model, lines, group, pieces, direction, error)
       type(model_type), intent(inout) :: model  !< receives them
       integer, intent(in) :: lines(:)  !< [groups &boundary up to this one] in the input
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(edge_piece_type), intent(in) :: pieces(:)  !< that it takes
       character(len=*), intent(in) :: direction  !< in which it acts, see `boundary_edge_type`
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -35,7 +35,7 @@ contains
          if (.not. taken(pieces(i)%edge)) cycle
          do k = 1, size(model%boundary_edges)
             if (.not. is_shared(model%blocks, pieces(i), direction, model%boundary_edges(k))) cycle
-            call input_error(error, place, 'edge '//to_text(pieces(i)%edge &
+            call input_error(error, group, 'edge '//to_text(pieces(i)%edge &
                - model%blocks%first(pieces(i)%block) + 1)//' of block '// &
                name_of(model, pieces(i)%block)//' has the &boundary of line '// &
                to_text(lines(model%boundary_edges(k)%group))//' already: leave it out '// &

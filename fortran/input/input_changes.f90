@@ -4,15 +4,16 @@
 module dda_input_changes
    use dda_errors, only: error_type, error_input, fail
    use dda_input_catalogue, only: find_group, find_variable, groups_with, variables_of
+   use dda_input_group, only: get_text, name_length
    use dda_input_schema, only: input_groups, input_variables
+   use dda_input_text, only: group_type, span_type, parse_group, split_groups
    use dda_input_variable, only: variable_type
    use dda_text, only: closest, lower_case, quoted, to_text
    implicit none
    private
    public :: change_text
 
-   character(len=*), parameter :: name_characters = 'abcdefghijklmnopqrstuvwxyz0123456789_'
-   character, parameter :: tab = achar(9), newline = achar(10), carriage_return = achar(13)
+   character, parameter :: newline = achar(10), carriage_return = achar(13)
 
    !> What a change says.
    type :: change_type
@@ -21,31 +22,39 @@ module dda_input_changes
       character(len=:), allocatable :: value                  !< as a namelist holds it
    end type change_type
 
-   !> Where a group stands in a text.
-   type :: span_type
-      integer :: first = 0, last = 0          !< its & and its slash
-      character(len=64) :: group = '', name = ''  !< kind, and its variable name
-   end type span_type
+   !> Where the assignments of a group stand.
+   type :: spans_type
+      type(span_type), allocatable :: list(:)
+   end type spans_type
 
 contains
 
    !> The text with one change made; every line keeps its number.
-   subroutine change_text(text, assignment, error)
+   subroutine change_text(file, text, assignment, error)
+      character(len=*), intent(in) :: file                  !< path, for messages
       character(len=:), allocatable, intent(inout) :: text  !< of the input
       character(len=*), intent(in) :: assignment            !< 'NAME=VALUE'
       type(error_type), allocatable, intent(out) :: error   !< allocated on failure
       type(change_type) :: change
-      type(span_type), allocatable :: spans(:)
+      type(group_type), allocatable :: groups(:)
+      type(spans_type), allocatable :: spans(:)
       logical, allocatable :: chosen(:)
       integer :: i
 
       call parse(assignment, change, error)
       if (allocated(error)) return
-      spans = spans_of(text)
-      call choose(change, spans, chosen, error)
+      call split_groups(file, text, groups, error)
       if (allocated(error)) return
-      do i = size(spans), 1, -1  ! from the end, so that the places of the others stay
-         if (chosen(i)) call set_in(text, spans(i), change)
+      allocate (spans(size(groups)))
+      do i = 1, size(groups)
+         allocate (spans(i)%list(0))
+         if (groups(i)%name == change%group) call parse_group(text, groups(i), error, spans(i)%list)
+      end do
+      if (allocated(error)) return
+      call choose(change, groups, chosen, error)
+      if (allocated(error)) return
+      do i = size(groups), 1, -1  ! from the end, so that the places of the others stay
+         if (chosen(i)) call set_in(text, groups(i)%last, spans(i)%list, change)
       end do
       if (any(chosen)) return
       if (len(text) > 0) then
@@ -169,118 +178,29 @@ contains
       text = "'"//text//"'"
    end function value_text
 
-   !> All groups of a text; what the reader refuses later may be missing.
-   function spans_of(text) result(spans)
-      character(len=*), intent(in) :: text  !< of the input
-      type(span_type), allocatable :: spans(:)
-      type(span_type) :: span
-      integer :: at, name_end
-
-      allocate (spans(0))
-      at = 0
-      do
-         at = next_mark(text, at + 1)
-         if (at > len(text)) return
-         if (text(at:at) == '&' .and. span%first == 0) then
-            span%first = at
-            name_end = verify(lower_case(text(at + 1:min(len(text), at + 64)))//'/', &
-               name_characters) - 1
-            span%group = lower_case(text(at + 1:at + name_end))
-         else if (text(at:at) == '/' .and. span%first > 0) then
-            span%last = at
-            span%name = name_in(text(span%first:span%last))
-            spans = [spans, span]
-            span = span_type()
-         end if
-      end do
-   end function spans_of
-
-   !> The next position, from one on, that stands neither in quotes nor in a comment and is &, /, =
-   !> or ends the text.
-   pure integer function next_mark(text, from) result(at)
-      character(len=*), intent(in) :: text  !< of the input
-      integer, intent(in) :: from           !< first position looked at
-      integer :: length
-
-      at = from
-      do while (at <= len(text))
-         select case (text(at:at))
-         case ('&', '/', '=')
-            return
-         case ('''', '"')
-            length = index(text(at + 1:), text(at:at))
-            at = merge(at + length, len(text), length > 0)
-         case ('!')
-            length = index(text(at:), newline)
-            at = merge(at + length - 1, len(text), length > 0)
-         end select
-         at = at + 1
-      end do
-   end function next_mark
-
-   !> Where the assignment of a variable begins in the text of a group, where its value begins, and
-   !> where it ends; zeros if it is not given.
-   pure subroutine find_assignment(text, variable, first, begin, last)
-      character(len=*), intent(in) :: text, variable  !< from & to slash; name
-      integer, intent(out) :: first, begin, last      !< positions
-      integer :: at, start, stop
-
-      first = 0
-      begin = 0
-      last = 0
-      at = 0
-      do
-         at = next_mark(text, at + 1)
-         if (at > len(text)) exit
-         if (text(at:at) /= '=') cycle
-         call name_before(text, at, start, stop)
-         if (first > 0) then
-            last = start - 1
-            return
-         end if
-         if (lower_case(text(start:stop)) /= variable) cycle
-         first = start
-         begin = at + 1
-      end do
-      if (first > 0) last = len(text) - 1
-   end subroutine find_assignment
-
-   !> The name before an equals sign, without a subscript.
-   pure subroutine name_before(text, equals, start, stop)
-      character(len=*), intent(in) :: text  !< of a group
-      integer, intent(in) :: equals         !< position of the sign
-      integer, intent(out) :: start, stop   !< of the name
-
-      stop = len_trim(text(:equals - 1))
-      if (text(stop:stop) == ')') stop = len_trim(text(:index(text(:stop), '(', back=.true.) - 1))
-      start = verify(lower_case(text(:stop)), name_characters, back=.true.) + 1
-   end subroutine name_before
-
    !> The variable `name` of a group; blank without one.
-   pure function name_in(text) result(name)
-      character(len=*), intent(in) :: text  !< from & to slash
-      character(len=64) :: name
-      character(len=:), allocatable :: value
-      integer :: first, begin, last
+   pure function name_in(group) result(name)
+      type(group_type), intent(in) :: group  !< with its values, or of another kind
+      character(len=name_length) :: name
+      character(len=:), allocatable :: text
 
-      name = ''
-      call find_assignment(text, 'name', first, begin, last)
-      if (first == 0) return
-      value = adjustl(text(begin:last))
-      if (scan(value(:1), '''"') == 1) name = adjustl(value(2:index(value(2:), value(:1))))
+      text = ''
+      if (allocated(group%values)) call get_text(group, 'name', text)
+      name = text
    end function name_in
 
    !> Mark the groups that a change means.
-   subroutine choose(change, spans, chosen, error)
+   subroutine choose(change, groups, chosen, error)
       type(change_type), intent(in) :: change   !< with group and name
-      type(span_type), intent(in) :: spans(:)   !< groups of the text
-      logical, allocatable, intent(out) :: chosen(:)  !< [spans] none: the group is to be added
+      type(group_type), intent(in) :: groups(:) !< of the text
+      logical, allocatable, intent(out) :: chosen(:)  !< [groups] none: the group is to be added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical, allocatable :: of_kind(:)
+      character(len=name_length) :: names(size(groups))
       integer :: i, number, status, kind
 
-      allocate (of_kind(size(spans)))
-      of_kind = spans%group == change%group
+      names = [(name_in(groups(i)), i=1, size(groups))]
+      of_kind = [(groups(i)%name == change%group, i=1, size(groups))]
       chosen = of_kind
       kind = find_group(change%group)
       if (change%which == '*' .and. any(of_kind)) return
@@ -292,77 +212,44 @@ contains
             'the input has no group &'//change%group//' to change', error)
          return
       end if
-      chosen = of_kind .and. spans%name == change%which
+      chosen = of_kind .and. names == change%which
       if (any(chosen)) return
       read (change%which, *, iostat=status) number
       if (status == 0 .and. verify(change%which, '0123456789') == 0) then
-         do i = 1, size(spans)
+         do i = 1, size(groups)
             chosen(i) = of_kind(i) .and. count(of_kind(:i)) == number
          end do
       end if
       if (.not. any(chosen)) call refuse(change, 'there is no &'//change%group//' named '// &
-         quoted(change%which)//meant(change%which, pack(spans%name, of_kind)), error)
+         quoted(change%which)//meant(change%which, pack(names, of_kind)), error)
    end subroutine choose
 
    !> Set the variable in one group; giving a duration takes the number of steps out, and the other
    !> way round.
-   subroutine set_in(text, span, change)
+   subroutine set_in(text, last, spans, change)
       character(len=:), allocatable, intent(inout) :: text  !< of the input
-      type(span_type), intent(in) :: span       !< of the group
-      type(change_type), intent(in) :: change   !< with its value
-      character(len=:), allocatable :: group
+      integer, intent(in) :: last                !< the slash of the group
+      type(span_type), intent(in) :: spans(:)    !< its assignments
+      type(change_type), intent(in) :: change    !< with its value
+      character(len=:), allocatable :: new, other
+      character(len=len(input_variables%name)) :: names(size(spans))
+      integer :: i, first
 
-      group = text(span%first:span%last)
-      if (change%group == 'control') then
-         if (change%variable == 'duration') call replace(group, 'steps', '')
-         if (change%variable == 'steps') call replace(group, 'duration', '')
-      end if
-      call replace(group, change%variable, change%variable//' = '//change%value)
-      text = text(:span%first - 1)//group//text(span%last + 1:)
-   end subroutine set_in
-
-   !> Another assignment in place of that of a variable, behind which everything stays; without one,
-   !> before the slash.  Assignments of its elements go.
-   recursive subroutine replace(group, variable, new)
-      character(len=:), allocatable, intent(inout) :: group  !< from & to slash
-      character(len=*), intent(in) :: variable, new  !< name; its new assignment, '': none
-      character(len=:), allocatable :: behind
-      integer :: first, begin, last, length
-
-      call find_assignment(group, variable, first, begin, last)
-      if (first > 0) then
-         behind = group(last + 1:)
-         call replace(behind, variable, '')
-         length = length_of_value(group(begin:last))
-         group = group(:first - 1)//new//line_ends(group(begin:begin + length - 1))// &
-            group(begin + length:last)//behind
-      else if (new /= '') then
-         group = trim(group(:len(group) - 1))//' '//new//' /'
-      end if
-   end subroutine replace
-
-   !> Length of a value without the blanks, line ends and comments that follow it.
-   pure integer function length_of_value(text) result(length)
-      character(len=*), intent(in) :: text  !< behind the equals sign
-      integer :: at, more
-
-      length = 0
-      at = 1
-      do while (at <= len(text))
-         more = 1
-         select case (text(at:at))
-         case ('!')
-            more = index(text(at:)//newline, newline)
-         case (' ', tab, newline, carriage_return)
-         case ('''', '"')
-            more = index(text(at + 1:)//text(at:at), text(at:at)) + 1
-            length = min(at + more - 1, len(text))
-         case default
-            length = at
-         end select
-         at = at + more
+      new = change%variable//' = '//change%value
+      other = ''
+      if (change%group == 'control' .and. change%variable == 'duration') other = 'steps'
+      if (change%group == 'control' .and. change%variable == 'steps') other = 'duration'
+      do i = 1, size(spans)
+         names(i) = input_variables(spans(i)%variable)%name
       end do
-   end function length_of_value
+      first = findloc(names == change%variable, .true., 1)
+      if (first == 0) text = trim(text(:last - 1))//' '//new//' '//text(last:)
+      do i = size(spans), 1, -1
+         if (names(i) /= change%variable .and. names(i) /= other) cycle
+         text = text(:spans(i)%first - 1)//trim(merge(new, repeat(' ', len(new)), i == first))// &
+            line_ends(text(spans(i)%first:spans(i)%last))//text(spans(i)%last + 1:)
+      end do
+   end subroutine set_in
 
    !> The line ends of a text.
    pure function line_ends(text) result(ends)

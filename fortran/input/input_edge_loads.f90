@@ -6,49 +6,43 @@ module dda_input_edge_loads
    use dda_edge_load, only: edge_load_type, load_uniform, load_level, load_surface, load_line
    use dda_edge_piece, only: edge_piece_type, reference_at
    use dda_errors, only: error_type
-   use dda_input_edges, only: edge_choice_type, choose_edges, take_polyline, most_values
-   use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
-      require_choice, require_list, unset, is_set, name_length
-   use dda_input_names, only: mark_names, list_length
+   use dda_input_edges, only: choose_edges, take_polyline
+   use dda_input_group, only: group_type, input_error, get, get_list, get_text, given, name_length
+   use dda_input_names, only: mark_names
    use dda_model, only: model_type
-   use dda_namelist_groups, only: group_type
    use dda_outline, only: outline_of, pieces_along
    use dda_text, only: quoted, to_text
    implicit none
    private
    public :: read_edge_loads
 
-   integer, parameter :: most_times = 4096
    real(wp), parameter :: water_weight = 9810.0_wp  !< N/m³
    real(wp), parameter :: covered = 1.0e-6_wp  !< of a line's length that may lie on no edge
 
 contains
 
    !> All tractions and waters of an input.
-   subroutine read_edge_loads(model, file, groups, error)
+   subroutine read_edge_loads(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type) :: place
       type(edge_load_type) :: new
       integer :: i
 
       if (allocated(error)) return
       allocate (model%edge_loads(0))
       do i = 1, size(groups)
-         place = place_of_group(file, groups(i))
          select case (groups(i)%name)
          case ('traction')
-            call read_traction(groups(i)%text, place, model, new, error)
+            call read_traction(groups(i), model, new, error)
          case ('water')
-            call read_water(groups(i)%text, place, model, new, error)
+            call read_water(groups(i), model, new, error)
          case default
             cycle
          end select
          if (allocated(error)) return
          if (new%name /= '' .and. (any(model%edge_loads%name == new%name) .or. &
-            any(model%bolts%name == new%name))) call input_error(error, place, 'name = '// &
+            any(model%bolts%name == new%name))) call input_error(error, groups(i), 'name = '// &
             quoted(trim(new%name))//' is used twice')
          call note_ends(model%blocks, new)
          model%edge_loads = [model%edge_loads, new]
@@ -72,164 +66,116 @@ contains
    end subroutine note_ends
 
    !> &traction
-   subroutine read_traction(group, place, model, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_traction(group, model, new, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(edge_load_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, side
-      character(len=list_length) :: blocks
-      character(len=256) :: message
-      real(wp) :: along(most_values), edges(most_values), unit_weight
-      real(wp), dimension(most_times) :: time, normal, shear, level
-      logical :: follows
-      integer :: status
-      namelist /traction/ name, side, along, blocks, edges, time, normal, shear, level, &
-         unit_weight, follows
 
-      name = ''
-      side = ''
-      blocks = ''
-      along = unset
-      edges = unset
-      time = unset
-      normal = unset
-      shear = unset
-      level = unset
-      unit_weight = water_weight
-      follows = .true.
-      read (group, nml=traction, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      call require(error, place, 'unit_weight', [unit_weight])
-      call choose_edges(edge_choice_type(side, along, blocks, edges), place, model%blocks, &
-         model%block_names, model%origin, new%piece, error)
-      if (.not. any(is_set([normal, shear, level]))) call input_error(error, place, &
-         'there is no load: give normal, shear or level')
-      if (any(is_set(level)) .and. any(is_set([normal, shear]))) call input_error(error, place, &
+      new%unit_weight = water_weight
+      new%follows = .true.
+      call get(group, 'name', new%name, error)
+      call get(group, 'follows', new%follows)
+      call get(group, 'unit_weight', new%unit_weight, error)
+      call choose_edges(group, model%blocks, model%block_names, model%origin, new%piece, error)
+      if (.not. (given(group, 'normal') .or. given(group, 'shear') .or. given(group, 'level'))) &
+         call input_error(error, group, 'there is no load: give normal, shear or level')
+      if (given(group, 'level') .and. (given(group, 'normal') .or. given(group, 'shear'))) &
+         call input_error(error, group, &
          'level is that of a hydrostatic pressure, without normal and shear')
-      new%name = name
-      new%follows = follows
-      new%unit_weight = unit_weight
-      new%kind = merge(load_level, load_uniform, any(is_set(level)))
-      call set_times(new, place, time, error)
-      call take(new, place, 'normal', normal, 0.0_wp, new%normal, error)
-      call take(new, place, 'shear', shear, 0.0_wp, new%shear, error)
-      call take(new, place, 'level', level, 0.0_wp, new%level, error)
+      new%kind = merge(load_level, load_uniform, given(group, 'level'))
+      call set_times(new, group, error)
+      call take(new, group, 'normal', 0.0_wp, new%normal, error)
+      call take(new, group, 'shear', 0.0_wp, new%shear, error)
+      call take(new, group, 'level', 0.0_wp, new%level, error)
       if (new%kind == load_level .and. .not. allocated(error)) new%level = new%level &
          - model%origin(2)
    end subroutine read_traction
 
    !> The times of a load; without any it lasts for ever.
-   subroutine set_times(load, place, time, error)
+   subroutine set_times(load, group, error)
       type(edge_load_type), intent(inout) :: load  !< its times
-      type(place_type), intent(in) :: place  !< of the group
-      real(wp), intent(in) :: time(:)  !< s, as read
+      type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: n
 
-      n = count(is_set(time))
-      load%held = n == 0
-      load%time = [0.0_wp]
-      if (n == 0) return
-      call require_list(error, place, 'time', time(:n))
-      if (n < 2) call input_error(error, place, 'time: at least 2 values are needed')
-      if (any(time(2:n) < time(:n - 1))) call input_error(error, place, 'time must not decrease')
-      load%time = time(:n)
+      call get_list(group, 'time', load%time, error)
+      load%held = size(load%time) == 0
+      if (load%held) load%time = [0.0_wp]
+      if (load%held) return
+      if (size(load%time) < 2) call input_error(error, group, 'time: at least 2 values are needed')
+      if (any(load%time(2:) < load%time(:size(load%time) - 1))) call input_error(error, group, &
+         'time must not decrease')
    end subroutine set_times
 
    !> The values of a variable at the times of a load; one value counts for all of them.
-   subroutine take(load, place, name, given, default, values, error)
+   subroutine take(load, group, name, default, values, error)
       type(edge_load_type), intent(in) :: load  !< its times
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: name  !< of the variable
-      real(wp), intent(in) :: given(:)  !< as read
       real(wp), intent(in) :: default  !< where none is given
       real(wp), allocatable, intent(out) :: values(:)  !< [times]
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: n
 
-      n = count(is_set(given))
-      values = spread(default, 1, size(load%time))
-      if (n == 0 .or. allocated(error)) return
-      call require_list(error, place, name, given(:n))
-      if (n == 1) then
-         values = given(1)
-      else if (n /= size(load%time)) then
-         call input_error(error, place, name//' must have one value, or as many as time ('// &
-            to_text(size(load%time))//')')
-      else
-         values = given(:n)
-      end if
+      call get_list(group, name, values, error)
+      select case (size(values))
+      case (0)
+         values = spread(default, 1, size(load%time))
+      case (1)
+         values = spread(values(1), 1, size(load%time))
+      case default
+         if (size(values) /= size(load%time)) call input_error(error, group, name// &
+            ' must have one value, or as many as time ('//to_text(size(load%time))//')')
+      end select
    end subroutine take
 
    !> &water
-   subroutine read_water(group, place, model, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_water(group, model, new, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(edge_load_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, acts_on
-      character(len=list_length) :: joints
-      character(len=256) :: message
-      real(wp), dimension(most_values) :: surface, along, head, pressure
-      real(wp), dimension(most_times) :: time, rise, scale
-      real(wp) :: unit_weight
-      integer :: status
-      namelist /water/ name, surface, along, head, pressure, acts_on, joints, unit_weight, time, &
-         rise, scale
 
-      name = ''
-      acts_on = 'all'
-      joints = ''
-      surface = unset
-      along = unset
-      head = unset
-      pressure = unset
-      time = unset
-      rise = unset
-      scale = unset
-      unit_weight = water_weight
-      read (group, nml=water, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      call require(error, place, 'unit_weight', [unit_weight])
-      call require_choice(error, place, 'acts_on', acts_on)
-      if (any(is_set(surface)) .eqv. any(is_set(along))) call input_error(error, place, &
+      new%unit_weight = water_weight
+      call get(group, 'name', new%name, error)
+      call get(group, 'unit_weight', new%unit_weight, error)
+      if (given(group, 'surface') .eqv. given(group, 'along')) call input_error(error, group, &
          'give either surface, a phreatic line, or along, with head or pressure at its points')
+      call wettable(model, group, new%piece, error)
       if (allocated(error)) return
-      new%name = name
-      new%unit_weight = unit_weight
-      call wettable(model, place, acts_on, joints, new%piece, error)
-      if (any(is_set(surface))) then
-         if (any(is_set([head, pressure]))) call input_error(error, place, &
+      if (given(group, 'surface')) then
+         if (given(group, 'head') .or. given(group, 'pressure')) call input_error(error, group, &
             'head and pressure are those of the points of along')
-         call set_surface(new, model, place, surface, error)
+         call set_surface(new, model, group, error)
       else
-         call set_line(new, model, place, along, head, pressure, error)
+         call set_line(new, model, group, error)
       end if
-      call set_times(new, place, time, error)
-      call take(new, place, 'scale', scale, 1.0_wp, new%normal, error)
-      call take(new, place, 'rise', rise, 0.0_wp, new%level, error)
+      call set_times(new, group, error)
+      call take(new, group, 'scale', 1.0_wp, new%normal, error)
+      call take(new, group, 'rise', 0.0_wp, new%level, error)
       new%shear = spread(0.0_wp, 1, size(new%time))
       new%held = .true.
    end subroutine read_water
 
    !> The edges that water may act on: all, those of joints between blocks, or those of the outline.
-   subroutine wettable(model, place, acts_on, joints, pieces, error)
+   subroutine wettable(model, group, pieces, error)
       type(model_type), intent(in) :: model  !< with its blocks
-      type(place_type), intent(in) :: place  !< of the group
-      character(len=*), intent(in) :: acts_on, joints  !< as read
+      type(group_type), intent(in) :: group  !< of the group
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of edges
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       logical :: all_blocks(model%blocks%n), wanted(size(model%joints))
       type(edge_piece_type), allocatable :: free(:)
+      character(len=name_length) :: acts_on
+      character(len=:), allocatable :: joints
       integer :: v
 
+      acts_on = 'all'
+      joints = ''
+      call get(group, 'acts_on', acts_on, error)
+      call get_text(group, 'joints', joints)
       all_blocks = .true.
       wanted = joints == ''
       allocate (pieces(0))
-      call mark_names(joints, 'joints', model%joints%name, place, wanted, error)
+      call mark_names(joints, 'joints', model%joints%name, group, wanted, error)
       if (allocated(error)) return
       associate (blocks => model%blocks)
          pieces = [(edge_piece_type(blocks%owner(v), v), v=1, size(blocks%owner))]
@@ -277,29 +223,28 @@ contains
    end function without
 
    !> A phreatic line within the model.
-   subroutine set_surface(load, model, place, given, error)
+   subroutine set_surface(load, model, group, error)
       type(edge_load_type), intent(inout) :: load  !< with its pieces
       type(model_type), intent(in) :: model  !< with its blocks
-      type(place_type), intent(in) :: place  !< of the group
-      real(wp), intent(in) :: given(:)  !< x, y, x, y …, m, as read
+      type(group_type), intent(in) :: group  !< of the group
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), allocatable :: line(:,:)
       real(wp) :: low, high, rounding
       integer :: j
 
       load%kind = load_surface
-      call take_polyline(place, 'surface', given, model%origin, line, error)
+      call take_polyline(group, 'surface', model%origin, line, error)
       if (allocated(error)) return
       low = minval(model%blocks%vertex(1, :))
       high = maxval(model%blocks%vertex(1, :))
       rounding = covered*model%blocks%half_size
       do j = 1, size(line, 2)
          if (line(1, j) < low - rounding .or. line(1, j) > high + rounding) call input_error( &
-            error, place, 'surface: there is water at ('//words_of(line(:, j) + model%origin)// &
+            error, group, 'surface: there is water at ('//words_of(line(:, j) + model%origin)// &
             '), outside the model, which reaches from x = '//to_text(low + model%origin(1))// &
             ' to '//to_text(high + model%origin(1)))
          if (j == 1) cycle
-         if (line(1, j) <= line(1, j - 1)) call input_error(error, place, &
+         if (line(1, j) <= line(1, j - 1)) call input_error(error, group, &
             'surface: x must increase from point to point')
       end do
       load%line = line
@@ -314,35 +259,32 @@ contains
    end function words_of
 
    !> Heads or pressures at the points of a line that lies on edges, straight between them.
-   subroutine set_line(load, model, place, along, head, pressure, error)
+   subroutine set_line(load, model, group, error)
       type(edge_load_type), intent(inout) :: load  !< with the pieces it may act on
       type(model_type), intent(in) :: model  !< with its blocks
-      type(place_type), intent(in) :: place  !< of the group
-      real(wp), intent(in) :: along(:), head(:), pressure(:)  !< m, m, Pa; as read
+      type(group_type), intent(in) :: group  !< of the group
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp), allocatable :: line(:,:), values(:)
       type(edge_piece_type), allocatable :: all(:), found(:)
       integer :: j, n
 
       load%kind = load_line
-      call take_polyline(place, 'along', along, model%origin, line, error)
-      if (any(is_set(head)) .eqv. any(is_set(pressure))) call input_error(error, place, &
+      call take_polyline(group, 'along', model%origin, line, error)
+      if (given(group, 'head') .eqv. given(group, 'pressure')) call input_error(error, group, &
          'along needs either head or pressure at its points')
       if (allocated(error)) return
       n = size(line, 2)
-      values = pack(pressure, is_set(pressure))
-      if (any(is_set(head))) values = pack(head, is_set(head))
-      if (size(values) /= n) call input_error(error, place, 'head or pressure must have as '// &
+      call get_list(group, trim(merge('head    ', 'pressure', given(group, 'head'))), values, error)
+      if (size(values) /= n) call input_error(error, group, 'head or pressure must have as '// &
          'many values as along has points ('//to_text(n)//')')
       if (allocated(error)) return
-      if (any(is_set(head))) values = load%unit_weight*(values - line(2, :) - model%origin(2))
-      call require_list(error, place, merge('head    ', 'pressure', any(is_set(head))), values)
+      if (given(group, 'head')) values = load%unit_weight*(values - line(2, :) - model%origin(2))
       all = load%piece
       load%piece = [edge_piece_type ::]
       allocate (load%at_ends(2, 0))
       do j = 1, n - 1
          found = pieces_along(model%blocks, all, line(:, j:j + 1))
-         call check_cover(model, place, line(:, j:j + 1), found, error)
+         call check_cover(model, group, line(:, j:j + 1), found, error)
          call add_pressures(load, model%blocks, line(:, j:j + 1), values(j:j + 1), found)
       end do
    end subroutine set_line
@@ -380,9 +322,9 @@ contains
    end function share_of
 
    !> All of a segment must lie on edges.
-   subroutine check_cover(model, place, segment, pieces, error)
+   subroutine check_cover(model, group, segment, pieces, error)
       type(model_type), intent(in) :: model  !< with its blocks
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: segment(2, 2)  !< its ends, m
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
@@ -404,7 +346,7 @@ contains
             further = .true.
          end do
       end do
-      if (done < 1.0_wp - covered) call input_error(error, place, 'along: there is water at ('// &
+      if (done < 1.0_wp - covered) call input_error(error, group, 'along: there is water at ('// &
          words_of(segment(:, 1) + done*along + model%origin)// &
          '), outside the model or where no joint or face is')
    end subroutine check_cover

@@ -8,9 +8,8 @@ module dda_input_free_field
    use dda_edge_piece, only: edge_piece_type
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
-   use dda_input_group, only: place_type, place_of_group, input_error
+   use dda_input_group, only: group_type, input_error, get, name_length
    use dda_model, only: model_type
-   use dda_namelist_groups, only: group_type
    use dda_outline, only: outline_of, pieces_on_side
    use dda_text, only: to_text, quoted
    use dda_tie, only: tie_faces
@@ -23,9 +22,9 @@ module dda_input_free_field
 contains
 
    !> Blocks and ties of the column at a side.
-   subroutine find_column(model, place, field, error)
+   subroutine find_column(model, group, field, error)
       type(model_type), intent(in) :: model  !< with its blocks
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(free_field_type), intent(inout) :: field  !< with its side
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(blocks_type) :: column
@@ -34,7 +33,7 @@ contains
 
       call blocks_at_side(model%blocks, merge(-1.0_wp, 1.0_wp, field%side == 'left'), field%block)
       if (size(field%block) == model%blocks%n) then
-         call input_error(error, place, 'the free field needs a column of blocks of its own at '// &
+         call input_error(error, group, 'the free field needs a column of blocks of its own at '// &
             'the '//trim(field%side)//' side, and no vertical line passes between the blocks')
          return
       end if
@@ -45,25 +44,25 @@ contains
       field%face = merge(2, 1, field%side == 'left')
       width = maxval(column%vertex(1, :)) - minval(column%vertex(1, :))
       if (.not. same_span(column, left, right)) then
-         call input_error(error, place, 'the column of blocks at the '//trim(field%side)// &
+         call input_error(error, group, 'the column of blocks at the '//trim(field%side)// &
             ' side, '//to_text(width)//' m wide, does not meet its own image: its left and '// &
             'right faces must be vertical, without gaps and at the same heights')
          return
       end if
-      call check_plain(model, place, [column%joint(left%edge), column%joint(right%edge)], error)
+      call check_plain(model, group, [column%joint(left%edge), column%joint(right%edge)], error)
       call tie_faces(column, right, left, [width, 0.0_wp], field%tie)
    end subroutine find_column
 
    !> Ties have the springs of the contacts.
-   subroutine check_plain(model, place, joints, error)
+   subroutine check_plain(model, group, joints, error)
       type(model_type), intent(in) :: model  !< with its joints
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the group
       integer, intent(in) :: joints(:)       !< [any] of the faces that are tied
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i
 
       do i = 1, size(joints)
-         if (.not. model%joints(joints(i))%is_plain()) call input_error(error, place, 'faces '// &
+         if (.not. model%joints(joints(i))%is_plain()) call input_error(error, group, 'faces '// &
             'are tied by the springs of &contact, and joint '// &
             quoted(trim(model%joints(joints(i))%name))//' on them has a law, a stiffness per '// &
             'area or contact_points: give the edges at the sides a plain joint')
@@ -109,7 +108,7 @@ contains
 
    contains
 
-      !> Lowest and highest place, and sum of lengths, m.
+      !> Lowest and highest group, and sum of lengths, m.
       pure function span_of(pieces) result(span)
          type(edge_piece_type), intent(in) :: pieces(:)  !< whole edges
          real(wp) :: span(3)
@@ -121,29 +120,31 @@ contains
    end function same_span
 
    !> What columns do not know must not act on their blocks: removal and loads on edges.
-   subroutine check_columns(model, file, groups, error)
+   subroutine check_columns(model, groups, error)
       type(model_type), intent(in) :: model  !< complete
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=name_length) :: kind
       integer :: i, k, g
 
       if (allocated(error)) return
       if (size(model%free_fields) == 0) return
       do g = 1, size(groups)
-         if (groups(g)%name == 'boundary' .and. index(groups(g)%text, 'free_field') > 0) exit
+         kind = ''
+         if (groups(g)%name == 'boundary') call get(groups(g), 'kind', kind, error)
+         if (kind == 'free_field') exit
       end do
       do i = 1, size(model%free_fields)
          associate (block => model%free_fields(i)%block, side => model%free_fields(i)%side)
             do k = 1, size(model%stages)
                if (any(model%stages(k)%removed(block))) call input_error(error, &
-                  place_of_group(file, groups(g)), 'stage '//quoted(trim(model%stages(k)%name))// &
+                  groups(g), 'stage '//quoted(trim(model%stages(k)%name))// &
                   ' removes blocks of the column that is the free field at the '//trim(side)// &
                   ' side: excavate farther from it')
             end do
             do k = 1, size(model%edge_loads)
                if (has_any(block, model%edge_loads(k)%piece%block)) call input_error(error, &
-                  place_of_group(file, groups(g)), 'a load on edges acts on blocks of the '// &
+                  groups(g), 'a load on edges acts on blocks of the '// &
                   'column that is the free field at the '//trim(side)//' side, which has '// &
                   'none: keep it off that column')
             end do

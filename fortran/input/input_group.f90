@@ -1,37 +1,35 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tools for reading one group: its place in the file, input errors that name it, checks of its
-!> values against the catalogue.
+!> What a group says: the values of its variables, checked by the schema.
+!>
+!> A variable that the group does not give leaves what it is read into as it was: there stands the
+!> default, or `unset`.
 module dda_input_group
    use dda_kinds, only: wp
-   use dda_errors, only: error_type, error_input, fail
-   use dda_input_catalogue, only: find_variable, unknown_variable
+   use dda_errors, only: error_type
+   use dda_input_catalogue, only: find_variable
+   use dda_input_schema, only: input_variables
+   use dda_input_text, only: group_type, input_error
+   use dda_input_value, only: value_type
    use dda_input_variable, only: variable_type, above_zero, unset, usable
-   use dda_namelist_groups, only: group_type
-   use dda_text, only: to_text, quoted, lower_case
+   use dda_text, only: to_text, quoted
    implicit none
    private
-   public :: place_type, place_of_group, input_error, check_read, require, require_given, &
-      require_list, value_or, require_choice, require_name, unset, is_set, name_length
+   public :: group_type, input_error, get, get_list, get_text, given, require, &
+      require_name, unset, is_set, value_or, name_length
 
    integer, parameter :: name_length = 64
 
-   !> Place of a group in the input, for messages.
-   type :: place_type
-      character(len=:), allocatable :: group  !< name
-      character(len=:), allocatable :: text   !< "FILE, group &name (line N)"
-   end type place_type
+   !> The value of a variable: number, whole number, logical value, name or word.
+   interface get
+      module procedure get_real, get_integer, get_logical, get_name
+   end interface get
+
+   !> The values of a variable, none where it is not given: numbers or names.
+   interface get_list
+      module procedure get_numbers, get_names
+   end interface get_list
 
 contains
-
-   !> The place of a group.
-   pure function place_of_group(file, group) result(place)
-      character(len=*), intent(in) :: file    !< path, for messages
-      type(group_type), intent(in) :: group  !< of the input
-      type(place_type) :: place
-
-      place%group = group%name
-      place%text = file//', group &'//group%name//' (line '//to_text(group%line)//')'
-   end function place_of_group
 
    !> Whether the input gives a value.
    pure logical elemental function is_set(value)
@@ -47,52 +45,149 @@ contains
       value_or = merge(value, otherwise, is_set(value))
    end function value_or
 
-   !> An input error at a place.
-   pure subroutine input_error(error, place, message)
+   !> Whether a group gives a variable at all.
+   pure logical function given(group, name)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+
+      given = position_of(group, name) > 0
+      if (given) given = group%values(position_of(group, name))%n > 0
+   end function given
+
+   !> Position of a variable among the values of a group; 0 if it is not given.
+   pure integer function position_of(group, name) result(i)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+
+      do i = size(group%values), 1, -1
+         if (input_variables(group%values(i)%variable)%name == name) return
+      end do
+   end function position_of
+
+   !> A number within the limits of its variable; a variable that is required is given.
+   pure subroutine get_real(group, name, value, error)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+      real(wp), intent(inout) :: value        !< in its unit
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place                  !< of the group
-      character(len=*), intent(in) :: message                !< a sentence without its full stop
+      type(variable_type) :: variable
 
-      if (.not. allocated(error)) call fail(error, error_input, place%text//': '//message)
-   end subroutine input_error
-
-   !> A namelist read that failed, in words.
-   pure subroutine check_read(error, place, status, message)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place                  !< of the group
-      integer, intent(in) :: status                          !< iostat of the read
-      character(len=*), intent(in) :: message                !< iomsg of the read
-      character(len=*), parameter :: bad_data = 'Bad data for namelist object '
-      character(len=*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz'
-      character(len=*), parameter :: unknown = 'Cannot match namelist object name '
-
-      if (status == 0) return
-      if (index(message, unknown) == 1) then
-         if (verify(lower_case(message(len(unknown) + 1:len(unknown) + 1)), letters) > 0) then
-            call input_error(error, place, quoted(message(len(unknown) + 1:))// &
-               ' cannot be read here: it is no value of the variable before it, or one more '// &
-               'than that variable holds')
-         else
-            call input_error(error, place, &
-               unknown_variable(place%group, lower_case(trim(message(len(unknown) + 1:)))))
-         end if
-      else if (index(message, bad_data) == 1) then
-         call input_error(error, place, 'the values of '//quoted(message(len(bad_data) + 1:))// &
-            ' cannot be read: something in or after them is neither a number nor a variable of '// &
-            'this group')
-      else if (index(message, 'End of file') > 0) then
-         ! The run-time library takes a byte of 255 for the end of the text.
-         call input_error(error, place, 'the group ends in the middle of a value, or holds a '// &
-            'byte that is no text')
-      else
-         call input_error(error, place, trim(message))
+      variable = find_variable(group%name, name)
+      if (given(group, name)) then
+         value = group%values(position_of(group, name))%numbers(1)
+         call check_number(error, group, variable, value)
+      else if (variable%required) then
+         call input_error(error, group, name//' is missing')
       end if
-   end subroutine check_read
+   end subroutine get_real
 
-   !> Numbers that must be given and lie within the limits of the catalogue.
-   pure subroutine require(error, place, names, values)
+   !> A whole number.
+   pure subroutine get_integer(group, name, value, error)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+      integer, intent(inout) :: value         !< as given
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place                  !< of the group
+      real(wp) :: number
+
+      number = unset
+      call get_real(group, name, number, error)
+      if (is_set(number) .and. .not. allocated(error)) value = int(min(number, &
+         real(huge(value), wp)))
+   end subroutine get_integer
+
+   !> A logical value.
+   pure subroutine get_logical(group, name, value)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+      logical, intent(inout) :: value         !< as given
+
+      if (given(group, name)) value = group%values(position_of(group, name))%numbers(1) > 0.0_wp
+   end subroutine get_logical
+
+   !> A name or word; a word is one of those that the schema allows.
+   pure subroutine get_name(group, name, value, error)
+      type(group_type), intent(in) :: group     !< of the input
+      character(len=*), intent(in) :: name      !< of the variable
+      character(len=*), intent(inout) :: value  !< as given
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=:), allocatable :: text
+      type(variable_type) :: variable
+
+      text = ''
+      call get_text(group, name, text)
+      variable = find_variable(group%name, name)
+      if (text /= '') then
+         if (variable%kind == 'word') call check_word(error, group, variable, text)
+         if (len(text) > name_length) call input_error(error, group, name//' = '//quoted(text)// &
+            ' is too long: at most '//to_text(name_length)//' bytes')
+         value = text
+      else if (variable%required) then
+         call input_error(error, group, name//' is missing')
+      end if
+   end subroutine get_name
+
+   !> A text of any length.
+   pure subroutine get_text(group, name, text)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+      character(len=:), allocatable, intent(inout) :: text  !< as given
+      integer :: i
+
+      i = position_of(group, name)
+      if (i > 0) call group%values(i)%get_text(1, text)
+   end subroutine get_text
+
+   !> Numbers within the limits of their variable, none left out.
+   pure subroutine get_numbers(group, name, values, error)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+      real(wp), allocatable, intent(out) :: values(:)  !< in its unit
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(variable_type) :: variable
+      integer :: i
+
+      allocate (values(0))
+      variable = find_variable(group%name, name)
+      i = position_of(group, name)
+      if (i > 0) then
+         if (group%values(i)%n > 0) values = group%values(i)%numbers
+      end if
+      if (.not. all(is_set(values)) .or. (variable%size == 2 .and. size(values) == 1)) &
+         call input_error(error, group, name//': a value is left out')
+      if (size(values) == 0 .and. variable%required) call input_error(error, group, name// &
+         ' is missing')
+      do i = 1, size(values)
+         if (allocated(error)) return
+         call check_number(error, group, variable, values(i))
+      end do
+   end subroutine get_numbers
+
+   !> Names, blank where one is left out.
+   pure subroutine get_names(group, name, values, error)
+      type(group_type), intent(in) :: group   !< of the input
+      character(len=*), intent(in) :: name    !< of the variable
+      character(len=name_length), allocatable, intent(out) :: values(:)  !< as given
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=:), allocatable :: text
+      integer :: i, k, n
+
+      i = position_of(group, name)
+      n = 0
+      if (i > 0) n = group%values(i)%n
+      allocate (values(n))
+      do k = 1, n
+         text = ''
+         call group%values(i)%get_text(k, text)
+         if (len(text) > name_length) call input_error(error, group, name//' = '//quoted(text)// &
+            ' is too long: at most '//to_text(name_length)//' bytes')
+         values(k) = text
+      end do
+   end subroutine get_names
+
+   !> Numbers that must be there and lie within the limits of the schema.
+   pure subroutine require(error, group, names, values)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: names                  !< of the variables: 'x y …'
       real(wp), intent(in) :: values(:)                      !< one of each, in their units
       integer :: i, first, last
@@ -101,92 +196,64 @@ contains
       do i = 1, size(values)
          last = first + index(names(first:)//' ', ' ') - 2
          if (is_set(values(i))) then
-            call check_number(error, place, find_variable(place%group, names(first:last)), &
+            call check_number(error, group, find_variable(group%name, names(first:last)), &
                values(i))
          else
-            call input_error(error, place, names(first:last)//' is missing')
+            call input_error(error, group, names(first:last)//' is missing')
          end if
          first = last + 2
       end do
    end subroutine require
 
-   !> A number that may be left out lies within the range of the catalogue.
-   pure subroutine require_given(error, place, name, value)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place  !< of the group
-      character(len=*), intent(in) :: name   !< of the variable
-      real(wp), intent(in) :: value          !< as read, or `unset`
-
-      if (is_set(value)) call require(error, place, name, [value])
-   end subroutine require_given
-
-   !> The values of one variable: all given, all within its limits.
-   pure subroutine require_list(error, place, name, values)
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place                  !< of the group
-      character(len=*), intent(in) :: name                   !< of the variable
-      real(wp), intent(in) :: values(:)                      !< in its unit
-      type(variable_type) :: variable
-      integer :: i
-
-      variable = find_variable(place%group, name)
-      if (.not. all(is_set(values))) call input_error(error, place, name//': a value is left out')
-      do i = 1, size(values)
-         if (allocated(error)) return
-         call check_number(error, place, variable, values(i))
-      end do
-   end subroutine require_list
-
    !> A number must lie within the limits of its variable.
-   pure subroutine check_number(error, place, variable, value)
+   pure subroutine check_number(error, group, variable, value)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place                  !< of the group
-      type(variable_type), intent(in) :: variable            !< of the catalogue
+      type(group_type), intent(in) :: group                  !< of the input
+      type(variable_type), intent(in) :: variable            !< of the schema
       real(wp), intent(in) :: value                          !< in its unit
       character(len=:), allocatable :: failure
 
+      failure = ''
       if (.not. abs(value) <= usable) then
          failure = ' is not a usable number'
       else if (value <= 0.0_wp .and. variable%lowest > 0.0_wp .and. variable%kind /= 'integer') then
          failure = ' must be a positive number'
-      else if (variable%lowest == above_zero) then
-         return
-      else if (value < variable%lowest .or. value > variable%highest) then
+      else if (variable%lowest /= above_zero .and. (value < variable%lowest .or. &
+         value > variable%highest)) then
          failure = ' must lie between '//to_text(variable%lowest)//' and '// &
             to_text(variable%highest)
-      else
-         return
+      else if (variable%kind == 'integer' .and. value /= aint(value)) then
+         failure = ' must be a whole number'
       end if
-      call input_error(error, place, trim(variable%name)//' = '//to_text(value)//failure)
+      if (failure /= '') call input_error(error, group, trim(variable%name)//' = '// &
+         to_text(value)//failure)
    end subroutine check_number
 
-   !> A word must be one of those that the catalogue allows.
-   pure subroutine require_choice(error, place, name, value)
+   !> A word must be one of those that the schema allows.
+   pure subroutine check_word(error, group, variable, value)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place                  !< of the group
-      character(len=*), intent(in) :: name                   !< of the variable
+      type(group_type), intent(in) :: group                  !< of the input
+      type(variable_type), intent(in) :: variable            !< of the schema
       character(len=*), intent(in) :: value                  !< as the input has it
-      type(variable_type) :: variable
 
-      variable = find_variable(place%group, name)
       if (scan(value, "'") > 0 .or. index(variable%allowed, "'"//trim(value)//"'") == 0) &
-         call input_error(error, place, name//' = '//quoted(value)//' must be one of '// &
-         trim(variable%allowed))
-   end subroutine require_choice
+         call input_error(error, group, trim(variable%name)//' = '//quoted(value)// &
+         ' must be one of '//trim(variable%allowed))
+   end subroutine check_word
 
    !> The position of a name among those it may refer to; 0 and an input error if it is none.
-   pure subroutine require_name(error, place, name, value, names, group, position)
+   pure subroutine require_name(error, group, name, value, names, kind, position)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place                  !< of the group
+      type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: name                   !< of the variable
       character(len=*), intent(in) :: value                  !< as the input has it
       character(len=*), intent(in) :: names(:)               !< known ones
-      character(len=*), intent(in) :: group                  !< whose names they are: 'material', …
+      character(len=*), intent(in) :: kind                   !< whose names they are: 'material', …
       integer, intent(out) :: position  !< in `names`
 
       position = findloc(names == value, .true., 1)
-      if (position == 0) call input_error(error, place, name//' = '//quoted(value)// &
-         ' is not the name of a &'//group)
+      if (position == 0) call input_error(error, group, name//' = '//quoted(value)// &
+         ' is not the name of a &'//kind)
    end subroutine require_name
 
 end module dda_input_group

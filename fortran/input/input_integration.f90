@@ -4,63 +4,68 @@
 module dda_input_integration
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, require, require_choice, is_set
+   use dda_input_group, only: group_type, input_error, get, require, value_or, unset, is_set, &
+      name_length
    use dda_scheme, only: default_theta, scheme_type
    use dda_scheme_response, only: forced_damping, theta_for_damping
    use dda_settings, only: control_type
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: check_integration
+   public :: read_integration
 
 contains
 
-   !> Check what is asked for and put it into the settings, which have Δt and the dynamic factor.
-   subroutine check_integration(error, place, integration, theta, ratio, frequency, settings)
+   !> Put what a group asks for into the settings, which have Δt and the dynamic factor.
+   subroutine read_integration(group, settings, error)
+      type(group_type), intent(in) :: group          !< &control or &stage
+      type(control_type), intent(inout) :: settings  !< integration and θ are set
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place          !< of the group
-      character(len=*), intent(in) :: integration    !< as read
-      real(wp), intent(in) :: theta                  !< as read, or unset
-      real(wp), intent(in) :: ratio, frequency       !< damping ratio at a frequency (Hz), or unset
-      type(control_type), intent(inout) :: settings  !< of &control; θ is set
+      character(len=name_length) :: integration
+      real(wp) :: theta, ratio, frequency
 
-      call require_choice(error, place, 'integration', integration)
+      integration = settings%integration
+      theta = unset
+      ratio = unset
+      frequency = unset
+      call get(group, 'integration', integration, error)
+      call get(group, 'theta', theta, error)
+      call get(group, 'damping_ratio', ratio, error)
+      call get(group, 'damping_frequency', frequency, error)
       if (allocated(error)) return
-      if (integration /= 'theta' .and. (is_set(theta) .or. is_set(ratio) .or. is_set(frequency))) &
-         call input_error(error, place, 'theta, damping_ratio and damping_frequency need '// &
+      if (integration /= 'theta' .and. any(is_set([theta, ratio, frequency]))) &
+         call input_error(error, group, 'theta, damping_ratio and damping_frequency need '// &
          "integration = 'theta', not "//quoted(integration))
-      if (is_set(ratio) .neqv. is_set(frequency)) call input_error(error, place, &
+      if (is_set(ratio) .neqv. is_set(frequency)) call input_error(error, group, &
          'damping_ratio and damping_frequency must be given together')
-      if (is_set(ratio) .and. is_set(theta)) call input_error(error, place, &
+      if (is_set(ratio) .and. is_set(theta)) call input_error(error, group, &
          'give theta, or damping_ratio and damping_frequency, not both')
-      settings%integration = integration(:min(len(integration), len(settings%integration)))
-      settings%theta = default_theta
-      if (is_set(theta)) settings%theta = theta
-      if (is_set(ratio)) call match_damping(error, place, ratio, frequency, settings)
-      call require(error, place, 'theta', [settings%theta])
+      settings%integration = integration(:len(settings%integration))
+      settings%theta = value_or(theta, default_theta)
+      if (is_set(ratio)) call match_damping(error, group, ratio, frequency, settings)
+      call require(error, group, 'theta', [settings%theta])
       if (settings%dynamic_factor < 1.0_wp .and. any(integration == [character(len=14) :: &
-         'midpoint', 'theta'])) call input_error(error, place, 'dynamic_factor = '// &
+         'midpoint', 'theta'])) call input_error(error, group, 'dynamic_factor = '// &
          to_text(settings%dynamic_factor)//" needs integration = 'dda' or 'backward_euler': "// &
          'static steps of the others overshoot')
-   end subroutine check_integration
+   end subroutine read_integration
 
    !> θ for a damping ratio at a frequency and the Δt of the settings.
-   subroutine match_damping(error, place, ratio, frequency, settings)
+   subroutine match_damping(error, group, ratio, frequency, settings)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place
+      type(group_type), intent(in) :: group
       real(wp), intent(in) :: ratio
       real(wp), intent(in) :: frequency  !< Hz
       type(control_type), intent(inout) :: settings  !< of &control; θ is set
       real(wp) :: omega
 
       omega = 2.0_wp*pi*frequency
-      call require(error, place, 'damping_ratio damping_frequency', [ratio, frequency])
       if (omega*settings%time_step >= pi) &
-         call input_error(error, place, 'damping_frequency = '//to_text(frequency)// &
+         call input_error(error, group, 'damping_frequency = '//to_text(frequency)// &
          ' must lie between 0 and 1/(2 time_step) = '//to_text(0.5_wp/settings%time_step)//' Hz')
       if (allocated(error)) return
       settings%theta = theta_for_damping(ratio, omega, settings%time_step)
-      if (settings%theta > 1.0_wp) call input_error(error, place, 'damping_ratio = '// &
+      if (settings%theta > 1.0_wp) call input_error(error, group, 'damping_ratio = '// &
          to_text(ratio)//' cannot be had at '//to_text(frequency)//' Hz with time_step = '// &
          to_text(settings%time_step)//': at most '//to_text(forced_damping(scheme_type(1.0_wp, &
          1.0_wp), omega, settings%time_step))//', by theta = 1; try a larger time_step')

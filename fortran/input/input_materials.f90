@@ -4,8 +4,8 @@ module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
-      require_choice, require_name, unset, is_set, name_length
+   use dda_input_group, only: group_type, input_error, get, get_list, get_text, given, require, &
+      require_name, unset, value_or, name_length
    use dda_model, only: model_type
    use dda_motion, only: motion_type
    use dda_record, only: record_type, read_record
@@ -14,60 +14,43 @@ module dda_input_materials
    private
    public :: read_motion, find_substances
 
-   integer, parameter :: most_values = 4096  !< of a motion given in the input itself
-
 contains
 
    !> &motion: a record file, or values in the input itself.
-   subroutine read_motion(group, place, folder, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_motion(group, folder, new, error)
+      type(group_type), intent(in) :: group  !< of the input
       !> that file names are relative to, '' or ending in '/'
       character(len=*), intent(in) :: folder
       type(motion_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, format, quantity, unit, after_end
-      character(len=1024) :: file, message
-      real(wp) :: time_step, values(most_values), scale, taper
-      integer :: drift_order, channel, status
+      type(baseline_type) :: wanted
       type(record_type) :: record
-      namelist /motion/ name, file, format, quantity, unit, time_step, values, scale, taper, &
-         drift_order, channel, after_end
+      character(len=:), allocatable :: file
+      real(wp) :: time_step
+      integer :: drift_order, channel
 
-      name = ''
       file = ''
-      format = 'auto'
-      quantity = ''
-      unit = ''
       time_step = unset
-      values = unset
-      scale = 1.0_wp
-      taper = 0.0_wp
       drift_order = -1
       channel = 1
-      after_end = ''
-      read (group, nml=motion, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-
-      if (name == '') call input_error(error, place, 'name is missing')
-      call require(error, place, 'scale taper', [scale, taper])
-      if (drift_order /= -1) call require(error, place, 'drift_order', [real(drift_order, wp)])
-      if (is_set(time_step)) call require(error, place, 'time_step', [time_step])
-      if (after_end /= '') call require_choice(error, place, 'after_end', after_end)
-      if ((file == '') .eqv. .not. is_set(values(1))) call input_error(error, place, &
+      call get(group, 'name', new%name, error)
+      call get(group, 'scale', wanted%scale, error)
+      call get(group, 'taper', wanted%taper, error)
+      call get(group, 'drift_order', drift_order, error)
+      call get(group, 'channel', channel, error)
+      call get(group, 'time_step', time_step, error)
+      call get(group, 'after_end', wanted%after_end, error)
+      call get_text(group, 'file', file)
+      if ((file == '') .eqv. .not. given(group, 'values')) call input_error(error, group, &
          'give either file or values')
       if (allocated(error)) return
-
-      new%name = name
       if (file /= '') then
-         call take_file(place, full_path(folder, trim(file)), trim(format), trim(quantity), &
-            trim(unit), time_step, channel, record, error)
+         call take_file(group, full_path(folder, file), time_step, channel, record, &
+            error)
       else
-         call take_values(place, values, time_step, trim(quantity), trim(unit), record, error)
+         call take_values(group, time_step, record, error)
       end if
-      if (allocated(error)) return
-      call make_motion(place, record, drift_order, baseline_type(taper=taper, scale=scale, &
-         after_end=after_end(:8)), new, error)
+      if (.not. allocated(error)) call make_motion(group, record, drift_order, wanted, new, error)
    end subroutine read_motion
 
    !> A path of the input, relative to the working folder.
@@ -81,41 +64,49 @@ contains
    end function full_path
 
    !> Read the record file; its errors get the place of the group in front.
-   subroutine take_file(place, path, format, quantity, unit, time_step, channel, record, error)
-      type(place_type), intent(in) :: place  !< of the group
-      character(len=*), intent(in) :: path, format, quantity, unit  !< as the input gives them
-      real(wp), intent(in) :: time_step  !< s
-      integer, intent(in) :: channel  !< of a COSMOS file
+   subroutine take_file(group, path, time_step, channel, record, error)
+      type(group_type), intent(in) :: group  !< of the input
+      character(len=*), intent(in) :: path   !< of the record
+      real(wp), intent(in) :: time_step  !< s, or `unset`
+      integer, intent(in) :: channel     !< of a COSMOS file
       type(record_type), intent(out) :: record  !< as read
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(error_type), allocatable :: failure
+      character(len=:), allocatable :: format, quantity, unit
 
-      call read_record(record, path, format, quantity, unit, failure, merge(time_step, 0.0_wp, &
-         is_set(time_step)), channel)
-      if (allocated(failure)) call input_error(error, place, failure%message)
+      format = 'auto'
+      quantity = ''
+      unit = ''
+      call get_text(group, 'format', format)
+      call get_text(group, 'quantity', quantity)
+      call get_text(group, 'unit', unit)
+      call read_record(record, path, format, quantity, unit, failure, value_or(time_step, 0.0_wp), &
+         channel)
+      if (allocated(failure)) call input_error(error, group, failure%message)
    end subroutine take_file
 
    !> Values in the group are in SI units.
-   subroutine take_values(place, values, time_step, quantity, unit, record, error)
-      type(place_type), intent(in) :: place  !< of the group
-      real(wp), intent(in) :: values(:), time_step  !< samples, SI; s
-      character(len=*), intent(in) :: quantity, unit  !< as the input gives them
+   subroutine take_values(group, time_step, record, error)
+      type(group_type), intent(in) :: group  !< of the input
+      real(wp), intent(in) :: time_step      !< s, or `unset`
       type(record_type), intent(out) :: record  !< as read
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: n
+      character(len=name_length) :: quantity, unit
 
-      n = count(is_set(values))
-      call require(error, place, 'time_step', [time_step])
-      call require_list(error, place, 'values', values(:n))
-      if (n < 2) call input_error(error, place, &
+      quantity = ''
+      unit = ''
+      call require(error, group, 'time_step', [time_step])
+      call get_list(group, 'values', record%values, error)
+      if (size(record%values) < 2) call input_error(error, group, &
          'values holds too few samples: at least 2 are needed')
-      call require_choice(error, place, 'quantity', quantity)
-      if (unit /= '' .and. unit /= 'm' .and. unit /= 'm/s' .and. unit /= 'm/s2') &
-         call input_error(error, place, 'unit = '//quoted(unit)// &
-         ': values in the input are in m, m/s or m/s2')
+      call get(group, 'quantity', quantity, error)
+      if (quantity == '') call input_error(error, group, &
+         "quantity is missing; give 'acceleration', 'velocity' or 'displacement'")
+      call get(group, 'unit', unit, error)
+      if (all(unit /= [character(len=4) :: '', 'm', 'm/s', 'm/s2'])) call input_error(error, &
+         group, 'unit = '//quoted(unit)//': values in the input are in m, m/s or m/s2')
       if (allocated(error)) return
       record%time_step = time_step
-      record%values = values(:n)
       record%quantity = quantity
       record%station = ''
       record%description = 'values in the input'
@@ -124,8 +115,8 @@ contains
 
    !> Acceleration, velocity and displacement from the record; drift is removed from accelerations
    !> unless the input says otherwise.
-   subroutine make_motion(place, record, drift_order, wanted, new, error)
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine make_motion(group, record, drift_order, wanted, new, error)
+      type(group_type), intent(in) :: group  !< of the group
       type(record_type), intent(in) :: record  !< as read
       integer, intent(in) :: drift_order  !< of the polynomial; −1: by the quantity
       type(baseline_type), intent(in) :: wanted  !< what else is done to the record
@@ -141,7 +132,7 @@ contains
       call make_motion_curve(new%curve, record%quantity, record%values, record%time_step, failure, &
          baseline)
       if (allocated(failure)) then
-         call input_error(error, place, failure%message)
+         call input_error(error, group, failure%message)
          return
       end if
       new%file = record%file
@@ -150,19 +141,23 @@ contains
          ' every '//to_text(record%time_step)//' s; '//new%curve%method
    end subroutine make_motion
 
-   !> Positions of a material and a joint by name; a blank name takes the only or first one.
-   subroutine find_substances(place, material, joint, model, m, j, error)
-      type(place_type), intent(in) :: place      !< of the group
-      character(len=*), intent(in) :: material, joint        !< names, or blank
+   !> Positions of the material and the joint of a group; without a name the only or first one.
+   subroutine find_substances(group, model, m, j, error)
+      type(group_type), intent(in) :: group      !< of the input
       type(model_type), intent(in) :: model      !< with its materials and joints
       integer, intent(out) :: m, j               !< positions in the model's lists
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=name_length) :: material, joint
 
+      material = ''
+      joint = ''
       m = 1
       j = 1
-      if (material /= '') call require_name(error, place, 'material', material, &
+      call get(group, 'material', material, error)
+      call get(group, 'joint', joint, error)
+      if (material /= '') call require_name(error, group, 'material', material, &
          model%materials%name, 'material', m)
-      if (joint /= '') call require_name(error, place, 'joint', joint, model%joints%name, &
+      if (joint /= '') call require_name(error, group, 'joint', joint, model%joints%name, &
          'joint', j)
    end subroutine find_substances
 

@@ -2,21 +2,19 @@
 !> Lists of names in one text, 'one, two, all_*'.
 module dda_input_names
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error
+   use dda_input_group, only: group_type, input_error
    use dda_text, only: quoted
    implicit none
    private
-   public :: mark_names, list_length
-
-   integer, parameter :: list_length = 4096  !< characters of a list of names
+   public :: mark_names
 
 contains
 
    !> Mark all that a list 'one, two, all_*' names; each entry must name something.
-   subroutine mark_names(list, variable, names, place, marked, error)
+   subroutine mark_names(list, variable, names, group, marked, error)
       character(len=*), intent(in) :: list, variable  !< as read; its variable
       character(len=*), intent(in) :: names(:)        !< known ones
-      type(place_type), intent(in) :: place           !< of the group
+      type(group_type), intent(in) :: group           !< of the group
       logical, intent(inout) :: marked(:)             !< [names] that the list names, or before
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: rest, entry
@@ -40,7 +38,7 @@ contains
             found = entry /= ''
             marked(i) = marked(i) .or. found
          end do
-         if (.not. found) call input_error(error, place, variable//': nothing is named '// &
+         if (.not. found) call input_error(error, group, variable//': nothing is named '// &
             quoted(entry))
       end do
    end subroutine mark_names

@@ -5,8 +5,7 @@ module dda_input_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, check_read, require, require_list, &
-      require_choice, require_name, unset, is_set, name_length
+   use dda_input_group, only: group_type, input_error, get, get_list, require_name, name_length
    use dda_motion, only: motion_type
    use dda_polygon, only: contains_point
    use dda_settings, only: amplification_type
@@ -16,50 +15,49 @@ module dda_input_points
    private
    public :: read_fixed_point, read_load, read_point, read_amplification, find_block, holds
 
-   integer, parameter :: most_times = 4096
    real(wp), parameter :: on_boundary = 1.0e-9_wp  !< of the block's size: still inside
 
 contains
 
    !> The block that holds a point: the named one, else the first that does.
-   subroutine find_block(place, blocks, names, origin, wanted, x, y, b, error)
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine find_block(group, blocks, names, origin, wanted, point, b, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(blocks_type), intent(in) :: blocks  !< of the model
       character(len=*), intent(in) :: names(:)   !< [n] of the blocks
       real(wp), intent(in) :: origin(2)          !< of the engine's coordinates, for messages
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
-      real(wp), intent(in) :: x, y  !< m
+      real(wp), intent(in) :: point(2)           !< m
       integer, intent(out) :: b  !< its number; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=:), allocatable :: point
+      character(len=:), allocatable :: words
       integer :: status
 
       b = 0
-      call require(error, place, 'x y', [x, y])
       if (allocated(error)) return
-      point = 'the point ('//to_text(x + origin(1))//', '//to_text(y + origin(2))//')'
+      words = 'the point ('//to_text(point(1) + origin(1))//', '// &
+         to_text(point(2) + origin(2))//')'
       if (wanted == '') then
          do b = 1, blocks%n
-            if (holds(blocks, b, [x, y])) return
+            if (holds(blocks, b, point)) return
          end do
-         call input_error(error, place, point//' lies outside every block')
+         call input_error(error, group, words//' lies outside every block')
          return
       end if
       do b = 1, blocks%n  ! of several blocks of that name, the one that holds the point
          if (names(b) /= wanted) cycle
-         if (holds(blocks, b, [x, y])) return
+         if (holds(blocks, b, point)) return
       end do
       b = findloc(names == wanted, .true., 1)
       if (b == 0) then
          read (wanted, *, iostat=status) b
          if (status /= 0 .or. verify(trim(wanted), '0123456789') > 0 .or. b < 1 &
             .or. b > blocks%n) then
-            call input_error(error, place, 'block = '//quoted(wanted)// &
+            call input_error(error, group, 'block = '//quoted(wanted)// &
                ' is not the name or number of a block')
             return
          end if
       end if
-      if (.not. holds(blocks, b, [x, y])) call input_error(error, place, point// &
+      if (.not. holds(blocks, b, point)) call input_error(error, group, words// &
          ' lies outside block '//quoted(wanted))
    end subroutine find_block
 
@@ -76,161 +74,122 @@ contains
    end function holds
 
    !> &fixed_point
-   subroutine read_fixed_point(group, place, blocks, names, origin, motions, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_fixed_point(group, blocks, names, origin, motions, new, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(blocks_type), intent(in) :: blocks  !< of the model
       character(len=*), intent(in) :: names(:)  !< [n] of the blocks
       real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
       type(motion_type), intent(in) :: motions(:)  !< of the model
       type(fixed_point_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: x, y
-      character(len=name_length) :: block, direction, motion_x, motion_y, name
-      character(len=256) :: message
-      integer :: status
-      namelist /fixed_point/ x, y, block, direction, motion_x, motion_y, name
+      character(len=name_length) :: direction, motion(2)
 
-      x = unset
-      y = unset
-      block = ''
       direction = 'xy'
-      motion_x = ''
-      motion_y = ''
-      name = ''
-      read (group, nml=fixed_point, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      call to_model_origin(x, y, origin)
-      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
-      call require_choice(error, place, 'direction', direction)
+      motion = ''
+      call find_point(group, blocks, names, origin, new%place, new%block, error)
+      call get(group, 'direction', direction, error)
+      call get(group, 'motion_x', motion(1), error)
+      call get(group, 'motion_y', motion(2), error)
+      call get(group, 'name', new%name, error)
       if (allocated(error)) return
       new%held = [index(direction, 'x') > 0, index(direction, 'y') > 0]
-      new%name = name
-      new%place = [x, y]
       new%reference = reference_of(blocks, new%block, new%place)
-      if (motion_x /= '') call require_name(error, place, 'motion_x', motion_x, motions%name, &
+      if (motion(1) /= '') call require_name(error, group, 'motion_x', motion(1), motions%name, &
          'motion', new%motion(1))
-      if (motion_y /= '') call require_name(error, place, 'motion_y', motion_y, motions%name, &
+      if (motion(2) /= '') call require_name(error, group, 'motion_y', motion(2), motions%name, &
          'motion', new%motion(2))
-      if (any(new%motion > 0 .and. .not. new%held)) call input_error(error, place, &
+      if (any(new%motion > 0 .and. .not. new%held)) call input_error(error, group, &
          'a motion is given in a direction that the point is not held in')
    end subroutine read_fixed_point
 
-   !> From coordinates of the input to those of the engine.
-   pure subroutine to_model_origin(x, y, origin)
-      real(wp), intent(inout) :: x, y  !< m, or `unset`
+   !> The place of a group in the engine's coordinates, and the block that holds it.
+   subroutine find_point(group, blocks, names, origin, place, b, error)
+      type(group_type), intent(in) :: group  !< of the input
+      type(blocks_type), intent(in) :: blocks  !< of the model
+      character(len=*), intent(in) :: names(:)  !< [n] of the blocks
       real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
+      real(wp), intent(out) :: place(2)  !< m
+      integer, intent(out) :: b          !< its number; 0 on failure
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=name_length) :: block
 
-      if (is_set(x)) x = x - origin(1)
-      if (is_set(y)) y = y - origin(2)
-   end subroutine to_model_origin
+      block = ''
+      place = 0.0_wp
+      call get(group, 'x', place(1), error)
+      call get(group, 'y', place(2), error)
+      call get(group, 'block', block, error)
+      place = place - origin
+      call find_block(group, blocks, names, origin, block, place, b, error)
+   end subroutine find_point
 
    !> &load
-   subroutine read_load(group, place, blocks, names, origin, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_load(group, blocks, names, origin, new, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(blocks_type), intent(in) :: blocks  !< of the model
       character(len=*), intent(in) :: names(:)  !< [n] of the blocks
       real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
       type(load_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: x, y, time(most_times), force_x(most_times), force_y(most_times)
-      character(len=name_length) :: block, name
-      character(len=256) :: message
-      integer :: status, n
-      namelist /load/ x, y, block, name, time, force_x, force_y
+      real(wp), allocatable :: force(:)
+      real(wp) :: place(2)
+      integer :: n, axis
 
-      x = unset
-      y = unset
-      block = ''
-      name = ''
-      time = unset
-      force_x = unset
-      force_y = unset
-      read (group, nml=load, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      call to_model_origin(x, y, origin)
-      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
-      n = count(is_set(time))
-      if (n < 2) call input_error(error, place, 'time: at least 2 values are needed')
-      if (.not. any(is_set(force_x))) force_x(:n) = 0.0_wp
-      if (.not. any(is_set(force_y))) force_y(:n) = 0.0_wp
-      call require_list(error, place, 'time', time(:n))
-      call require_list(error, place, 'force_x', force_x(:n))
-      call require_list(error, place, 'force_y', force_y(:n))
-      if (count(is_set(force_x)) /= n .or. count(is_set(force_y)) /= n) &
-         call input_error(error, place, 'force_x and force_y must have as many values as time ('// &
-         to_text(n)//')')
-      if (any(time(2:n) < time(:n - 1))) call input_error(error, place, 'time must not decrease')
+      call find_point(group, blocks, names, origin, place, new%block, error)
+      call get_list(group, 'time', new%time, error)
+      call get(group, 'name', new%name, error)
+      n = size(new%time)
+      if (n < 2) call input_error(error, group, 'time: at least 2 values are needed')
+      allocate (new%force(2, n), source=0.0_wp)
+      do axis = 1, 2
+         call get_list(group, 'force_'//merge('x', 'y', axis == 1), force, error)
+         if (all(size(force) /= [0, n])) call input_error(error, group, &
+            'force_x and force_y must have as many values as time ('//to_text(n)//')')
+         if (allocated(error)) return
+         if (size(force) > 0) new%force(axis, :) = force
+      end do
+      if (any(new%time(2:) < new%time(:n - 1))) call input_error(error, group, &
+         'time must not decrease')
       if (allocated(error)) return
-      new%reference = reference_of(blocks, new%block, [x, y])
-      new%name = name
-      new%time = time(:n)
-      new%force = transpose(reshape([force_x(:n), force_y(:n)], [n, 2]))
+      new%reference = reference_of(blocks, new%block, place)
    end subroutine read_load
 
    !> &measured_point
-   subroutine read_point(group, place, blocks, names, origin, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_point(group, blocks, names, origin, new, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(blocks_type), intent(in) :: blocks  !< of the model
       character(len=*), intent(in) :: names(:)  !< [n] of the blocks
       real(wp), intent(in) :: origin(2)  !< m, of the engine's coordinates
       type(point_type), intent(out) :: new  !< as the group says
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: x, y
-      character(len=name_length) :: name, block
-      character(len=256) :: message
-      integer :: status
-      namelist /measured_point/ name, x, y, block
 
-      name = ''
-      x = unset
-      y = unset
-      block = ''
-      read (group, nml=measured_point, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      call to_model_origin(x, y, origin)
-      call find_block(place, blocks, names, origin, block, x, y, new%block, error)
-      if (name == '') call input_error(error, place, 'name is missing')
-      if (allocated(error)) return
-      new%name = name
-      new%place = [x, y]
-      new%reference = reference_of(blocks, new%block, new%place)
+      call get(group, 'name', new%name, error)
+      call find_point(group, blocks, names, origin, new%place, new%block, error)
+      if (.not. allocated(error)) new%reference = reference_of(blocks, new%block, new%place)
    end subroutine read_point
 
    !> &amplification: the spectral ratio of two measured points.
-   subroutine read_amplification(group, place, points, new, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_amplification(group, points, new, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(point_type), intent(in) :: points(:)  !< measured points of the model
       type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=name_length) :: surface, base, direction
-      real(wp) :: lowest, highest
-      integer :: padding, status
-      character(len=256) :: message
-      namelist /amplification/ surface, base, direction, lowest, highest, padding
 
       surface = 'surface'
       base = 'base'
       direction = 'x'
-      lowest = unset
-      highest = unset
-      padding = new%padding
-      read (group, nml=amplification, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      call require(error, place, 'lowest highest padding', [lowest, highest, real(padding, wp)])
-      call require_choice(error, place, 'direction', direction)
-      if (highest <= lowest) call input_error(error, place, 'highest must be above lowest')
+      call get(group, 'surface', surface, error)
+      call get(group, 'base', base, error)
+      call get(group, 'direction', direction, error)
+      call get(group, 'lowest', new%lowest, error)
+      call get(group, 'highest', new%highest, error)
+      call get(group, 'padding', new%padding, error)
+      if (new%highest <= new%lowest) call input_error(error, group, 'highest must be above lowest')
       if (allocated(error)) return
-      call require_name(error, place, 'surface', surface, points%name, 'measured_point', &
+      call require_name(error, group, 'surface', surface, points%name, 'measured_point', &
          new%surface)
-      call require_name(error, place, 'base', base, points%name, 'measured_point', new%base)
+      call require_name(error, group, 'base', base, points%name, 'measured_point', new%base)
       new%axis = index('xy', trim(direction))
-      new%lowest = lowest
-      new%highest = highest
-      new%padding = padding
    end subroutine read_amplification
 
 end module dda_input_points

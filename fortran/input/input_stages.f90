@@ -3,13 +3,12 @@
 module dda_input_stages
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, place_of_group, input_error, check_read, require, &
-      require_choice, require_name, unset, is_set, name_length
-   use dda_input_names, only: list_length, mark_names
-   use dda_input_integration, only: check_integration
+   use dda_input_group, only: group_type, input_error, get, get_text, given, require_name, unset, &
+      is_set, name_length
+   use dda_input_names, only: mark_names
+   use dda_input_integration, only: read_integration
    use dda_input_settings, only: count_steps
    use dda_model, only: model_type
-   use dda_namelist_groups, only: group_type
    use dda_settings, only: control_type
    use dda_stage, only: stage_type, never
    use dda_text, only: quoted
@@ -20,9 +19,8 @@ module dda_input_stages
 contains
 
    !> The stages of an input; without &stage, statics if the model settles, and what &control says.
-   subroutine read_stages(model, file, groups, error)
+   subroutine read_stages(model, groups, error)
       type(model_type), intent(inout) :: model  !< with blocks, supports, motions, materials
-      character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i, s
@@ -38,8 +36,8 @@ contains
       do i = 1, size(groups)
          if (groups(i)%name /= 'stage') cycle
          s = s + 1
-         call read_stage(groups(i)%text, place_of_group(file, groups(i)), model, s, error)
-         call check_history(model, s, place_of_group(file, groups(i)), error)
+         call read_stage(groups(i), model, s, error)
+         call check_history(model, s, groups(i), error)
          if (allocated(error)) return
       end do
       call begin_other_motions(model%stages)
@@ -142,121 +140,92 @@ contains
    end subroutine begin_control
 
    !> One &stage.
-   subroutine read_stage(group, place, model, s, error)
-      character(len=*), intent(in) :: group  !< its text, on one line
-      type(place_type), intent(in) :: place  !< of the group
+   subroutine read_stage(group, model, s, error)
+      type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(inout) :: model  !< as read from the input
       integer, intent(in) :: s  !< number of the stage
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name, kind, integration
-      character(len=list_length) :: remove, release, hold, loads, motions, change_joints, &
-         change_materials, add, drop
-      character(len=256) :: message
-      real(wp) :: duration, steps, time_step, theta
-      logical :: zero_displacements
-      integer :: status
-      namelist /stage/ name, kind, duration, steps, time_step, integration, theta, &
-         zero_displacements, remove, release, hold, loads, motions, change_joints, &
-         change_materials, add, drop
+      character(len=name_length) :: name, kind
 
       name = ''
       kind = 'dynamic'
-      duration = unset
-      steps = unset
-      time_step = unset
-      integration = ''
-      theta = unset
-      zero_displacements = .false.
-      remove = ''
-      release = ''
-      hold = ''
-      loads = ''
-      motions = ''
-      add = ''
-      drop = ''
-      change_joints = ''
-      change_materials = ''
-      read (group, nml=stage, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      call require_choice(error, place, 'kind', kind)
+      call get(group, 'kind', kind, error)
+      call get(group, 'name', name, error)
+      if (any(model%stages(:s - 1)%name == name)) call input_error(error, group, 'name = '// &
+         quoted(trim(name))//' is used twice')
       if (allocated(error)) return
-      call check_name(name, model%stages(:s - 1)%name, place, error)
       associate (stage => model%stages(s))
          stage%name = name
          stage%static = kind == 'static'
-         stage%zero_displacements = zero_displacements
+         call get(group, 'zero_displacements', stage%zero_displacements)
          call change_nothing(model, stage)
-         call set_stepping(stage, model%control, place, duration, steps, time_step, integration, &
-            theta, error)
-         call take_lists(model, [remove, release, hold, loads, motions, add, drop, &
-            change_joints, change_materials], place, stage, error)
+         call set_stepping(stage, model%control, group, error)
+         call take_lists(model, group, stage, error)
       end associate
    end subroutine read_stage
 
    !> What the lists of a stage name.
-   subroutine take_lists(model, list, place, stage, error)
+   subroutine take_lists(model, group, stage, error)
       type(model_type), intent(in) :: model  !< as read from the input
-      character(len=*), intent(in) :: list(9)  !< remove … change_materials, as read
-      type(place_type), intent(in) :: place  !< of the group
+      type(group_type), intent(in) :: group  !< of the input
       type(stage_type), intent(inout) :: stage
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=64) :: names(size(stage%added))
 
       names(:size(model%bolts)) = model%bolts%name
       names(size(model%bolts) + 1:) = model%edge_loads%name
-      call mark_names(list(1), 'remove', model%block_names, place, stage%removed, error)
-      call mark_names(list(2), 'release', model%fixed_points%name, place, stage%released, error)
-      call mark_names(list(3), 'hold', model%fixed_points%name, place, stage%holds, error)
-      call mark_names(list(4), 'loads', model%loads%name, place, stage%loads, error)
-      call mark_names(list(5), 'motions', model%motions%name, place, stage%begins, error)
-      call mark_names(list(6), 'add', names, place, stage%added, error)
-      call mark_names(list(7), 'drop', names, place, stage%dropped, error)
-      call replace_names(list(8), 'change_joints', 'joint', model%joints%name, place, &
-         stage%joint, error)
-      call replace_names(list(9), 'change_materials', 'material', model%materials%name, place, &
+      call mark('remove', model%block_names, stage%removed)
+      call mark('release', model%fixed_points%name, stage%released)
+      call mark('hold', model%fixed_points%name, stage%holds)
+      call mark('loads', model%loads%name, stage%loads)
+      call mark('motions', model%motions%name, stage%begins)
+      call mark('add', names, stage%added)
+      call mark('drop', names, stage%dropped)
+      call replace_names(group, 'change_joints', 'joint', model%joints%name, stage%joint, error)
+      call replace_names(group, 'change_materials', 'material', model%materials%name, &
          stage%material, error)
+
+   contains
+
+      !> What one list names.
+      subroutine mark(variable, known, marked)
+         character(len=*), intent(in) :: variable, known(:)  !< list; names it may have
+         logical, intent(inout) :: marked(:)                 !< [known]
+         character(len=:), allocatable :: list
+
+         list = ''
+         call get_text(group, variable, list)
+         call mark_names(list, variable, known, group, marked, error)
+      end subroutine mark
+
    end subroutine take_lists
 
-   !> A stage has a name of its own.
-   subroutine check_name(name, names, place, error)
-      character(len=*), intent(in) :: name, names(:)  !< of the stage, and of those before it
-      type(place_type), intent(in) :: place  !< of the group
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-
-      if (name == '') call input_error(error, place, 'name is missing')
-      if (any(names == name)) call input_error(error, place, 'name = '// &
-         quoted(trim(name))//' is used twice')
-   end subroutine check_name
-
    !> Number and length of steps, and their integration.
-   subroutine set_stepping(stage, control, place, duration, steps, time_step, integration, theta, &
-      error)
+   subroutine set_stepping(stage, control, group, error)
       type(stage_type), intent(inout) :: stage
       type(control_type), intent(in) :: control      !< defaults
-      type(place_type), intent(in) :: place
-      real(wp), intent(in) :: duration, time_step    !< s, as read
-      real(wp), intent(inout) :: steps               !< as read
-      character(len=*), intent(in) :: integration    !< as read
-      real(wp), intent(in) :: theta                  !< as read
+      type(group_type), intent(in) :: group          !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(control_type) :: own
+      real(wp) :: duration, steps
 
       if (allocated(error)) return
       if (stage%static) then
-         if (is_set(duration) .or. is_set(steps) .or. is_set(time_step) .or. integration /= '' &
-            .or. is_set(theta)) call input_error(error, place, 'a static stage takes no time: '// &
-            'leave out duration, steps, time_step, integration and theta')
+         if (given(group, 'duration') .or. given(group, 'steps') .or. given(group, 'time_step') &
+            .or. given(group, 'integration') .or. given(group, 'theta')) call input_error(error, &
+            group, 'a static stage takes no time: leave out duration, steps, time_step, '// &
+            'integration and theta')
          return
       end if
       own = control
-      if (is_set(time_step)) then
-         call require(error, place, 'time_step', [time_step])
-         own%time_step = time_step
-      end if
-      call count_steps(error, place, own%time_step, duration, steps)
-      if (integration /= '' .or. is_set(theta)) call check_integration(error, place, &
-         merge(own%integration(:16)//repeat(' ', name_length - 16), integration(:name_length), &
-         integration == ''), theta, unset, unset, own)
+      duration = unset
+      steps = unset
+      call get(group, 'time_step', own%time_step, error)
+      call get(group, 'duration', duration, error)
+      call get(group, 'steps', steps, error)
+      call count_steps(error, group, own%time_step, duration, steps)
+      if (given(group, 'integration') .or. given(group, 'theta')) &
+         call read_integration(group, own, error)
       if (allocated(error)) return
       stage%time_step = own%time_step
       stage%steps = int(steps, long)
@@ -266,28 +235,29 @@ contains
    end subroutine set_stepping
 
    !> Replacements 'old -> new, old -> new'.
-   subroutine replace_names(list, variable, group, names, place, new, error)
-      character(len=*), intent(in) :: list, variable, group  !< as read; its variable; of names
-      character(len=*), intent(in) :: names(:)               !< known ones
-      type(place_type), intent(in) :: place
-      integer, intent(inout) :: new(:)                       !< [names] that stands in place of each
+   subroutine replace_names(group, variable, kind, names, new, error)
+      type(group_type), intent(in) :: group          !< of the input
+      character(len=*), intent(in) :: variable, kind !< list; of names: 'joint', 'material'
+      character(len=*), intent(in) :: names(:)       !< known ones
+      integer, intent(inout) :: new(:)               !< [names] that stands in place of each
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: rest, entry
       integer :: comma, arrow, from, to
 
-      rest = trim(list)
+      rest = ''
+      call get_text(group, variable, rest)
       do while (len(rest) > 0 .and. .not. allocated(error))
          comma = index(rest//',', ',')
          entry = trim(adjustl(rest(:comma - 1)))
          rest = trim(rest(min(comma + 1, len(rest) + 1):))
          arrow = index(entry, '->')
          if (arrow == 0) then
-            call input_error(error, place, variable//' = '//quoted(entry)// &
+            call input_error(error, group, variable//' = '//quoted(entry)// &
                " must read 'old -> new'")
             return
          end if
-         call require_name(error, place, variable, trim(entry(:arrow - 1)), names, group, from)
-         call require_name(error, place, variable, trim(adjustl(entry(arrow + 2:))), names, group, &
+         call require_name(error, group, variable, trim(entry(:arrow - 1)), names, kind, from)
+         call require_name(error, group, variable, trim(adjustl(entry(arrow + 2:))), names, kind, &
             to)
          if (allocated(error)) return
          new(from) = to
@@ -295,38 +265,38 @@ contains
    end subroutine replace_names
 
    !> What is gone cannot go again, and a motion begins once.
-   subroutine check_history(model, s, place, error)
+   subroutine check_history(model, s, group, error)
       type(model_type), intent(in) :: model  !< as read from the input
       integer, intent(in) :: s  !< stage just read
-      type(place_type), intent(in) :: place
+      type(group_type), intent(in) :: group
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: k, i
       logical :: gone(model%blocks%n)
 
       if (allocated(error)) return
-      if (model%stages(s)%static .and. any(model%stages(s)%begins)) call input_error(error, place, &
+      if (model%stages(s)%static .and. any(model%stages(s)%begins)) call input_error(error, group, &
          'motions cannot begin with a static stage, which takes no time')
       gone = .false.
       do k = 1, s - 1
          i = findloc(model%stages(k)%removed .and. model%stages(s)%removed, .true., 1)
-         if (i > 0) call input_error(error, place, 'remove: block '// &
+         if (i > 0) call input_error(error, group, 'remove: block '// &
             quoted(trim(model%block_names(i)))//' has been removed in stage '// &
             quoted(trim(model%stages(k)%name)))
          i = findloc(model%stages(k)%holds .and. model%stages(s)%holds, .true., 1)
-         if (i > 0) call input_error(error, place, 'hold: fixed point '// &
+         if (i > 0) call input_error(error, group, 'hold: fixed point '// &
             quoted(trim(model%fixed_points(i)%name))//' is held since stage '// &
             quoted(trim(model%stages(k)%name)))
          i = findloc(model%stages(k)%loads .and. model%stages(s)%loads, .true., 1)
-         if (i > 0) call input_error(error, place, 'loads: '// &
+         if (i > 0) call input_error(error, group, 'loads: '// &
             quoted(trim(model%loads(i)%name))//' has begun in stage '// &
             quoted(trim(model%stages(k)%name)))
          i = findloc(model%stages(k)%begins .and. model%stages(s)%begins, .true., 1)
-         if (i > 0) call input_error(error, place, 'motions: '// &
+         if (i > 0) call input_error(error, group, 'motions: '// &
             quoted(trim(model%motions(i)%name))//' has begun in stage '// &
             quoted(trim(model%stages(k)%name)))
          gone = gone .or. model%stages(k)%removed
       end do
-      if (all(gone .or. model%stages(s)%removed)) call input_error(error, place, &
+      if (all(gone .or. model%stages(s)%removed)) call input_error(error, group, &
          'remove: no block would be left')
    end subroutine check_history
 

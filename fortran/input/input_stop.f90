@@ -3,9 +3,9 @@
 module dda_input_stop
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: place_type, input_error, check_read, require_given, require_name, &
-      value_or, unset, is_set, name_length
-   use dda_input_names, only: list_length, mark_names
+   use dda_input_group, only: group_type, input_error, get, get_text, require_name, value_or, &
+      unset, is_set, name_length
+   use dda_input_names, only: mark_names
    use dda_model, only: model_type, half_size
    use dda_text, only: quoted, to_text
    implicit none
@@ -17,17 +17,13 @@ module dda_input_stop
 contains
 
    !> &stop; angles in degrees become radians.
-   subroutine read_stop(group, place, model, error)
-      character(len=*), intent(in) :: group       !< its text, on one line
-      type(place_type), intent(in) :: place       !< of the group
+   subroutine read_stop(group, model, error)
+      type(group_type), intent(in) :: group       !< of the group
       type(model_type), intent(inout) :: model    !< with its blocks
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       real(wp) :: displacement, tilt, fallen, rest_time, rest_movement
-      character(len=list_length) :: blocks
+      character(len=:), allocatable :: blocks
       character(len=name_length) :: reference
-      character(len=256) :: message
-      integer :: status
-      namelist /stop/ displacement, tilt, fallen, rest_time, rest_movement, blocks, reference
 
       displacement = unset
       tilt = unset
@@ -36,21 +32,21 @@ contains
       rest_movement = unset
       blocks = '*'
       reference = ''
-      read (group, nml=stop, iostat=status, iomsg=message)
-      call check_read(error, place, status, message)
-      call require_given(error, place, 'displacement', displacement)
-      call require_given(error, place, 'tilt', tilt)
-      call require_given(error, place, 'fallen', fallen)
-      call require_given(error, place, 'rest_time', rest_time)
-      call require_given(error, place, 'rest_movement', rest_movement)
-      call check_combination(error, place, [displacement, tilt, fallen, rest_time], rest_movement)
+      call get(group, 'displacement', displacement, error)
+      call get(group, 'tilt', tilt, error)
+      call get(group, 'fallen', fallen, error)
+      call get(group, 'rest_time', rest_time, error)
+      call get(group, 'rest_movement', rest_movement, error)
+      call get_text(group, 'blocks', blocks)
+      call get(group, 'reference', reference, error)
+      call check_combination(error, group, [displacement, tilt, fallen, rest_time], rest_movement)
       associate (settings => model%stop)
          allocate (settings%watched(model%blocks%n), source=.false.)
-         call mark_names(blocks, 'blocks', model%block_names, place, settings%watched, error)
-         if (reference /= '' .and. .not. allocated(error)) call require_name(error, place, &
+         call mark_names(blocks, 'blocks', model%block_names, group, settings%watched, error)
+         if (reference /= '' .and. .not. allocated(error)) call require_name(error, group, &
             'reference', reference, model%block_names, 'block', settings%reference)
          associate (same => count(model%block_names == reference))
-            if (settings%reference > 0 .and. same > 1) call input_error(error, place, &
+            if (settings%reference > 0 .and. same > 1) call input_error(error, group, &
                'reference = '//quoted(reference)//' is the name of '//to_text(same)// &
                ' blocks: give the one that is meant a name of its own')
          end associate
@@ -61,25 +57,23 @@ contains
          settings%fallen = nint(value_or(fallen, 0.0_wp))
          settings%rest_time = value_or(rest_time, 0.0_wp)
          settings%rest_movement = value_or(rest_movement, 2*usual_rest*half_size(model%blocks))
-         if (settings%fallen > count(settings%watched)) call input_error(error, place, &
+         if (settings%fallen > count(settings%watched)) call input_error(error, group, &
             'fallen = '//to_text(settings%fallen)//': only '//to_text(count(settings%watched))// &
             ' blocks are watched')
       end associate
    end subroutine read_stop
 
    !> Something to watch is named, and a movement of rest has its time.
-   pure subroutine check_combination(error, place, limits, rest_movement)
+   pure subroutine check_combination(error, group, limits, rest_movement)
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(place_type), intent(in) :: place       !< of the group
+      type(group_type), intent(in) :: group       !< of the group
       real(wp), intent(in) :: limits(4)           !< displacement, tilt, fallen, rest_time
       real(wp), intent(in) :: rest_movement       !< m, or `unset`
 
-      if (.not. any(is_set(limits))) call input_error(error, place, &
+      if (.not. any(is_set(limits))) call input_error(error, group, &
          'give one at least of displacement, tilt, fallen and rest_time')
-      if (is_set(rest_movement) .and. .not. is_set(limits(4))) call input_error(error, place, &
+      if (is_set(rest_movement) .and. .not. is_set(limits(4))) call input_error(error, group, &
          'rest_movement needs rest_time: how long nothing may move by more than that')
-      if (is_set(limits(3)) .and. limits(3) /= aint(limits(3))) call input_error(error, place, &
-         'fallen = '//to_text(limits(3))//' must be a whole number')
    end subroutine check_combination
 
 end module dda_input_stop

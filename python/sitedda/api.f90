@@ -18,7 +18,10 @@ module api
    use dda_input, only: read_model
    use dda_input_boundaries, only: boundary_kinds
    use dda_interrupts, only: ask_host, fail_if_stopped, request_stop
+   use dda_input_catalogue, only: find_group
    use dda_input_joint, only: reduced_strengths
+   use dda_input_text, only: group_type, parse_group, split_groups
+   use dda_input_variable, only: unset
    use dda_joint_law, only: strength_type
    use dda_maxima, only: known, maxima_table, number_of_maxima
    use dda_measure, only: measure_point
@@ -60,9 +63,11 @@ module api
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
    public :: spectrum_of, amplification_of, peak_of, oscillator_peaks_of
    public :: hear_python, stop_engine
-   public :: engine_version, engine_commit, engine_names, reduced_joint
+   public :: engine_version, engine_commit, engine_names, parse_input, parsed_input, reduced_joint
 
    integer, parameter :: most_runs = 65536
+
+   type(group_type), allocatable :: parsed(:)  !< of the text that was parsed last
 
    !> One slot of the table of open runs.
    type :: slot_type
@@ -1097,6 +1102,83 @@ contains
          names = joined(boundary_kinds%at_rest, ' ')
       end select
    end subroutine engine_names
+
+   !> Read a text as groups of values, which `parsed_input` then hands out.
+   subroutine parse_input(file, text, skipped, sizes, status, message)
+      character(len=*), intent(in) :: file, text   !< path, for messages; of the input
+      character(len=*), intent(in) :: skipped      !< groups whose values are not read: 'one two'
+      integer(c_int), intent(out) :: sizes(4)      !< groups, values, numbers, bytes of texts
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      integer :: i
+
+      sizes = 0
+      call split_groups(file, text, parsed, error)
+      do i = 1, size(parsed)
+         if (allocated(error)) exit
+         if (index(' '//skipped//' ', ' '//parsed(i)%name//' ') == 0 .and. &
+            find_group(parsed(i)%name) > 0) call parse_group(text, parsed(i), error)
+         call count_values(parsed(i), sizes)
+      end do
+      call report(error, status, message)
+   end subroutine parse_input
+
+   !> Add the sizes of a group to those of the groups before it.
+   pure subroutine count_values(group, sizes)
+      type(group_type), intent(inout) :: group   !< gets no values where it was not read
+      integer(c_int), intent(inout) :: sizes(4)  !< see `parse_input`
+      integer :: i, k
+
+      if (.not. allocated(group%values)) allocate (group%values(0))
+      sizes(1:2) = sizes(1:2) + [1, size(group%values)]
+      do i = 1, size(group%values)
+         associate (value => group%values(i))
+            sizes(3) = sizes(3) + value%n
+            if (.not. allocated(value%words)) cycle
+            do k = 1, value%n
+               if (allocated(value%words(k)%text)) sizes(4) = sizes(4) + len(value%words(k)%text)
+            end do
+         end associate
+      end do
+   end subroutine count_values
+
+   !> The groups of the text that was parsed last: line, first and last byte, number of values;
+   !> of each value the position of its variable in the schema, and how many it has; numbers, or
+   !> the lengths of texts, and the texts.  What is left out is −huge.
+   subroutine parsed_input(n_groups, n_values, n_numbers, n_bytes, groups, values, numbers, bytes)
+      integer(c_int), intent(in) :: n_groups, n_values, n_numbers, n_bytes  !< of `parse_input`
+      integer(c_int), intent(out) :: groups(4, n_groups), values(2, n_values)
+      real(c_double), intent(out) :: numbers(n_numbers)
+      integer(c_int), intent(out) :: bytes(n_bytes)
+      integer :: g, i, k, v, n, b, c
+
+      v = 0
+      n = 0
+      b = 0
+      do g = 1, size(parsed)
+         groups(:, g) = [parsed(g)%line, parsed(g)%first, parsed(g)%last, size(parsed(g)%values)]
+         do i = 1, size(parsed(g)%values)
+            v = v + 1
+            associate (value => parsed(g)%values(i))
+               values(:, v) = [value%variable, value%n]
+               do k = 1, value%n
+                  n = n + 1
+                  numbers(n) = unset
+                  if (allocated(value%numbers)) numbers(n) = value%numbers(k)
+                  if (.not. allocated(value%words)) cycle
+                  if (.not. allocated(value%words(k)%text)) cycle
+                  numbers(n) = len(value%words(k)%text)
+                  do c = 1, len(value%words(k)%text)
+                     b = b + 1
+                     bytes(b) = iachar(value%words(k)%text(c:c))
+                  end do
+               end do
+            end associate
+         end do
+      end do
+      deallocate (parsed)
+   end subroutine parsed_input
 
    !> The variables of a group &joint with which all its strength is divided by a factor.
    subroutine reduced_joint(text, factor, names, values, status, message)

@@ -21,13 +21,12 @@ from .groups import (
     CUT,
     FROM_FILE,
     MASONRY,
-    Found,
-    find_groups,
     group_text,
     is_made,
     nearest,
     read_values,
 )
+from .input_text import Found, find_groups
 
 _NAMED = ("material", "joint", "region")  # groups that others name
 _ANY = re.compile(
@@ -280,7 +279,7 @@ def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built
     put : callable
         Turns the blocks into text.
     """
-    every = list(find_groups(text)) if needs_building(text) else []
+    every = find_groups(text, file, ("block",)) if needs_building(text) else []
     found = [one for one in every if is_made(one.name)]
     if not found:
         return text, Built()
@@ -352,7 +351,7 @@ def _moved(text: str, folder: Path, target: Path) -> str:
     if folder.resolve() == target.resolve():
         return text
     parts, at = [], 0
-    for one in find_groups(text):
+    for one in find_groups(text, skipped=("block",)):
         if one.name not in ("motion", "blocks"):
             continue
         parts += [text[at : one.start], _RECORD.sub(lambda m: _from(m, folder, target),

@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
-from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 
@@ -14,6 +11,7 @@ import numpy as np
 from . import masonry
 from .cutting import geometry
 from .errors import InputError
+from .input_text import UNSET, Found
 from .namelist import value_text
 from .schema import GROUPS, Variable
 
@@ -59,8 +57,9 @@ def variables() -> dict[str, dict[str, str]]:
 
 
 def _kind(variable: Variable) -> str:
-    many = "s" if variable.size and variable.kind != "points" else ""
-    return _KINDS[variable.kind] + many
+    if not variable.size or variable.kind == "points":
+        return _KINDS[variable.kind]
+    return "texts" if _KINDS[variable.kind] == "text" else "numbers"
 
 
 def is_made(name: str) -> bool:
@@ -173,129 +172,19 @@ def _value_text(value) -> str:
     return value_text(value.ravel().tolist() if isinstance(value, np.ndarray) else value)
 
 
-@dataclass(frozen=True)
-class Found:
-    """A group in a text.
-
-    Attributes
-    ----------
-    name : str
-    line : int
-        Where it begins, from 1.
-    start, end : int
-        Its first character and the one after its slash.
-    body : str
-        Between its name and its slash, comments taken out.
-    """
-
-    name: str
-    line: int
-    start: int
-    end: int
-    body: str
-
-    def place(self, file) -> str:
-        """Where it stands, for messages."""
-        return f"{file}, group &{self.name} (line {self.line})"
-
-
-_QUOTED = r"'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\""
-_MARKS = re.compile(rf"{_QUOTED}|![^\n]*|[&/]")
-_COMMENT = re.compile(rf"({_QUOTED})|![^\n]*")
-_ASSIGNMENT = re.compile(rf"{_QUOTED}|([A-Za-z]\w*)\s*(\([^()]*\)|%\s*\w+)?\s*=")
-_ITEM = re.compile(rf"\s*(?:(\d+)\*)?({_QUOTED}|[^\s,'\"]+)\s*(,?)")
-
-
-def find_groups(text: str) -> Iterator[Found]:
-    """The groups of a namelist text; the engine judges what stands between them."""
-    line, counted, start = 1, 0, None
-    for mark in _MARKS.finditer(text):
-        if mark[0] == "&" and start is None:
-            start = mark.start()
-        elif mark[0] == "/" and start is not None:
-            line += text.count("\n", counted, start)
-            counted = start
-            name = re.match(r"\w*", text[start + 1 : mark.end()])[0]
-            body = text[start + 1 + len(name) : mark.start()]
-            body = _COMMENT.sub(lambda found: found[1] or "", body)
-            yield Found(name.lower(), line, start, mark.end(), body)
-            start = None
-
-
 def read_values(found: Found, file) -> dict:
-    """The variables of a group and their values.
+    """The variables of a group and their values, as a `Model` holds them.
 
     Raises
     ------
     InputError
-        If a variable is not known, or a value cannot be read; the message names the place.
+        If a value is left out or is none of its kind; the message names the place.
     """
     try:
         known_group(found.name)
-        values = {}
-        given = [match for match in _ASSIGNMENT.finditer(found.body) if match[1]]
-        begin = given[0].start() if given else len(found.body)
-        if found.body[:begin].strip(" \t\r\n,"):
-            raise InputError(f"{found.body[:begin].strip()[:40]!r} is no variable")
-        ends = [match.start() for match in given[1:]] + [len(found.body)]
-        for match, end in zip(given, ends, strict=False):
-            name = match[1].lower()
-            if match[2]:
-                raise InputError(f"{name}{match[2]}: give the whole array, without an index")
-            if name in values:
-                raise InputError(f"{name} is given twice")
-            values[name] = _read(found.name, name, found.body[match.end() : end])
-        return values
+        for name, value in found.values.items():
+            if isinstance(value, np.ndarray) and (value == UNSET).any():
+                raise InputError(f"{name}: a value is left out")
+        return {name: checked(found.name, name, value) for name, value in found.values.items()}
     except InputError as error:
         raise InputError(f"{found.place(file)}: {error}") from None
-
-
-def _read(group: str, name: str, text: str):
-    """The value of a variable from its text."""
-    kind = known_variable(group, name)
-    if kind in ("numbers", "points"):
-        quick = text.strip().rstrip(",")
-        if not re.search(r"[^-+.\d\seE,]|,\s*,", quick):
-            try:
-                return checked(group, name, [float(one) for one in quick.replace(",", " ").split()])
-            except ValueError:
-                pass
-    items, at = [], 0
-    text = text.rstrip(" \t\r\n")
-    while at < len(text):
-        item = _ITEM.match(text, at)
-        if not item:
-            raise InputError(
-                f"{name}: a value is left out or cannot be read: {text.strip()[:40]!r}"
-            )
-        count = int(item[1] or 1)
-        if count > 1_000_000:
-            raise InputError(f"{name}: {count} equal values are too many")
-        items += [_item(name, item[2], kind)] * count
-        at = item.end()
-    if not items:
-        raise InputError(f"{name} has no value")
-    if kind in ("text", "number", "whole", "logical"):
-        if len(items) > 1:
-            raise InputError(f"{name} holds one value, {len(items)} are given")
-        return checked(group, name, items[0])
-    return checked(group, name, items)
-
-
-def _item(name: str, text: str, kind: str):
-    if text[0] in "'\"":
-        if not kind.startswith("text"):
-            raise InputError(f"{name}: {text[:40]} is no number")
-        return text[1:-1].replace(text[0] * 2, text[0]).rstrip(" ")
-    if kind == "logical":
-        if not re.match(r"\.?[tf]", text, re.I):
-            raise InputError(f"{name}: {text[:40]} is neither .true. nor .false.")
-        return text.lstrip(".")[0] in "tT"
-    if kind.startswith("text"):
-        raise InputError(f"{name}: {text[:40]} must stand in quotes")
-    try:
-        if kind == "whole" and re.fullmatch(r"[-+]?\d+", text):
-            return int(text)
-        return float(re.sub("[dDqQ]", "e", text))
-    except ValueError:
-        raise InputError(f"{name}: {text[:40]!r} is no number") from None

@@ -18,7 +18,6 @@ from .errors import InputError
 from .files import OWN_INPUT, OWN_RECORD, check_target, write
 from .groups import (
     checked,
-    find_groups,
     group_text,
     is_made,
     known_group,
@@ -28,6 +27,7 @@ from .groups import (
     single_groups,
     variables,
 )
+from .input_text import find_groups
 from .schema import Groups
 
 _UNIQUE = ("material", "joint", "motion", "measured_point")
@@ -317,7 +317,7 @@ class Model(Groups):
         model = cls()
         model.folder = Path(file).parent
         seen = set()
-        for found in find_groups(text.removeprefix("\ufeff")):
+        for found in find_groups(text, file):
             values, place = read_values(found, file), found.place(file)
             if found.name not in single_groups():
                 model._take(Group._of(found.name, values, place))

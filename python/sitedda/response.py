@@ -6,12 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import f90nml
 import numpy as np
 
 from .column import Column, Layer
 from .damping import damping_of
-from .namelist_groups import listed, small_groups
+from .input_text import small_groups
 from .spectra import Peak, amplification, find_peak
 
 if TYPE_CHECKING:
@@ -56,8 +55,7 @@ class Amplification:
 
 def amplifications(history: xr.Dataset) -> list[Amplification]:
     """Every amplification that the input of a run asks for (groups &amplification)."""
-    parsed = f90nml.Parser().reads(history.attrs["input_text"])
-    groups = parsed.get("amplification", [])
+    groups = small_groups(history.attrs["input_text"]).get("amplification", [])
     return [
         point_amplification(
             history,
@@ -68,7 +66,7 @@ def amplifications(history: xr.Dataset) -> list[Amplification]:
             group.get("direction", "x"),
             group.get("padding", 8),
         )
-        for group in (groups if isinstance(groups, list) else [groups])
+        for group in groups
     ]
 
 
@@ -118,7 +116,7 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
     stack = [b for b in np.argsort(-boxes[:, 1]) if boxes[low, 1] < boxes[b, 1] <= boxes[high, 1]]
     tops, bottoms = boxes[stack, 3], boxes[stack, 1]
     size = boxes[high, 3] - boxes[low, 3]
-    materials = listed(small_groups(history.attrs["input_text"]), "material")
+    materials = small_groups(history.attrs["input_text"]).get("material", [])
     if not stack or np.any(abs(np.append(tops[1:], boxes[low, 3]) - bottoms) > 1e-6 * size):
         raise ValueError("the blocks between base and surface are not stacked on each other")
     return Column(

@@ -13,7 +13,7 @@ import xarray as xr
 
 from .engine import FILES
 from .errors import InputError
-from .namelist_groups import listed, small_groups
+from .input_text import small_groups
 from .output import damaged, open_output, read
 from .reading import check_readable
 from .simulation import Run, Simulation
@@ -99,11 +99,11 @@ class Scene:
         """Number the materials; where the data do not tell, by density and shear modulus."""
         self.material_names = [
             str(group.get("name", "")) or f"material {i + 1}"
-            for i, group in enumerate(listed(self.groups, "material"))
+            for i, group in enumerate(self.groups.get("material", []))
         ] or ["material"]
         self.joint_names = [
             str(group.get("name", "")) or f"joint {i + 1}"
-            for i, group in enumerate(listed(self.groups, "joint"))
+            for i, group in enumerate(self.groups.get("joint", []))
         ] or ["joint"]
         self.joint = np.zeros(len(self.owner), dtype=int)
         if "block_material" in self.data:
@@ -285,7 +285,7 @@ class Scene:
         """The joint of each interface: the weaker of its two edges', as contacts take it."""
         weakness = [
             (float(g.get("friction_angle", 0.0)), float(g.get("cohesion", 0.0) or 0.0))
-            for g in listed(self.groups, "joint")
+            for g in self.groups.get("joint", [])
         ] or [(0.0, 0.0)]
         rank = np.empty(len(weakness), dtype=int)
         rank[sorted(range(len(weakness)), key=weakness.__getitem__)] = np.arange(len(weakness))
@@ -366,7 +366,7 @@ class Scene:
                 "direction": str(group.get("direction", "xy")).strip() or "xy",
                 "moved": bool(group.get("motion_x") or group.get("motion_y")),
             }
-            for group in listed(self.groups, "fixed_point")
+            for group in self.groups.get("fixed_point", [])
         ]
 
     def boundaries(self, frame: int) -> list[dict]:
@@ -388,13 +388,13 @@ class Scene:
                 "start": start[group == i],
                 "end": end[group == i],
             }
-            for i, one in enumerate(listed(self.groups, "boundary"))
+            for i, one in enumerate(self.groups.get("boundary", []))
         ]
 
     def loads(self) -> list[dict]:
         """Loads: x, y (m) and the largest force (N/m) as fx, fy."""
         found = []
-        for group in listed(self.groups, "load"):
+        for group in self.groups.get("load", []):
             fx, fy = (np.atleast_1d(group.get(f"force_{a}", 0.0)).astype(float) for a in "xy")
             n = max(len(fx), len(fy))
             fx, fy = (np.pad(f, (0, n - len(f))) for f in (fx, fy))
@@ -410,7 +410,7 @@ class Scene:
         the first one.
         """
         routes = []
-        for group in listed(self.groups, "bolt"):
+        for group in self.groups.get("bolt", []):
             name = str(group.get("name", ""))
             between = np.ravel(group.get("through", []))
             points = np.reshape([*group["from"], *between, *group["to"]], (-1, 2)).astype(float)
@@ -476,7 +476,7 @@ class Scene:
         """Measured points: name, x, y (m)."""
         return [
             {"name": str(group.get("name", "")), "x": float(group["x"]), "y": float(group["y"])}
-            for group in listed(self.groups, "measured_point")
+            for group in self.groups.get("measured_point", [])
         ]
 
 

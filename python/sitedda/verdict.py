@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from .engine import engine_names
+from .input_text import small_groups
 from .maxima import lacking, warn_of
-from .namelist_groups import listed, small_groups
 from .response import amplifications
 from .scene import Scene
 from .scheme import Scheme, scheme_damping
@@ -92,7 +92,7 @@ def main_axis(velocity: xr.DataArray) -> int:
 def run_scheme(history: xr.Dataset) -> Scheme:
     """The time integration of a run."""
     groups = small_groups(str(history.attrs.get("input_text", "")))
-    return Scheme.of_control(next(iter(listed(groups, "control")), {}))
+    return Scheme.of_control(next(iter(groups.get("control", [])), {}))
 
 
 def damping_words(history: xr.Dataset, *frequencies: float) -> str:
@@ -111,7 +111,7 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     groups = small_groups(str(history.attrs.get("input_text", "")))
     damped = any(
         any("damping" in name or "rayleigh" in name for name in group)
-        for group in listed(groups, "material")
+        for group in groups.get("material", [])
     )
     material = "as in the input" if damped else "none"
     return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"

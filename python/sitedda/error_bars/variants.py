@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..namelist_groups import listed, small_groups
+from ..input_text import small_groups
 from ..simulation import Simulation
 
 _ORDERS = {"midpoint": 2}  # of time integration; of all others 1
@@ -83,11 +83,11 @@ def facts_of(model, changes: Mapping) -> Facts:
     with Simulation(model, changes=changes) as simulation:
         groups = small_groups(simulation.input_text)
         stiffness = simulation.normal_stiffness
-    control = next(iter(listed(groups, "control")), {})
-    schemes = [control, *(s for s in listed(groups, "stage") if _is_dynamic(s))]
+    control = next(iter(groups.get("control", [])), {})
+    schemes = [control, *(s for s in groups.get("stage", []) if _is_dynamic(s))]
     default = control.get("integration", "dda")
     order = min(_ORDERS.get(s.get("integration", default), 1) for s in schemes)
-    own = [_has_stiffness(joint) for joint in listed(groups, "joint")]
+    own = [_has_stiffness(joint) for joint in groups.get("joint", [])]
     return Facts(groups, order, 0.0 if own and all(own) else stiffness)
 
 
@@ -108,8 +108,8 @@ def finer(facts: Facts, times: int) -> Variant:
     facts : Facts
     times : int
     """
-    changes = _divided("control", next(iter(listed(facts.groups, "control")), {}), times)
-    for i, stage in enumerate(listed(facts.groups, "stage"), 1):
+    changes = _divided("control", next(iter(facts.groups.get("control", [])), {}), times)
+    for i, stage in enumerate(facts.groups.get("stage", []), 1):
         if _is_dynamic(stage):
             changes |= _divided(f"stage[{i}]", stage, times)
     return Variant(f"dt/{times}" if times > 1 else "dt", changes if times > 1 else {})

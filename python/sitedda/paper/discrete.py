@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import f90nml
 import numpy as np
 from scipy.linalg import eigh
 
 from ..changes import changed_input
+from ..input_text import groups_by_name
 from ..scheme import Scheme
 from ..simulation import Simulation
 
@@ -67,7 +67,7 @@ class DiscreteModel:
     def of(cls, file: Path, changes: Mapping | None = None, **more) -> DiscreteModel:
         """The model of an input with changes, as for `sitedda.Simulation`."""
         changes = dict(changes or {}) | more
-        parsed = f90nml.Parser().reads(changed_input(Path(file).read_text(), changes))
+        parsed = groups_by_name(changed_input(Path(file).read_text(), changes))
         with Simulation(file, changes=changes) as simulation:
             polygons = [np.array(polygon) for polygon in simulation.polygons]
             contacts = simulation.contacts
@@ -81,20 +81,20 @@ class DiscreteModel:
             mass[here, here] = _mass(material, *moments[b])
             stiffness[here, here] += _elastic(material, moments[b][0])
         shape = _Shape(centroids)
-        normal = parsed["contact"]["normal_stiffness"]
-        shear = normal / parsed["contact"].get("shear_ratio", 2.5)
+        normal = parsed["contact"][0]["normal_stiffness"]
+        shear = normal / parsed["contact"][0].get("shear_ratio", 2.5)
         _add_contacts(stiffness, polygons, contacts, shape, (normal, shear))
-        ratio = parsed["contact"].get("fixed_point_ratio", 100.0)
+        ratio = parsed["contact"][0].get("fixed_point_ratio", 100.0)
         supports, axes = _supports(parsed, polygons, names, shape)
         points = {
             group["name"]: (_block_of(group, polygons, names), (group["x"], group["y"]))
-            for group in _groups(parsed, "measured_point")
+            for group in parsed.get("measured_point", [])
         }
         loads = [
             (_block_of(group, polygons, names), (group["x"], group["y"]))
-            for group in _groups(parsed, "load")
+            for group in parsed.get("load", [])
         ]
-        scheme = Scheme.of_control(parsed["control"])
+        scheme = Scheme.of_control(parsed["control"][0])
         spring = ratio * normal
         return cls(stiffness, mass, supports, axes, spring, centroids, points, loads, scheme)
 
@@ -281,20 +281,15 @@ class _Shape:
         return rows
 
 
-def _groups(parsed, name: str) -> list:
-    found = parsed.get(name, [])
-    return found if isinstance(found, list) else [found]
-
-
 def _materials(parsed) -> list:
     """Material of each block, in the order of the groups."""
-    materials = _groups(parsed, "material")
+    materials = parsed.get("material", [])
     by_name = {material.get("name", ""): material for material in materials}
     return [
         by_name.get(group.get("material", ""), materials[0])
         for name in parsed
         if name in ("block", "layers", "drums")
-        for group in _groups(parsed, name)
+        for group in parsed.get(name, [])
         for _ in range(group.get("count", 1))
     ]
 
@@ -355,7 +350,7 @@ def _add_contacts(stiffness, polygons, contacts, shape: _Shape, springs) -> None
 def _supports(parsed, polygons, names, shape: _Shape) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the held directions of all fixed points, and the directions."""
     rows, axes = [], []
-    for group in _groups(parsed, "fixed_point"):
+    for group in parsed.get("fixed_point", []):
         both = shape(_block_of(group, polygons, names), (group["x"], group["y"]))
         for axis, letter in enumerate("xy"):
             if letter in group.get("direction", "xy"):

@@ -10,7 +10,6 @@ import numpy as np
 from ..building import InputOfRun
 from ..checking import Report, check
 from ..errors import SiteddaError
-from ..namelist_groups import listed
 from ..pictures import draw
 from ..plot import run_picture
 from ..response import amplifications
@@ -151,7 +150,7 @@ def _add_model(page: Page, scene: Scene) -> None:
 
 def _group_table(scene: Scene, name: str, title: str) -> Table | None:
     """The groups of a name with every variable that one of them has."""
-    groups = listed(scene.groups, name)
+    groups = scene.groups.get(name, [])
     heads = list(dict.fromkeys(key for group in groups for key in group))
     if not heads:
         return None

@@ -24,7 +24,6 @@ from scipy.sparse import block_array, coo_array, diags_array
 from ..engine import engine_names
 from ..errors import ConvergenceError, InputError
 from ..model import Model
-from ..namelist_groups import listed
 from ..scene import Scene, is_netcdf
 from .safety import _verdicts
 from .strength import released, static_model
@@ -164,7 +163,7 @@ def _scene(source, changes: Mapping | None) -> Scene:
 
 
 def _require_dry(scene: Scene) -> None:
-    for group in listed(scene.groups, "joint"):
+    for group in scene.groups.get("joint", []):
         name = str(group.get("name", "")).strip()
         if group.get("law", "coulomb").strip() != "coulomb":
             raise InputError(f"joint {name!r} has the law {group['law']!r}: it must be 'coulomb'")
@@ -172,7 +171,7 @@ def _require_dry(scene: Scene) -> None:
             if group.get(strength):
                 raise InputError(f"joint {name!r} has {strength}: limit analysis is of dry joints")
     for kind in _OTHERS:
-        if listed(scene.groups, kind):
+        if scene.groups.get(kind, []):
             raise InputError(f"the model has a &{kind}: limit analysis is of weight alone")
 
 
@@ -196,10 +195,10 @@ class _Programme:
         self._set_points()
 
     def _set_weights(self, direction: np.ndarray) -> None:
-        gravity = np.array(listed(self.scene.groups, "control")[0].get("gravity", (0.0, 0.0)))
+        gravity = np.array(self.scene.groups.get("control", [])[0].get("gravity", (0.0, 0.0)))
         if not gravity.any():
             raise InputError("the model has no gravity: there is no weight to hold blocks")
-        density = [float(group["density"]) for group in listed(self.scene.groups, "material")]
+        density = [float(group["density"]) for group in self.scene.groups.get("material", [])]
         mass = np.array(density)[self.scene.material] * self.scene.areas()
         pull = np.linalg.norm(gravity)
         self.unit = float(np.median(mass) * pull)
@@ -214,7 +213,7 @@ class _Programme:
     def _set_points(self) -> None:
         """Ends of joints, then single corners on edges."""
         scene, faces = self.scene, self.scene.interfaces
-        angle = np.array([float(g["friction_angle"]) for g in listed(scene.groups, "joint")])
+        angle = np.array([float(g["friction_angle"]) for g in scene.groups.get("joint", [])])
         tangent = np.tan(np.radians(angle))
         corners, edges, normals = self._single_corners()
         ends = np.stack([faces.start, faces.end], axis=1).reshape(-1, 2)
@@ -270,7 +269,7 @@ class _Programme:
 
     def _fixed_points(self):
         axes = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
-        for group in listed(self.scene.groups, "fixed_point"):
+        for group in self.scene.groups.get("fixed_point", []):
             place = np.array([group["x"], group["y"]], dtype=float)
             for force in axes[str(group.get("direction", "xy")).strip()]:
                 yield self._block_at(place, str(group.get("block", "")).strip()), place, force
@@ -287,7 +286,7 @@ class _Programme:
     def _held_edges(self):
         kinds = engine_names("boundary kinds"), engine_names("boundary kinds at rest")
         at_rest = dict(zip(*kinds, strict=True))
-        groups = listed(self.scene.groups, "boundary")
+        groups = self.scene.groups.get("boundary", [])
         if not groups:
             return
         edge, number = (self.scene.data[f"boundary_{n}"].values for n in ("edge", "edge_group"))

@@ -1,0 +1,273 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The text of an input, as groups of typed values, each with its place.
+!>
+!> The language is that of Fortran's namelist groups: `&name variable = values /`, with repeat
+!> counts (`20*3.5`), values left out (`1, , 3`), parts of lists (`x(2:4) =`), doubled quotes and
+!> comments.
+module dda_input_text
+   use dda_errors, only: error_type, error_input, fail
+   use dda_input_catalogue, only: find_group, unknown_variable
+   use dda_input_schema, only: input_groups, input_variables
+   use dda_input_value, only: value_type, take_values, skip_blank, is_assigned, first_word, &
+      name_characters
+   use dda_text, only: to_text, lower_case, quoted
+   implicit none
+   private
+   public :: group_type, span_type, split_groups, parse_group, input_error
+
+   !> One group.
+   type :: group_type
+      character(len=:), allocatable :: name   !< in lower case
+      character(len=:), allocatable :: place  !< "FILE, group &name (line N)"
+      integer :: line = 0                     !< where it begins
+      integer :: first = 0, last = 0          !< in the text: its & and its slash
+      type(value_type), allocatable :: values(:)  !< those given, in the order of their variables
+   end type group_type
+
+   character, parameter :: newline = achar(10)
+
+   !> Where an assignment stands in a text.
+   type :: span_type
+      integer :: variable = 0          !< its position in `input_variables`
+      integer :: first = 0, last = 0   !< from its name to its last value
+   end type span_type
+
+contains
+
+   !> An input error at the place of a group.
+   pure subroutine input_error(error, group, message)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(group_type), intent(in) :: group    !< that the message is about
+      character(len=*), intent(in) :: message  !< a sentence without its full stop
+
+      if (.not. allocated(error)) call fail(error, error_input, group%place//': '//message)
+   end subroutine input_error
+
+   !> The values of a group.
+   pure subroutine parse_group(text, group, error, spans)
+      character(len=*), intent(in) :: text           !< of the input
+      type(group_type), intent(inout) :: group       !< a known one, with its place in the text
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      !> where each of its assignments stands
+      type(span_type), allocatable, intent(inout), optional :: spans(:)
+      type(value_type), allocatable :: values(:)
+      character(len=:), allocatable :: failure
+      integer :: g, at, v, begin, last
+
+      if (allocated(error)) return
+      g = find_group(group%name)
+      allocate (values(input_groups(g)%first:input_groups(g)%last))
+      at = group%first + len(group%name) + 1
+      do
+         call skip_separators(text(:group%last), at)
+         if (at >= group%last) exit
+         begin = at
+         call take_variable(text(:group%last), g, at, v, failure)
+         if (.not. allocated(failure)) call take_values(text(:group%last), at, &
+            input_variables(v), values(v), last, failure)
+         if (allocated(failure)) then
+            call input_error(error, group, failure)
+            return
+         end if
+         values(v)%variable = v
+         if (present(spans)) spans = [spans, span_type(v, begin, last)]
+      end do
+      call keep(values, group%values)
+      call check_switches(group, error)
+   end subroutine parse_group
+
+   !> The values that are given, without a copy of what they hold.
+   pure subroutine keep(values, kept)
+      type(value_type), intent(inout) :: values(:)             !< of all variables
+      type(value_type), allocatable, intent(out) :: kept(:)    !< of those that are given
+      integer :: i, n
+
+      allocate (kept(count(values%variable > 0)))
+      n = 0
+      do i = 1, size(values)
+         if (values(i)%variable == 0) cycle
+         n = n + 1
+         kept(n)%variable = values(i)%variable
+         kept(n)%n = values(i)%n
+         call move_alloc(values(i)%numbers, kept(n)%numbers)
+         call move_alloc(values(i)%words, kept(n)%words)
+      end do
+   end subroutine keep
+
+   !> The variable whose name stands at a position.
+   pure subroutine take_variable(text, g, at, v, failure)
+      character(len=*), intent(in) :: text   !< up to the slash of the group
+      integer, intent(in) :: g               !< position of the group in `input_groups`
+      integer, intent(inout) :: at           !< at the name; behind it then
+      integer, intent(out) :: v              !< position in `input_variables`
+      character(len=:), allocatable, intent(inout) :: failure  !< allocated if there is none
+      character(len=:), allocatable :: name
+
+      v = 0
+      if (.not. is_assigned(text, at)) then
+         failure = quoted(first_word(text(at:)))//' cannot be read here: it is no value of the '// &
+            'variable before it, or one more than that variable holds'
+         return
+      end if
+      name = lower_case(text(at:min(len(text), at + 64)))
+      name = name(:verify(name, name_characters) - 1)
+      at = at + len(name)
+      do v = input_groups(g)%first, input_groups(g)%last
+         if (input_variables(v)%name == name) return
+      end do
+      failure = unknown_variable(trim(input_groups(g)%name), name)
+   end subroutine take_variable
+
+   !> What belongs to another value of a variable must not be given.
+   pure subroutine check_switches(group, error)
+      type(group_type), intent(in) :: group  !< with its values
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=:), allocatable :: now
+      integer :: i
+
+      do i = 1, size(group%values)
+         associate (variable => input_variables(group%values(i)%variable))
+            if (variable%switch == '') cycle
+            now = word_of(group, variable%switch)
+            if (now == '' .or. index(variable%needs, "'"//now//"'") > 0) cycle
+            call input_error(error, group, trim(variable%name)//' belongs to '// &
+               trim(variable%switch)//' = '//trim(variable%needs)//', the '// &
+               trim(variable%switch)//' here is '//quoted(now)//': change the '// &
+               trim(variable%switch)//' or leave it out')
+         end associate
+      end do
+   end subroutine check_switches
+
+   !> What a word of a group is, given or by default; blank if it is none that it may be.
+   pure function word_of(group, name) result(word)
+      type(group_type), intent(in) :: group  !< with its values
+      character(len=*), intent(in) :: name   !< of the variable
+      character(len=:), allocatable :: word
+      integer :: i, v, g
+
+      word = ''
+      g = find_group(group%name)
+      do v = input_groups(g)%first, input_groups(g)%last
+         if (input_variables(v)%name /= name) cycle
+         word = trim(input_variables(v)%usual)
+         do i = 1, size(group%values)
+            if (group%values(i)%variable == v) call group%values(i)%get_text(1, word)
+         end do
+         if (index(input_variables(v)%allowed, "'"//word//"'") == 0) word = ''
+      end do
+   end function word_of
+
+   !> Move past blanks, comments and commas.
+   pure subroutine skip_separators(text, at)
+      character(len=*), intent(in) :: text  !< of the input
+      integer, intent(inout) :: at          !< position
+
+      do
+         call skip_blank(text, at)
+         if (at > len(text)) return
+         if (text(at:at) /= ',') return
+         at = at + 1
+      end do
+   end subroutine skip_separators
+
+   !> Cut a text into groups.  Anything outside groups but comments and blanks is an error.
+   subroutine split_groups(file, text, groups, error)
+      character(len=*), intent(in) :: file  !< for messages
+      character(len=*), intent(in) :: text  !< of the input
+      type(group_type), allocatable, intent(out) :: groups(:)  !< in the order of the text
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer :: at, line, count
+
+      allocate (groups(16))
+      count = 0
+      at = 1
+      line = 1
+      if (index(text, char(239)//char(187)//char(191)) == 1) at = 4   ! byte-order mark
+      if (index(text, achar(0)) > 0) call fail(error, error_input, file// &
+         ' is not a text file: byte '//to_text(index(text, achar(0)))//' is zero')
+      do while (.not. allocated(error))
+         call skip_blank(text, at, line)
+         if (at > len(text)) exit
+         if (text(at:at) /= '&') then
+            call fail(error, error_input, file//', line '//to_text(line)// &
+               ': expected a group (&name), found '//quoted(first_word(text(at:))))
+            return
+         end if
+         if (count == size(groups)) call resize(groups, 2*count)
+         count = count + 1
+         call take_group(file, text, at, line, groups(count), error)
+      end do
+      call resize(groups, count)
+   end subroutine split_groups
+
+   !> Take one group up to its closing slash.
+   subroutine take_group(file, text, at, line, group, error)
+      character(len=*), intent(in) :: file, text  !< path, for messages; text of the input
+      integer, intent(inout) :: at, line  !< position in the text, line number
+      type(group_type), intent(out) :: group  !< its name and place
+      type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
+      integer :: length, lines
+
+      group%line = line
+      group%first = at
+      length = max(0, verify(lower_case(text(at + 1:min(len(text), at + 64))), name_characters) - 1)
+      group%name = lower_case(text(at + 1:at + length))
+      group%place = file//', group &'//group%name//' (line '//to_text(line)//')'
+      call find_close(text, at, group%last, lines)
+      if (group%last == 0) call fail(error, error_input, file//': group &'//group%name// &
+         ' (line '//to_text(line)//') has no closing slash, or a quote in it stays open')
+      at = group%last + 1
+      line = line + lines
+   end subroutine take_group
+
+   !> Position of the slash that closes the group at `first`; 0 if the next group begins before.
+   pure subroutine find_close(text, first, last, lines)
+      character(len=*), intent(in) :: text  !< of the input
+      integer, intent(in) :: first  !< position of its &
+      integer, intent(out) :: last, lines  !< position of its slash; line ends up to there
+      character :: quote
+
+      last = first
+      lines = 0
+      quote = ' '
+      do
+         last = last + 1
+         if (quote == ' ') call skip_blank(text, last, lines)
+         if (last > len(text)) exit
+         select case (text(last:last))
+         case ("'", '"')
+            if (quote == ' ') then
+               quote = text(last:last)
+            else if (quote == text(last:last)) then
+               quote = ' '
+            end if
+         case ('/')
+            if (quote == ' ') return
+         case ('&')
+            if (quote == ' ') exit
+         case (newline)
+            lines = lines + 1
+         end select
+      end do
+      last = 0
+   end subroutine find_close
+
+   !> Space for a number of groups, without a copy of what they hold.
+   subroutine resize(groups, n)
+      type(group_type), allocatable, intent(inout) :: groups(:)  !< [n] afterwards
+      integer, intent(in) :: n                                   !< groups
+      type(group_type), allocatable :: resized(:)
+      integer :: i
+
+      allocate (resized(n))
+      do i = 1, min(n, size(groups))
+         resized(i)%line = groups(i)%line
+         resized(i)%first = groups(i)%first
+         resized(i)%last = groups(i)%last
+         call move_alloc(groups(i)%name, resized(i)%name)
+         call move_alloc(groups(i)%place, resized(i)%place)
+      end do
+      call move_alloc(resized, groups)
+   end subroutine resize
+
+end module dda_input_text

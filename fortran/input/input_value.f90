@@ -1,0 +1,391 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> The values of one variable in the text of an input.
+module dda_input_value
+   use dda_growth, only: grow
+   use dda_input_variable, only: variable_type, unset
+   use dda_kinds, only: wp
+   use dda_text, only: lower_case, quoted, to_text, whole_characters
+   use dda_text_numbers, only: next_number, number_found
+   implicit none
+   private
+   public :: value_type, take_values, skip_blank, is_assigned, first_word, name_characters
+
+   character(len=*), parameter :: name_characters = 'abcdefghijklmnopqrstuvwxyz0123456789_'
+   character(len=*), parameter :: letters = name_characters(:26)
+   character(len=*), parameter :: digits = name_characters(27:36)
+   character, parameter :: newline = achar(10), carriage_return = achar(13), tab = achar(9)
+   character(len=*), parameter :: blanks = ' '//tab//newline//carriage_return
+   character(len=*), parameter :: ends = blanks//',/!'   !< of a value that stands in no quotes
+
+   !> A text that may be left out.
+   type :: word_type
+      character(len=:), allocatable :: text
+   end type word_type
+
+   !> The values of a variable.
+   type :: value_type
+      integer :: variable = 0                 !< its position in `input_variables`; 0: not given
+      integer :: n = 0                        !< values, up to the last one that is given
+      real(wp), allocatable :: numbers(:)     !< [n] `unset` where left out; logical ones 0 and 1
+      type(word_type), allocatable :: words(:)  !< [≥ n]
+   contains
+      procedure :: get_text => text_at
+   end type value_type
+
+   !> Places of a list that an assignment fills: all, or a part of them.
+   type :: part_type
+      integer :: first = 1, step = 1, count = 1
+   end type part_type
+
+contains
+
+   !> The values that stand behind a variable's name, up to the next name or the slash.
+   pure subroutine take_values(text, at, variable, value, last, failure)
+      character(len=*), intent(in) :: text             !< up to the slash of the group
+      integer, intent(inout) :: at                     !< behind the name; at what follows then
+      type(variable_type), intent(in) :: variable      !< of the schema
+      type(value_type), intent(inout) :: value         !< given before, or not
+      integer, intent(out) :: last                     !< where the last of them ends
+      character(len=:), allocatable, intent(out) :: failure  !< what is wrong, if anything is
+      type(part_type) :: part
+      integer :: next, repeats
+      logical :: is_due
+
+      call take_part(text, at, variable, part, failure)
+      last = at - 1
+      next = 0
+      is_due = .true.   ! a comma here leaves a value out
+      do while (.not. allocated(failure))
+         call skip_blank(text, at)
+         if (text(at:at) == '/') exit
+         if (text(at:at) == ',') then
+            if (is_due) next = next + 1
+            at = at + 1
+         else
+            if (is_assigned(text, at)) exit
+            call take_repeats(text, at, variable, repeats, failure)
+            if (allocated(failure)) exit
+            if (index(ends, text(at:at)) == 0) call take_item(text, at, variable, &
+               part_type(part%first + next*part%step, part%step, merge(repeats, 0, next + repeats &
+               <= part%count)), value, failure)
+            next = next + repeats
+         end if
+         last = at - 1
+         is_due = text(at - 1:at - 1) == ','
+      end do
+      call cut(value)
+   end subroutine take_values
+
+   !> The part of a list that is named behind a variable, as (2) or (3:6), and the equals sign.
+   pure subroutine take_part(text, at, variable, part, failure)
+      character(len=*), intent(in) :: text         !< of the group
+      integer, intent(inout) :: at                 !< behind the name; behind its equals sign then
+      type(variable_type), intent(in) :: variable  !< of the schema
+      type(part_type), intent(out) :: part         !< places to fill
+      character(len=:), allocatable, intent(inout) :: failure  !< allocated if there is no such part
+      integer :: bracket, comma
+      type(part_type) :: inner
+
+      part = part_type(1, 1, max(variable%size, 1))
+      call skip_blank(text, at)
+      if (text(at:at) == '(') then
+         bracket = at + index(text(at:), ')') - 1
+         comma = index(text(at:bracket), ',')
+         if (variable%size == 0) then
+            part%count = 0
+         else if (comma > 0 .and. variable%kind == 'points') then
+            call take_range(text(at + 1:at + comma - 2), 2, inner)
+            call take_range(text(at + comma:bracket - 1), variable%size/2, part)
+            if (inner%count == 1) then
+               part = part_type(2*part%first - 2 + inner%first, 2*part%step, part%count)
+            else if (inner%count == 2 .and. (part%step == 1 .or. part%count == 1)) then
+               part = part_type(2*part%first - 1, 1, 2*part%count)
+            else
+               part%count = 0
+            end if
+         else
+            call take_range(text(at + 1:bracket - 1), variable%size, part)
+            ! More values than the one place that is named go into those behind it.
+            if (part%count == 1) part%count = variable%size - part%first + 1
+         end if
+         if (part%count == 0) failure = trim(variable%name)//': there is no part '// &
+            text(at:bracket)//' of it'
+         at = bracket + 1
+      end if
+      at = at + index(text(at:), '=')
+   end subroutine take_part
+
+   !> A range 'first:last:step', or one place.
+   pure subroutine take_range(text, size, range)
+      character(len=*), intent(in) :: text     !< between brackets and commas
+      integer, intent(in) :: size              !< of the list
+      type(part_type), intent(out) :: range    !< none where it is no range within the list
+      integer :: colon, second, last, status(3)
+
+      colon = index(text, ':')
+      second = index(text, ':', back=.true.)
+      last = size
+      status = 0
+      if (colon == 0) then
+         call whole(text, range%first, status(1))
+         last = range%first
+      else
+         call whole(text(:colon - 1), range%first, status(1))
+         if (second > colon) call whole(text(second + 1:), range%step, status(3))
+         if (second == colon) second = len(text) + 1
+         call whole(text(colon + 1:second - 1), last, status(2))
+      end if
+      range%count = 0
+      if (any(status /= 0) .or. range%first < 1 .or. last > size .or. range%step < 1) return
+      range%count = max(0, (last - range%first)/range%step + 1)
+   end subroutine take_range
+
+   !> A whole number; nothing leaves it as it was.
+   pure subroutine whole(text, number, status)
+      character(len=*), intent(in) :: text  !< digits, or blanks
+      integer, intent(inout) :: number      !< as it says
+      integer, intent(out) :: status        !< 0: it says that
+      character(len=:), allocatable :: word
+
+      word = trim(adjustl(text))
+      status = 0
+      if (word == '') return
+      status = verify(word, digits)
+      if (status == 0) read (word, *, iostat=status) number
+   end subroutine whole
+
+   !> A repeat count before a value, as 20*; 1 without one.
+   pure subroutine take_repeats(text, at, variable, repeats, failure)
+      character(len=*), intent(in) :: text         !< of the group
+      integer, intent(inout) :: at                 !< at the value; behind the count then
+      type(variable_type), intent(in) :: variable  !< of the schema
+      integer, intent(out) :: repeats              !< how often the value counts
+      character(len=:), allocatable, intent(inout) :: failure  !< allocated if it is no count
+      integer :: length, status
+
+      repeats = 1
+      length = verify(text(at:), digits) - 1
+      if (length < 1) return
+      if (text(at + length:at + length) /= '*') return
+      read (text(at:at + length - 1), *, iostat=status) repeats
+      if (status /= 0 .or. repeats < 1 .or. repeats > max(variable%size, 1)) failure = &
+         trim(variable%name)//': '//text(at:at + min(length, 20))//' is not a number of values '// &
+         'that it can hold'
+      at = at + length + 1
+   end subroutine take_repeats
+
+   !> One value, put into places of the list.
+   pure subroutine take_item(text, at, variable, places, value, failure)
+      character(len=*), intent(in) :: text         !< of the group
+      integer, intent(inout) :: at                 !< at the value; behind it then
+      type(variable_type), intent(in) :: variable  !< of the schema
+      type(part_type), intent(in) :: places        !< to fill; none: there is no more
+      type(value_type), intent(inout) :: value     !< gets it
+      character(len=:), allocatable, intent(inout) :: failure  !< allocated if it is no such value
+      character(len=:), allocatable :: word
+      real(wp) :: number
+      logical :: fits
+
+      if (places%count < 1) then
+         failure = quoted(first_word(text(at:)))//' cannot be read here: it is no value of the '// &
+            'variable before it, or one more than that variable holds'
+      else if (any(variable%kind == ['name', 'word', 'text'])) then
+         call take_word(text, at, word)
+         if (allocated(word)) then
+            call put_word(value, places, word)
+         else
+            failure = trim(variable%name)//': '//quoted(first_word(text(at:)))// &
+               ' must stand in quotes'
+         end if
+      else
+         call take_number(text, at, variable%kind == 'logical', number, fits)
+         if (fits) then
+            call put_number(value, places, number)
+         else
+            failure = trim(variable%name)//': '//quoted(first_word(text(at:)))//' is '// &
+               trim(merge('neither .true. nor .false.', 'no number                 ', &
+               variable%kind == 'logical'))
+         end if
+      end if
+   end subroutine take_item
+
+   !> A text in quotes, in which doubled ones stand for one, or one that begins with a digit.
+   pure subroutine take_word(text, at, word)
+      character(len=*), intent(in) :: text  !< of the group
+      integer, intent(inout) :: at          !< at the text; behind it then
+      character(len=:), allocatable, intent(out) :: word  !< not allocated if there is none
+      integer :: length, i
+      character :: quote
+
+      quote = text(at:at)
+      if (index(digits, quote) > 0) then
+         length = scan(text(at:), ends) - 1
+         word = text(at:at + length - 1)
+         at = at + length
+      else if (quote == "'" .or. quote == '"') then
+         word = ''
+         do
+            length = index(text(at + 1:), quote)
+            word = word//text(at + 1:at + length - 1)
+            at = at + length + 1
+            if (text(at:at) /= quote) exit
+            word = word//quote
+         end do
+         do i = 1, len(word)
+            if (iachar(word(i:i)) < 32) word(i:i) = ' '
+         end do
+         word = trim(word)
+      end if
+   end subroutine take_word
+
+   !> A number, or a logical value as 0 or 1.
+   pure subroutine take_number(text, at, logical_wanted, number, fits)
+      character(len=*), intent(in) :: text    !< of the group
+      integer, intent(inout) :: at            !< at the value; behind it then
+      logical, intent(in) :: logical_wanted   !< .true. or T, .false. or F
+      real(wp), intent(out) :: number         !< beyond all numbers: infinite
+      logical, intent(out) :: fits            !< there is one
+      character(len=:), allocatable :: word
+      integer :: last, from, state
+
+      last = at + scan(text(at:), ends//"'""") - 2
+      number = 0.0_wp
+      if (logical_wanted) then
+         word = lower_case(text(at:min(last, at + 1)))
+         if (index(word, '.') == 1) word = word(2:)
+         fits = index(word, 't') == 1 .or. index(word, 'f') == 1
+         if (index(word, 't') == 1) number = 1.0_wp
+      else
+         from = 1
+         call next_number(text(at:last), from, number, state)
+         fits = state == number_found
+         if (.not. fits) call take_unusual(lower_case(text(at:last)), number, fits)
+      end if
+      if (fits) at = last + 1
+   end subroutine take_number
+
+   !> Numbers as only Fortran writes them, infinite ones, and what is none.
+   pure subroutine take_unusual(word, number, fits)
+      character(len=*), intent(in) :: word  !< in lower case
+      real(wp), intent(out) :: number       !< its value
+      logical, intent(out) :: fits          !< it is one
+      integer :: status, sign
+
+      number = 0.0_wp
+      sign = verify(word//'x', '+-')
+      fits = sign <= 2 .and. (index(word(sign:), 'inf') == 1 .or. index(word(sign:), 'nan') == 1)
+      if (.not. fits) fits = verify(word, digits//'+-.edq') == 0 .and. scan(word, digits) > 0
+      if (.not. fits) return
+      read (word, *, iostat=status) number
+      if (status /= 0 .and. scan(word, digits) > 0 .and. scan(word, '+-', back=.true.) < 2) &
+         number = huge(number)  ! beyond the range
+      fits = status == 0 .or. number > 0.0_wp
+   end subroutine take_unusual
+
+   !> Put a number into places of a list.
+   pure subroutine put_number(value, places, number)
+      type(value_type), intent(inout) :: value  !< gets it
+      type(part_type), intent(in) :: places     !< to fill
+      real(wp), intent(in) :: number            !< its value
+      integer :: last
+
+      last = places%first + (places%count - 1)*places%step
+      if (last > value%n) then
+         call grow(value%numbers, last)
+         value%numbers(value%n + 1:last) = unset
+         value%n = last
+      end if
+      value%numbers(places%first:last:places%step) = number
+   end subroutine put_number
+
+   !> Put a text into places of a list.
+   pure subroutine put_word(value, places, word)
+      type(value_type), intent(inout) :: value  !< gets it
+      type(part_type), intent(in) :: places     !< to fill
+      character(len=*), intent(in) :: word      !< the text
+      type(word_type), allocatable :: longer(:)
+      integer :: i, last
+
+      last = places%first + (places%count - 1)*places%step
+      if (.not. allocated(value%words)) allocate (value%words(0))
+      if (last > size(value%words)) then
+         allocate (longer(max(last, 2*size(value%words))))
+         do i = 1, value%n
+            call move_alloc(value%words(i)%text, longer(i)%text)
+         end do
+         call move_alloc(longer, value%words)
+      end if
+      do i = places%first, last, places%step
+         value%words(i)%text = word
+      end do
+      value%n = max(value%n, last)
+   end subroutine put_word
+
+   !> No room behind the last value.
+   pure subroutine cut(value)
+      type(value_type), intent(inout) :: value  !< read
+
+      if (allocated(value%numbers)) then
+         if (size(value%numbers) > value%n) value%numbers = value%numbers(:value%n)
+      end if
+   end subroutine cut
+
+   !> Whether a name of a variable and its equals sign stand at a position.
+   pure logical function is_assigned(text, at)
+      character(len=*), intent(in) :: text  !< of the group
+      integer, intent(in) :: at             !< position
+      integer :: next
+
+      is_assigned = .false.
+      if (index(letters, lower_case(text(at:at))) == 0) return
+      next = at + verify(lower_case(text(at:min(len(text), at + 64)))//'/', name_characters) - 1
+      call skip_blank(text, next)
+      if (text(next:next) == '(') then
+         next = next + index(text(next:), ')')
+         call skip_blank(text, next)
+      end if
+      is_assigned = text(next:next) == '='
+   end function is_assigned
+
+   !> Move past blanks, line ends and comments.
+   pure subroutine skip_blank(text, at, line)
+      character(len=*), intent(in) :: text       !< of the input
+      integer, intent(inout) :: at               !< position
+      integer, intent(inout), optional :: line   !< number of the line there
+      integer :: length
+
+      do while (at <= len(text))
+         if (text(at:at) == '!') then
+            length = index(text(at:), newline)
+            if (length == 0) length = len(text) - at + 2
+            at = at + length - 1
+            cycle
+         end if
+         if (text(at:at) > ' ' .and. text(at:at) /= achar(127)) return
+         if (present(line) .and. text(at:at) == newline) line = line + 1
+         at = at + 1
+      end do
+   end subroutine skip_blank
+
+   !> The first word of a text, for messages.
+   pure function first_word(text) result(word)
+      character(len=*), intent(in) :: text  !< of the input
+      character(len=:), allocatable :: word
+      integer :: length
+
+      length = scan(text//' ', ends) - 1
+      if (length == 0) length = 1
+      word = whole_characters(text(:min(length, 40)))
+   end function first_word
+
+   !> The text at a place of the list, if one is given there.
+   pure subroutine text_at(value, i, text)
+      class(value_type), intent(in) :: value  !< of a name, word or text
+      integer, intent(in) :: i                !< place
+      character(len=:), allocatable, intent(inout) :: text  !< as given, or as it was
+
+      if (i > value%n) return
+      if (allocated(value%words(i)%text)) text = value%words(i)%text
+   end subroutine text_at
+
+end module dda_input_value

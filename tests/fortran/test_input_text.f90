@@ -1,0 +1,248 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A text as groups of values: comments, quotes, line ends, where each group begins, and all forms
+!> of numbers, logical values, texts and lists.
+module test_input_text
+   use dda_errors, only: error_input, error_type
+   use dda_input_group, only: get, get_list, get_text
+   use dda_input_text, only: group_type, parse_group, split_groups
+   use dda_kinds, only: wp
+   use testing, only: case, check, check_close, check_fails, check_no_error
+   implicit none
+   private
+   public :: input_text_suite
+
+   character, parameter :: newline = achar(10), carriage_return = achar(13), tab = achar(9)
+
+contains
+
+   subroutine input_text_suite()
+      call plain()
+      call comments_and_quotes()
+      call line_ends()
+      call many()
+      call nothing()
+      call numbers()
+      call lists()
+      call logicals()
+      call wrong_values()
+      call refusals()
+      call any_cut()
+   end subroutine input_text_suite
+
+   subroutine expect(text, names, lines)
+      character(len=*), intent(in) :: text, names(:)
+      integer, intent(in) :: lines(:)
+      type(group_type), allocatable :: groups(:)
+      type(error_type), allocatable :: error
+      integer :: i
+
+      call split_groups('f.nml', text, groups, error)
+      call check_no_error(error, 'is read')
+      if (allocated(error)) return
+      call check(size(groups) == size(names), 'number of groups')
+      if (size(groups) /= size(names)) return
+      do i = 1, size(names)
+         call check(groups(i)%name == names(i), 'name of group '//trim(names(i))//': '// &
+            groups(i)%name)
+         call check(groups(i)%line == lines(i), 'line of group '//trim(names(i)))
+      end do
+   end subroutine expect
+
+   !> The only group with its values.
+   subroutine parse(text, group, error)
+      character(len=*), intent(in) :: text
+      type(group_type), intent(out) :: group
+      type(error_type), allocatable, intent(out) :: error
+      type(group_type), allocatable :: groups(:)
+
+      call split_groups('f.nml', text, groups, error)
+      if (allocated(error)) return
+      group = groups(1)
+      call parse_group(text, group, error)
+   end subroutine parse
+
+   !> The times of a load.
+   subroutine expect_times(values, times)
+      character(len=*), intent(in) :: values   !< of the text, with the name
+      real(wp), intent(in) :: times(:)
+      type(group_type) :: group
+      type(error_type), allocatable :: error
+      real(wp), allocatable :: found(:)
+
+      call parse('&traction '//values//' /', group, error)
+      if (.not. allocated(error)) call get_list(group, 'time', found, error)
+      call check_no_error(error, values)
+      if (.not. allocated(error)) call check_close(found, times, values)
+   end subroutine expect_times
+
+   !> The title of a run.
+   subroutine expect_title(value, title)
+      character(len=*), intent(in) :: value, title
+      type(group_type) :: group
+      type(error_type), allocatable :: error
+      character(len=:), allocatable :: found
+
+      found = ''
+      call parse('&run title = '//value//' /', group, error)
+      call check_no_error(error, value)
+      if (.not. allocated(error)) call get_text(group, 'title', found)
+      call check(found == title, value//' is "'//found//'"')
+   end subroutine expect_title
+
+   !> Whether a model settles.
+   subroutine expect_settle(value, settles)
+      character(len=*), intent(in) :: value
+      logical, intent(in) :: settles
+      type(group_type) :: group
+      type(error_type), allocatable :: error
+      logical :: found
+
+      found = .not. settles
+      call parse('&control settle = '//value//' time_step = 1 /', group, error)
+      call check_no_error(error, value)
+      if (.not. allocated(error)) call get(group, 'settle', found)
+      call check(found .eqv. settles, 'settle = '//value)
+   end subroutine expect_settle
+
+   subroutine wrong(text, words)
+      character(len=*), intent(in) :: text, words
+      type(group_type) :: group
+      type(error_type), allocatable :: error
+
+      call parse(text, group, error)
+      call check_fails(error, words)
+   end subroutine wrong
+
+   subroutine refused(text, names)
+      character(len=*), intent(in) :: text, names
+      type(group_type), allocatable :: groups(:)
+      type(error_type), allocatable :: error
+
+      call split_groups('f.nml', text, groups, error)
+      call check_fails(error, names)
+      call check_fails(error, 'f.nml')
+      if (allocated(error)) call check(error%kind == error_input, 'its kind')
+   end subroutine refused
+
+   subroutine plain()
+      call case('plain groups')
+      call expect('&run title = ''a'' /', ['run'], [1])
+      call expect('&run /'//newline//newline//'  &CONTROL x = 1'//newline//'y = 2 /'//newline// &
+         '&fixed_point /', [character(len=11) :: 'run', 'control', 'fixed_point'], [1, 3, 5])
+      call expect('&a / &b / &c/', ['a', 'b', 'c'], [1, 1, 1])
+   end subroutine plain
+
+   subroutine comments_and_quotes()
+      call case('comments and quotes')
+      call expect('! &no group / ''"'//newline//'&a x = 1 ! it''s / &b'//newline//'/ ! end', &
+         ['a'], [2])
+      call expect_title('''a/b!c&d''', 'a/b!c&d')
+      call expect_title('"it''s / here"', 'it''s / here')
+      call expect_title('''it''''s''', 'it''s')
+      call expect_title('""""', '"')
+      call expect_title('''two'//newline//'lines''', 'two lines')
+      call expect_title('12', '12')
+      call expect('&a x = ''two'//newline//'lines'' / &b /', ['a', 'b'], [1, 2])
+   end subroutine comments_and_quotes
+
+   subroutine line_ends()
+      call case('line ends and marks')
+      call expect('&a'//carriage_return//newline//'x = 1'//carriage_return//newline//'/'// &
+         carriage_return//newline//'&b /', ['a', 'b'], [1, 4])
+      call expect(char(239)//char(187)//char(191)//'&a /', ['a'], [1])
+      call expect('! Höhe – ☃'//newline//'&a /', ['a'], [2])
+   end subroutine line_ends
+
+   !> More groups than any first guess of their number.
+   subroutine many()
+      integer, parameter :: count = 1000
+      character(len=:), allocatable :: text
+      integer :: i
+
+      call case('many groups')
+      text = repeat('&block x = 1 /'//newline, count)
+      call expect(text, spread('block', 1, count), [(i, i=1, count)])
+   end subroutine many
+
+   subroutine nothing()
+      call case('nothing')
+      call expect('', [character(len=1) ::], [integer ::])
+      call expect('  '//newline//'! only a comment', [character(len=1) ::], [integer ::])
+   end subroutine nothing
+
+   subroutine numbers()
+      call case('numbers')
+      call expect_times('time = 1 2.5, -3e2 4d-1 5q0 +6. .7', [1.0_wp, 2.5_wp, -300.0_wp, 0.4_wp, &
+         5.0_wp, 6.0_wp, 0.7_wp])
+      call expect_times('time = 1.5+2 ! not 3'//newline//' 4', [150.0_wp, 4.0_wp])
+      call expect_times('time=0.1 ,1e-30', [0.1_wp, 1.0e-30_wp])
+      call expect_times('time = 123456789012345678901234567890', [1.2345678901234568e29_wp])
+      call expect_times('TIME = 1 normal = 2', [1.0_wp])
+   end subroutine numbers
+
+   subroutine lists()
+      call case('lists')
+      call expect_times('time = 3*1.5', [1.5_wp, 1.5_wp, 1.5_wp])
+      call expect_times('time = 1 2*2, 3,', [1.0_wp, 2.0_wp, 2.0_wp, 3.0_wp])
+      call expect_times('time(2) = 5 time(1) = 4', [4.0_wp, 5.0_wp])
+      call expect_times('time(2:3) = 5 6 time ( 1 ) = 4', [4.0_wp, 5.0_wp, 6.0_wp])
+      call expect_times('time(1:3:2) = 5 6 time(2) = 4', [5.0_wp, 4.0_wp, 6.0_wp])
+      call expect_times('time = 1 2 3 time = 4', [4.0_wp, 2.0_wp, 3.0_wp])
+      call expect_times('time = 1 2 3 time = , 4', [1.0_wp, 4.0_wp, 3.0_wp])
+      call expect_times('time = 1 2 3 time = 1* 4', [1.0_wp, 4.0_wp, 3.0_wp])
+      call expect_times('time = normal = 2', [real(wp) ::])
+   end subroutine lists
+
+   subroutine logicals()
+      call case('logical values')
+      call expect_settle('.true.', .true.)
+      call expect_settle('T', .true.)
+      call expect_settle('.f.', .false.)
+      call expect_settle('false,', .false.)
+   end subroutine logicals
+
+   subroutine wrong_values()
+      call case('what is no value')
+      call wrong('&load time = 1 x2 /', '''x2'' is no number')
+      call wrong('&load time = ''1'' /', 'is no number')
+      call wrong('&load time = 5000*1 /', '5000*')
+      call wrong('&load time = 4000*1 200*1 /', 'one more than that variable holds')
+      call wrong('&load time(5000) = 1 /', 'there is no part (5000)')
+      call wrong('&load time(0) = 1 /', 'there is no part (0)')
+      call wrong('&load x(1) = 1 /', 'there is no part (1)')
+      call wrong('&load x = 1 2 /', '''2'' cannot be read here')
+      call wrong('&load x y = 1 /', '''y'' cannot be read here')
+      call wrong('&load xx = 1 /', '''xx''')
+      call wrong('&run title = word /', '''word'' must stand in quotes')
+      call wrong('&control settle = 1 /', 'neither .true. nor .false.')
+   end subroutine wrong_values
+
+   subroutine refusals()
+      call case('refusals')
+      call refused(newline//newline//'run', 'line 3')
+      call refused('&a / stray &b /', 'stray')
+      call refused('&a x = 1'//newline//'&b /', '&a')
+      call refused('&a /'//newline//'&b x = 1', 'line 2')
+      call refused('&a x = ''open /', 'quote')
+      call refused('&b x = "open'//newline//'/', 'no closing slash')
+   end subroutine refusals
+
+   !> A text cut off anywhere is read or refused; nothing else happens.
+   subroutine any_cut()
+      character(len=*), parameter :: text = char(239)//char(187)//char(191)//'! c'//newline// &
+         '&a x = ''it''''s/'' ! d / '// &
+         carriage_return//newline//tab//'/ &b y(2) = 1, "&" /'//newline
+      type(group_type), allocatable :: groups(:)
+      type(error_type), allocatable :: error
+      integer :: i, read
+
+      call case('cut off anywhere')
+      read = 0
+      do i = 0, len(text)
+         call split_groups('f.nml', text(:i), groups, error)
+         if (.not. allocated(error)) read = read + 1
+      end do
+      call check(read > 5 .and. read < len(text), 'some cuts are whole')
+   end subroutine any_cut
+
+end module test_input_text
