@@ -323,7 +323,7 @@ contains
       call refuse(whole//'stray', 'line 5', 'stray')
       call refuse(whole//'&run title = ''x', '&run', 'line 5')
       call refuse('&control time_step = 1.0e-3 st'//char(255)//'eps = 10 /'//newline//rock// &
-         joint//square, '&control', 'line 1', 'a byte that is no text')
+         joint//square, '&control', 'line 1', 'cannot be read here')
       call refuse('', '&control')
    end subroutine bad_groups
 

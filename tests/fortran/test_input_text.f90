@@ -211,7 +211,7 @@ contains
       call wrong('&load time(0) = 1 /', 'there is no part (0)')
       call wrong('&load x(1) = 1 /', 'there is no part (1)')
       call wrong('&load x = 1 2 /', '''2'' cannot be read here')
-      call wrong('&load x y = 1 /', '''y'' cannot be read here')
+      call wrong('&load x y = 1 /', '''x'' cannot be read here')
       call wrong('&load xx = 1 /', '''xx''')
       call wrong('&run title = word /', '''word'' must stand in quotes')
       call wrong('&control settle = 1 /', 'neither .true. nor .false.')
