@@ -1077,7 +1077,7 @@ contains
    end subroutine engine_commit
 
    !> Names, with blanks between: 'energies', 'phases' and 'counts' in the order of their
-   !> values, 'maxima' with their 'maxima units' and 'maxima numbers', 'boundary kinds' …
+   !> values, 'maxima' with their 'maxima units' and 'maxima numbers', 'boundary kinds' and more
    subroutine engine_names(what, names)
       character(len=*), intent(in) :: what       !< one of these; else the names are blank
       character(len=2048), intent(out) :: names
@@ -1145,7 +1145,7 @@ contains
 
    !> The groups of the text that was parsed last: line, first and last byte, number of values;
    !> of each value the position of its variable in the schema, and how many it has; numbers, or
-   !> the lengths of texts, and the texts.  What is left out is −huge.
+   !> the lengths of texts, and the texts.  What is left out is -huge.
    subroutine parsed_input(n_groups, n_values, n_numbers, n_bytes, groups, values, numbers, bytes)
       integer(c_int), intent(in) :: n_groups, n_values, n_numbers, n_bytes  !< of `parse_input`
       integer(c_int), intent(out) :: groups(4, n_groups), values(2, n_values)

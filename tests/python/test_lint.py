@@ -51,6 +51,11 @@ def test_no_line_is_longer_than_the_limit():
     assert not long
 
 
+def test_f2py_can_read_the_interface():
+    """It takes files for ASCII where the library that guesses encodings is not installed."""
+    assert (ROOT / "python" / "sitedda" / "api.f90").read_bytes().isascii()
+
+
 def _files(top: str, kind: str) -> list[Path]:
     return list((ROOT / top).rglob(kind))
 
