@@ -76,9 +76,11 @@ contains
       if (any(blocks(n + 1:) /= '')) call input_error(error, group, &
          'through_block names more blocks than through has points ('//to_text(n)//')')
       if (allocated(error)) return
-      blocks = [character(len=name_length) :: blocks(:min(n, size(blocks))), &
-         spread('', 1, n - min(n, size(blocks)))]
-      reading%blocks = [ends(1), blocks, ends(2)]
+      allocate (reading%blocks(n + 2))
+      reading%blocks = ''
+      reading%blocks(1) = ends(1)
+      reading%blocks(2:min(n, size(blocks)) + 1) = blocks(:min(n, size(blocks)))
+      reading%blocks(n + 2) = ends(2)
       reading%point = reshape([from, through, to], [2, n + 2])
       call get(group, 'grouted', reading%grouted)
       call get(group, 'compression', reading%compression)

@@ -25,6 +25,7 @@ from . import (
     sliding,
     slopes,
     stability,
+    tunnel,
     waves,
 )
 from .case import CASES, Case, Outcome, Result, Row, Table
@@ -34,7 +35,7 @@ __all__ = ["CASES", "Case", "Outcome", "Result", "Row", "Table", "run_case", "wr
 
 _FAMILIES = (sliding, flight, settlement, rocking, waves, damping, integration, stability, packing)
 _FAMILIES += (slopes, crossings, masonry_limits, joints, impacts, boundaries, plane_waves)
-_FAMILIES += (cables,)
+_FAMILIES += (cables, tunnel)
 
 
 def run_case(name: str, short: bool = False) -> Result:
