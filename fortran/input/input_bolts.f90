@@ -165,7 +165,7 @@ contains
       do k = 1, size(owner) - 1
          if (norm2(point(:, k + 1) - point(:, k)) > 0.0_wp) cycle
          call input_error(error, group, 'two points of the bolt that follow each other are at '// &
-            'the same group, ('//to_text(point(1, k) + model%origin(1))//', '// &
+            'the same place, ('//to_text(point(1, k) + model%origin(1))//', '// &
             to_text(point(2, k) + model%origin(2))//')')
       end do
    end subroutine check_points

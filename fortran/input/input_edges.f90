@@ -77,10 +77,15 @@ contains
       logical, intent(in) :: unnamed         !< it names no blocks
       real(wp), allocatable, intent(out) :: numbers(:)  !< none: all edges
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: i
 
       call get_list(group, 'edges', numbers, error)
       if (size(numbers) > 0 .and. unnamed) call input_error(error, group, &
          'edges are numbers of edges of blocks: give blocks too')
+      do i = 1, size(numbers)
+         if (abs(numbers(i) - anint(numbers(i))) > 0.0_wp) call input_error(error, group, &
+            'edges: '//to_text(numbers(i))//' is not a whole number')
+      end do
    end subroutine take_numbers
 
    !> Pieces of edges of the given numbers in their blocks, the first from the first vertex on.

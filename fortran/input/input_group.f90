@@ -178,7 +178,8 @@ contains
       do k = 1, n
          text = ''
          call group%values(i)%get_text(k, text)
-         if (len(text) > name_length) call input_error(error, group, name//' = '//quoted(text)// &
+         if (len(text) > name_length) call input_error(error, group, &
+            name//'('//to_text(k)//') = '//quoted(text)// &
             ' is too long: at most '//to_text(name_length)//' bytes')
          values(k) = text
       end do

@@ -192,7 +192,7 @@ def test_pictures_know_the_points_of_a_cable():
         ({"through": [(-2, 9.5), (-2, 9.5)]}, "are at the same place, (-2, 9.5)"),
         ({"through": [(-2.0, 2.0)]}, "are at the same place, (-2, 2)"),
         ({"to": (-2.2, 2.2), "through": [(-2.1, 2.1)]}, "all points of the bolt are in the same"),
-        ({"to": None}, "to: a value is left out"),
+        ({"to": None}, "to is missing"),
         ({"grouted": True}, "a cable through points is not grouted"),
         ({"compression": True}, "takes no compression"),
         ({"through_block": ["beam", "beam", "beam"]}, "names more blocks than through has"),

@@ -28,7 +28,6 @@ VARIANTS = {
     "bolts, no restitution": {},
     "no bolts": {},
     "no bolts, adaptive": {"time_step_control": "adaptive"},
-    "no bolts, 'dda'": {"integration": "dda"},
     "no bolts, no restitution": {},
 }
 
@@ -53,7 +52,7 @@ def tunnel(short: bool) -> Outcome:
         data = run(_tunnel(name, duration)).history
         rows += _rows(name, data, duration)
         if name in ("bolts", "no bolts"):
-            axis = axes[name == "no bolts"]
+            axis = axes[int(name == "no bolts")]
             draw_blocks(axis, Scene.of(data).polygons(-1), STONE, lw=0.3)
             axis.set(title=name, xlim=(-SIDE, SIDE), ylim=(-HALF, HALF))
             bare(axis)
