@@ -13,6 +13,8 @@ import pytest
 import sitedda
 from sitedda.error_bars import with_bar
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
+from sitedda.error_bars.measure import _figures
+from sitedda.error_bars.variants import Facts
 
 ROOT = Path(__file__).resolve().parents[2]
 G = 9.81
@@ -70,6 +72,20 @@ def test_a_run_that_failed_leaves_no_bar():
     bar = bar_of_steps(1.0, 1.1, math.nan, 1)
     assert not bar.converges
     assert math.isnan(bar.half)
+
+
+def test_what_only_smaller_steps_show_is_not_left_out():
+    runs = [{"largest_opening_m": value} for value in (0.0, 0.0, 0.1)]
+    found = _figures(Facts({}, 1, 0.0), runs)["largest_opening_m"]
+    assert found.finest == 0.1
+    assert "does not converge" in found.doubt
+
+
+def test_a_run_that_failed_has_counted_nothing():
+    runs = [{"contacts_slipped": value} for value in (3.0, 3.0, math.nan)]
+    found = _figures(Facts({}, 1, 0.0), runs)["contacts_slipped"]
+    assert math.isnan(found.bar)
+    assert found.doubt == "no bar: not all runs have it"
 
 
 @pytest.mark.parametrize("share", [0.03, -0.2])

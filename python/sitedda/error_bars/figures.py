@@ -68,7 +68,7 @@ class Accuracy:
     figures : dict of Figure
         By name.
     runs : dict of str
-        Of each run that was made what ended it before its time, or blank.
+        Of each run that was made what ended it before its time or what it warned of, or blank.
     """
 
     figures: dict[str, Figure]
@@ -76,7 +76,7 @@ class Accuracy:
 
     def __str__(self) -> str:
         """A table, and the runs that ended early."""
-        rows = [("figure", "this run", "true value", "extrapolated", "")]
+        rows = [("figure", "this run", "value ± bar", "extrapolated", "")]
         rows += [_row(figure) for figure in self.figures.values()]
         widths = [max(len(row[i]) for row in rows) for i in range(4)]
         lines = [
@@ -160,7 +160,7 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float) -
         Error by the penalty stiffness; 0 without one, NaN where it is not known.
     """
     doubt, half = "", bar.half + penalty
-    if is_count(name):
+    if is_count(name) and all(map(math.isfinite, numbers)):
         spread = max(numbers) - min(numbers)
         doubt = "counts differ between time steps" if spread else ""
         return Figure(name, numbers[0], numbers[-1], spread, math.nan, math.nan, 0.0, doubt)

@@ -73,7 +73,8 @@ def accuracy(
     if str(first.status.values) != "complete":
         raise SiteddaError(str(first.message.values))
     for one in table.transpose("variant", ...).variant.values:
-        words[str(one)] = str(table.message.sel(variant=one).values)
+        run = table.sel(variant=one)
+        words[str(one)] = str(run.message.values) or str(run.warning.values)
     return Accuracy(_figures(facts, _numbers(table)), words)
 
 
@@ -83,14 +84,16 @@ def _numbers(table) -> list[dict[str, float]]:
              if table[name].dims == ("variant",) and table[name].dtype.kind == "f"]  # fmt: skip
     rows = ({name: float(table[name].values[i]) for name in names if name != "seconds"}
             for i in range(table.sizes["variant"]))  # fmt: skip
-    return [{name: 0.0 if is_count(name) and isnan(value) else value
-             for name, value in row.items()} for row in rows]  # fmt: skip
+    done = table.status.values == "complete"  # a run that failed has counted nothing
+    return [{name: 0.0 if whole and is_count(name) and isnan(value) else value
+             for name, value in row.items()}
+            for row, whole in zip(rows, done, strict=True)]  # fmt: skip
 
 
 def _figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
     found = {}
     for name in runs[0]:
-        if not is_figure(name, runs[0]):
+        if not any(is_figure(name, run) for run in runs[: len(STEPS)]):
             continue
         numbers = tuple(run[name] for run in runs[: len(STEPS)])
         penalty = penalty_error(runs[0][name], runs[-1][name]) if facts.penalty else 0.0
