@@ -182,18 +182,22 @@ contains
    end function joined
 
    !> The position of the word that is spelt most like another, 0 if none is spelt alike: about a
-   !> third of its letters may differ (Levenshtein 1966).
+   !> third of its letters may differ (Levenshtein 1966); or one that begins with it.
    pure integer function closest(word, words) result(best)
       character(len=*), intent(in) :: word       !< looked for
       character(len=*), intent(in) :: words(:)   !< known ones, trailing blanks ignored
       integer :: i, difference, least
 
       best = 0
+      if (len_trim(word) < 2) return
       least = max(1, (min(len_trim(word), 64) + 1)/3) + 1
       do i = 1, size(words)
          difference = edits(lower_case(trim(word(:min(len(word), 64)))), trim(words(i)))
          if (difference < least) best = i
          least = min(least, difference)
+      end do
+      do i = 1, size(words)
+         if (best == 0 .and. index(words(i), lower_case(trim(word))) == 1) best = i
       end do
    end function closest
 

@@ -8,7 +8,7 @@ module dda_input
    use dda_input_catalogue, only: find_group, unknown_group
    use dda_input_schema, only: input_groups
    use dda_input_text, only: parse_group, split_groups
-   use dda_input_changes, only: change_text
+   use dda_input_changes, only: typed_change, change_text, change_type
    use dda_input_bodies, only: read_bodies
    use dda_input_bolts, only: read_bolts
    use dda_input_boundaries, only: read_boundaries, check_rest
@@ -45,14 +45,16 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=*), intent(in), optional :: changes(:) !< 'NAME=VALUE' each
       character(len=:), allocatable :: text
+      type(change_type), allocatable :: wanted(:)
       integer :: i
 
       call read_text_file(file, text, largest_input, error)
       if (present(changes)) then
+         allocate (wanted(size(changes)))
          do i = 1, size(changes)
-            if (.not. allocated(error)) call change_text(file, text, &
-               trim(changes(i)), error)
+            wanted(i) = typed_change(trim(changes(i)))
          end do
+         call change_text(file, text, wanted, error)
       end if
       if (.not. allocated(error)) call read_model(model, file, text, error)
    end subroutine read_model_file

@@ -19,7 +19,7 @@ contains
       end do
    end function find_group
 
-   !> Positions of the groups that the engine reads and that have a variable.
+   !> Positions of the groups that have a variable.
    pure function groups_with(variable) result(list)
       character(len=*), intent(in) :: variable        !< name, in lower case
       integer, allocatable :: list(:)
@@ -27,7 +27,6 @@ contains
 
       allocate (list(0))
       do g = 1, size(input_groups)
-         if (input_groups(g)%built) cycle
          if (any(input_variables(input_groups(g)%first:input_groups(g)%last)%name == variable)) &
             list = [list, g]
       end do

@@ -3,23 +3,25 @@
 !> 'joint[bedding].friction_angle=30', 'material.clay.density=1900', 'joint[*].cohesion=0'.
 module dda_input_changes
    use dda_errors, only: error_type, error_input, fail
-   use dda_input_catalogue, only: find_group, find_variable, groups_with, variables_of
+   use dda_input_catalogue, only: find_group, groups_with, variables_of
    use dda_input_group, only: get_text, name_length
    use dda_input_schema, only: input_groups, input_variables
    use dda_input_text, only: group_type, span_type, parse_group, split_groups
-   use dda_input_variable, only: variable_type
-   use dda_text, only: closest, lower_case, quoted, to_text
+   use dda_input_variable, only: group_entry_type
+   use dda_text, only: closest, joined, lower_case, quoted, to_text
    implicit none
    private
-   public :: change_text
+   public :: change_type, change_text, typed_change
 
    character, parameter :: newline = achar(10), carriage_return = achar(13)
+   integer, parameter :: most_names = 8  !< that a message lists
 
-   !> What a change says.
+   !> A variable by its path, and what it becomes.
    type :: change_type
-      character(len=:), allocatable :: path                   !< as written, for messages
-      character(len=:), allocatable :: group, which, variable !< which: '' where it is not said
-      character(len=:), allocatable :: value                  !< as a namelist holds it
+      character(len=:), allocatable :: path   !< as written
+      character(len=:), allocatable :: value  !< as typed; not allocated: the variable is taken out
+      integer :: variable = 0                 !< its position in `input_variables`, once found
+      character(len=:), allocatable, private :: group, which, name  !< which: '' if it is not said
    end type change_type
 
    !> Where the assignments of a group stand.
@@ -29,149 +31,201 @@ module dda_input_changes
 
 contains
 
-   !> The text with one change made; every line keeps its number.
-   subroutine change_text(file, text, assignment, error)
+   !> The change that 'NAME=VALUE' means; without an equals sign it has no path.
+   pure type(change_type) function typed_change(words) result(change)
+      character(len=*), intent(in) :: words  !< as typed
+      integer :: equals
+
+      equals = index(words, '=')
+      change%path = trim(adjustl(words(:max(0, equals - 1))))
+      change%value = words(equals + 1:)
+   end function typed_change
+
+   !> The text with changes made, one after the other; every line keeps its number.
+   subroutine change_text(file, text, changes, error)
       character(len=*), intent(in) :: file                  !< path, for messages
       character(len=:), allocatable, intent(inout) :: text  !< of the input
-      character(len=*), intent(in) :: assignment            !< 'NAME=VALUE'
-      type(error_type), allocatable, intent(out) :: error   !< allocated on failure
-      type(change_type) :: change
+      type(change_type), intent(inout) :: changes(:)        !< find their variables
+      type(error_type), allocatable, intent(inout) :: error !< the first one stays
       type(group_type), allocatable :: groups(:)
-      type(spans_type), allocatable :: spans(:)
-      logical, allocatable :: chosen(:)
       integer :: i
 
-      call parse(assignment, change, error)
-      if (allocated(error)) return
-      call split_groups(file, text, groups, error)
-      if (allocated(error)) return
-      allocate (spans(size(groups)))
-      do i = 1, size(groups)
+      do i = 1, size(changes)
+         if (.not. allocated(error)) call split_groups(file, text, groups, error)
+         if (.not. allocated(error)) call find(changes(i), groups, error)
+         if (.not. allocated(error)) call make(changes(i), groups, text, error)
+      end do
+   end subroutine change_text
+
+   !> Make one change.
+   subroutine make(change, groups, text, error)
+      type(change_type), intent(in) :: change       !< with its variable
+      type(group_type), intent(inout) :: groups(:)  !< of the text; those of its kind get values
+      character(len=:), allocatable, intent(inout) :: text   !< of the input
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer, allocatable :: own(:)
+      logical, allocatable :: chosen(:)
+      type(spans_type), allocatable :: spans(:)
+      character(len=name_length), allocatable :: names(:)
+      character(len=:), allocatable :: new
+      integer :: i
+
+      own = pack([(i, i=1, size(groups))], [(groups(i)%name == change%group, i=1, size(groups))])
+      allocate (spans(size(own)), names(size(own)))
+      do i = 1, size(own)
          allocate (spans(i)%list(0))
-         if (groups(i)%name == change%group) call parse_group(text, groups(i), error, spans(i)%list)
+         call parse_group(text, groups(own(i)), error, spans(i)%list)
+         if (allocated(error)) return
+         names(i) = name_in(groups(own(i)))
       end do
+      call choose(change, names, chosen, error)
       if (allocated(error)) return
-      call choose(change, groups, chosen, error)
-      if (allocated(error)) return
-      do i = size(groups), 1, -1  ! from the end, so that the places of the others stay
-         if (chosen(i)) call set_in(text, groups(i)%last, spans(i)%list, change)
+      new = ''
+      if (allocated(change%value)) new = change%name//' = '//value_text(change)
+      do i = size(own), 1, -1  ! from the end, so that the places of the others stay
+         if (chosen(i)) call set_in(text, groups(own(i))%last, spans(i)%list, change, new)
       end do
-      if (any(chosen)) return
+      if (size(own) > 0 .or. new == '') return
       if (len(text) > 0) then
          if (text(len(text):) /= newline) text = text//newline
       end if
-      text = text//'&'//change%group//' '//change%variable//' = '//change%value//' /'//newline
-   end subroutine change_text
+      text = text//'&'//change%group//' '//new//' /'//newline
+   end subroutine make
 
    !> An error that names the change.
-   subroutine refuse(change, message, error)
+   pure subroutine refuse(change, message, error)
       type(change_type), intent(in) :: change  !< with its path
-      character(len=*), intent(in) :: message  !< for a person
+      character(len=*), intent(in) :: message  !< a sentence without its full stop
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
 
-      if (.not. allocated(error)) call fail(error, error_input, '--set '//change%path//': '// &
-         message)
+      if (.not. allocated(error)) call fail(error, error_input, change%path//': '//message)
    end subroutine refuse
 
-   !> Group, name and variable of a path, and the value.
-   subroutine parse(assignment, change, error)
-      character(len=*), intent(in) :: assignment  !< 'NAME=VALUE'
-      type(change_type), intent(out) :: change    !< what it says
+   !> Group, name and variable of a path.
+   subroutine find(change, groups, error)
+      type(change_type), intent(inout) :: change  !< with its path and value
+      type(group_type), intent(in) :: groups(:)   !< of the text
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=:), allocatable :: path
-      integer :: equals, dot, last
+      integer :: dot, last
 
-      equals = index(assignment, '=')
-      change%path = trim(adjustl(assignment(:max(0, equals - 1))))
-      if (equals < 2) then
-         change%path = assignment
+      if (change%path == '') then
+         change%path = change%value
          call refuse(change, 'must read NAME=VALUE', error)
          return
       end if
-      path = change%path
-      change%which = ''
-      dot = scan(path, '.[')
-      if (dot == 0) then
-         change%variable = lower_case(path)
-         call find_home(change, error)
-      else
-         change%group = lower_case(trim(path(:dot - 1)))
+      associate (path => change%path)
+         change%which = ''
+         dot = scan(path, '.[')
          last = index(path, '.', back=.true.)
-         change%variable = lower_case(trim(adjustl(path(last + 1:))))
-         if (path(dot:dot) == '[') then
-            change%which = path(dot + 1:max(dot, index(path, ']') - 1))
-         else if (last > dot) then
-            change%which = path(dot + 1:last - 1)
+         change%name = lower_case(trim(adjustl(path(last + 1:))))
+         if (dot == 0) then
+            call find_home(change, groups, error)
+         else
+            change%group = lower_case(trim(path(:dot - 1)))
+            if (path(dot:dot) == '[') then
+               change%which = path(dot + 1:max(dot, index(path, ']', back=.true.) - 1))
+            else if (last > dot) then
+               change%which = path(dot + 1:last - 1)
+            end if
          end if
-      end if
-      if (.not. allocated(error)) call check_variable(change, error)
-      if (allocated(error)) return
-      change%value = value_text(change, assignment(equals + 1:))
-      if (change%value == '') call refuse(change, 'a value is needed', error)
-   end subroutine parse
+      end associate
+      call find_variable(change, error)
+      if (allocated(error) .or. .not. allocated(change%value)) return
+      if (change%value == '' .and. input_variables(change%variable)%kind /= 'text') &
+         call refuse(change, 'a value is needed', error)
+   end subroutine find
 
    !> The one group that a variable without a group can mean.
-   subroutine find_home(change, error)
-      type(change_type), intent(inout) :: change  !< with its variable
+   subroutine find_home(change, groups, error)
+      type(change_type), intent(inout) :: change  !< with the name of its variable
+      type(group_type), intent(in) :: groups(:)   !< of the text
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer, allocatable :: homes(:)
+      type(group_entry_type), allocatable :: homes(:)
+      character(len=2*len(input_variables%name)), allocatable :: paths(:)
+      integer :: i, g
 
-      homes = groups_with(change%variable)
-      if (any(homes == find_group('control'))) homes = [find_group('control')]
+      homes = input_groups(groups_with(change%name))
+      ! Joints and masonry count where there are any.
+      if (.not. all(homes%built)) homes = pack(homes, .not. homes%built .or. &
+         [(any([(groups(i)%name == homes(g)%name, i=1, size(groups))]), g=1, size(homes))])
+      if (any(homes%name == 'control')) homes = pack(homes, homes%name == 'control')
       if (size(homes) == 1) then
-         change%group = trim(input_groups(homes(1))%name)
+         change%group = trim(homes(1)%name)
       else if (size(homes) > 1) then
+         allocate (paths(size(homes)))
+         do i = 1, size(homes)
+            paths(i) = trim(homes(i)%name)//'.'//change%name
+         end do
          call refuse(change, 'this is a variable of several groups: name one, as '// &
-            trim(input_groups(homes(1))%name)//'.'//change%variable, error)
+            joined(paths, ' or '), error)
+      else if (find_group(change%name) > 0) then
+         call refuse(change, 'this is a group: name a variable of it, as '//change%name//'.'// &
+            trim(input_variables(input_groups(find_group(change%name))%first)%name), error)
       else
-         call refuse(change, 'no group has this variable'//meant(change%variable, &
-            input_variables%name), error)
+         call refuse(change, 'no group has this variable'//meant(change%name, &
+            input_variables%name, ''), error)
       end if
    end subroutine find_home
 
-   !> A hint at the name that is spelt most like another, or nothing.
-   pure function meant(word, words) result(hint)
+   !> A hint at the name that is spelt most like another; otherwise what is said of the known ones.
+   pure function meant(word, words, otherwise) result(hint)
       character(len=*), intent(in) :: word, words(:)  !< not known; known ones
+      character(len=*), intent(in) :: otherwise       !< words before a list of them, or none
       character(len=:), allocatable :: hint
       integer :: i
 
       hint = ''
       i = closest(trim(word), words)
-      if (i > 0) hint = '; did you mean '//quoted(words(i))//'?'
+      if (i > 0) then
+         hint = '; did you mean '//quoted(words(i))//'?'
+      else if (otherwise /= '') then
+         hint = '; '//otherwise//' '//listed(words)
+      end if
    end function meant
 
-   !> The group must exist and have the variable.
-   subroutine check_variable(change, error)
-      type(change_type), intent(in) :: change  !< with group and variable
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(variable_type), allocatable :: own(:)
-      type(variable_type) :: variable
+   !> The first names, with commas between.
+   pure function listed(names) result(list)
+      character(len=*), intent(in) :: names(:)  !< trailing blanks are dropped
+      character(len=:), allocatable :: list
 
-      if (find_group(change%group) == 0) then
+      list = joined(names(:min(size(names), most_names)), ', ')
+      if (size(names) > most_names) list = list//' …'
+   end function listed
+
+   !> The variable that is named, in a group that exists.
+   subroutine find_variable(change, error)
+      type(change_type), intent(inout) :: change  !< with its group
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: g, v
+
+      if (allocated(error)) return
+      g = find_group(change%group)
+      if (g == 0) then
          call refuse(change, 'there is no group &'//change%group//meant(change%group, &
-            input_groups%name), error)
+            input_groups%name, ''), error)
          return
       end if
-      variable = find_variable(change%group, change%variable)
-      if (variable%name /= '') return
-      own = variables_of(change%group)
-      call refuse(change, 'group &'//change%group//' has no variable '//quoted(change%variable)// &
-         meant(change%variable, own%name), error)
-   end subroutine check_variable
+      do v = input_groups(g)%first, input_groups(g)%last
+         if (input_variables(v)%name == change%name) change%variable = v
+      end do
+      associate (own => variables_of(change%group))
+         if (change%variable == 0) call refuse(change, 'group &'//change%group// &
+            ' has no variable '//quoted(change%name)//meant(change%name, own%name, 'it has'), error)
+      end associate
+   end subroutine find_variable
 
-   !> The value as a namelist holds it: texts in quotes, logical values with dots.
-   function value_text(change, given) result(text)
-      type(change_type), intent(in) :: change  !< with group and variable
-      character(len=*), intent(in) :: given    !< behind the equals sign
+   !> The value as the text of an input holds it: texts in quotes, logical values with dots.
+   pure function value_text(change) result(text)
+      type(change_type), intent(in) :: change  !< with its value and variable
       character(len=:), allocatable :: text
-      type(variable_type) :: variable
+      character(len=8) :: kind
       integer :: i
 
-      text = trim(adjustl(given))
-      variable = find_variable(change%group, change%variable)
-      if (variable%kind == 'logical' .and. lower_case(text) == 'true') text = '.true.'
-      if (variable%kind == 'logical' .and. lower_case(text) == 'false') text = '.false.'
-      if (all(variable%kind /= ['name', 'word', 'text']) .or. scan(text//' ', '''"') == 1) return
+      text = trim(adjustl(change%value))
+      kind = input_variables(change%variable)%kind
+      if (kind == 'logical' .and. lower_case(text) == 'true') text = '.true.'
+      if (kind == 'logical' .and. lower_case(text) == 'false') text = '.false.'
+      if (all(kind /= ['name', 'word', 'text']) .or. scan(text//' ', '''"') == 1) return
       do i = len(text), 1, -1
          if (text(i:i) == "'") text = text(:i)//text(i:)
       end do
@@ -180,72 +234,67 @@ contains
 
    !> The variable `name` of a group; blank without one.
    pure function name_in(group) result(name)
-      type(group_type), intent(in) :: group  !< with its values, or of another kind
+      type(group_type), intent(in) :: group  !< with its values
       character(len=name_length) :: name
       character(len=:), allocatable :: text
 
       text = ''
-      if (allocated(group%values)) call get_text(group, 'name', text)
+      call get_text(group, 'name', text)
       name = text
    end function name_in
 
-   !> Mark the groups that a change means.
-   subroutine choose(change, groups, chosen, error)
+   !> Mark the groups that a change means: the only one, one by name or number, or all (*).
+   subroutine choose(change, names, chosen, error)
       type(change_type), intent(in) :: change   !< with group and name
-      type(group_type), intent(in) :: groups(:) !< of the text
+      character(len=*), intent(in) :: names(:)  !< of the groups of its kind, or blank
       logical, allocatable, intent(out) :: chosen(:)  !< [groups] none: the group is to be added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      logical, allocatable :: of_kind(:)
-      character(len=name_length) :: names(size(groups))
-      integer :: i, number, status, kind
+      character(len=max(len(names), 16)) :: known(size(names))
+      integer :: i
 
-      names = [(name_in(groups(i)), i=1, size(groups))]
-      of_kind = [(groups(i)%name == change%group, i=1, size(groups))]
-      chosen = of_kind
-      kind = find_group(change%group)
-      if (change%which == '*' .and. any(of_kind)) return
-      if (change%which == '') then
-         if (count(of_kind) > 1) call refuse(change, 'the input has '//to_text(count(of_kind))// &
-            ' groups &'//change%group//'; name one, as '//change%group//'[1].'// &
-            change%variable//', or all: '//change%group//'[*].'//change%variable, error)
-         if (.not. any(of_kind) .and. input_groups(kind)%repeats) call refuse(change, &
-            'the input has no group &'//change%group//' to change', error)
-         return
+      do i = 1, size(names)
+         known(i) = names(i)
+         if (known(i) == '') known(i) = to_text(i)
+      end do
+      chosen = [(change%which == '' .or. change%which == '*', i=1, size(names))]
+      if (size(names) == 0) then
+         if (change%which /= '' .or. input_groups(find_group(change%group))%repeats) &
+            call refuse(change, 'the input has no group &'//change%group//' to change', error)
+      else if (change%which == '' .and. size(names) > 1 .and. &
+         input_groups(find_group(change%group))%repeats) then
+         call refuse(change, 'the input has '//to_text(size(names))//' groups &'// &
+            change%group//' ('//listed(known)//'); name one, as '//change%group//'['// &
+            trim(known(1))//'].'//change%name//', or all: '//change%group//'[*].'//change%name, &
+            error)
+      else if (.not. any(chosen)) then
+         chosen = known == change%which
+         if (.not. any(chosen)) chosen = [(to_text(i) == change%which, i=1, size(names))]
+         if (.not. any(chosen)) call refuse(change, 'there is no &'//change%group//' named '// &
+            quoted(change%which)//meant(change%which, known, 'there are'), error)
       end if
-      chosen = of_kind .and. names == change%which
-      if (any(chosen)) return
-      read (change%which, *, iostat=status) number
-      if (status == 0 .and. verify(change%which, '0123456789') == 0) then
-         do i = 1, size(groups)
-            chosen(i) = of_kind(i) .and. count(of_kind(:i)) == number
-         end do
-      end if
-      if (.not. any(chosen)) call refuse(change, 'there is no &'//change%group//' named '// &
-         quoted(change%which)//meant(change%which, pack(names, of_kind)), error)
    end subroutine choose
 
-   !> Set the variable in one group; giving a duration takes the number of steps out, and the other
-   !> way round.
-   subroutine set_in(text, last, spans, change)
+   !> Set the variable in one group, or take it out; a duration takes the number of steps out, and
+   !> the other way round.
+   subroutine set_in(text, last, spans, change, new)
       character(len=:), allocatable, intent(inout) :: text  !< of the input
       integer, intent(in) :: last                !< the slash of the group
       type(span_type), intent(in) :: spans(:)    !< its assignments
-      type(change_type), intent(in) :: change    !< with its value
-      character(len=:), allocatable :: new, other
+      type(change_type), intent(in) :: change    !< with its variable
+      character(len=*), intent(in) :: new        !< 'NAME = VALUE', or nothing
+      character(len=:), allocatable :: other
       character(len=len(input_variables%name)) :: names(size(spans))
       integer :: i, first
 
-      new = change%variable//' = '//change%value
       other = ''
-      if (change%group == 'control' .and. change%variable == 'duration') other = 'steps'
-      if (change%group == 'control' .and. change%variable == 'steps') other = 'duration'
-      do i = 1, size(spans)
-         names(i) = input_variables(spans(i)%variable)%name
-      end do
-      first = findloc(names == change%variable, .true., 1)
-      if (first == 0) text = trim(text(:last - 1))//' '//new//' '//text(last:)
+      if (change%group == 'control' .and. change%name == 'duration') other = 'steps'
+      if (change%group == 'control' .and. change%name == 'steps') other = 'duration'
+      if (new == '') other = ''
+      names = input_variables(spans%variable)%name
+      first = findloc(names == change%name, .true., 1)
+      if (first == 0 .and. new /= '') text = trim(text(:last - 1))//' '//new//' '//text(last:)
       do i = size(spans), 1, -1
-         if (names(i) /= change%variable .and. names(i) /= other) cycle
+         if (names(i) /= change%name .and. names(i) /= other) cycle
          text = text(:spans(i)%first - 1)//trim(merge(new, repeat(' ', len(new)), i == first))// &
             line_ends(text(spans(i)%first:spans(i)%last))//text(spans(i)%last + 1:)
       end do

@@ -48,7 +48,7 @@ contains
       character(len=*), intent(in) :: text           !< of the input
       type(group_type), intent(inout) :: group       !< a known one, with its place in the text
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      !> where each of its assignments stands
+      !> where each of its assignments stands, which may be about to change
       type(span_type), allocatable, intent(inout), optional :: spans(:)
       type(value_type), allocatable :: values(:)
       character(len=:), allocatable :: failure
@@ -73,7 +73,7 @@ contains
          if (present(spans)) spans = [spans, span_type(v, begin, last)]
       end do
       call keep(values, group%values)
-      call check_switches(group, error)
+      if (.not. present(spans)) call check_switches(group, error)
    end subroutine parse_group
 
    !> The values that are given, without a copy of what they hold.

@@ -17,6 +17,7 @@ module api
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
    use dda_input_boundaries, only: boundary_kinds
+   use dda_input_changes, only: change_type, change_text
    use dda_interrupts, only: ask_host, fail_if_stopped, request_stop
    use dda_input_catalogue, only: find_group
    use dda_input_joint, only: reduced_strengths
@@ -63,11 +64,13 @@ module api
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
    public :: spectrum_of, amplification_of, peak_of, oscillator_peaks_of
    public :: hear_python, stop_engine
-   public :: engine_version, engine_commit, engine_names, parse_input, parsed_input, reduced_joint
+   public :: engine_version, engine_commit, engine_names, parse_input, parsed_input, &
+      reduced_joint, make_changes, changed_text
 
    integer, parameter :: most_runs = 65536
 
-   type(group_type), allocatable :: parsed(:)  !< of the text that was parsed last
+   type(group_type), allocatable :: parsed(:)     !< of the text that was parsed last
+   character(len=:), allocatable :: changed       !< the text that was changed last
 
    !> One slot of the table of open runs.
    type :: slot_type
@@ -1179,6 +1182,44 @@ contains
       end do
       deallocate (parsed)
    end subroutine parsed_input
+
+   !> Change variables of a text, which `changed_text` gives then.
+   subroutine make_changes(file, text, words, n, lengths, variables, length, status, message)
+      character(len=*), intent(in) :: file, text   !< path, for messages; of the input
+      character(len=*), intent(in) :: words        !< path and value of each change, without gaps
+      integer(c_int), intent(in) :: n              !< changes
+      integer(c_int), intent(in) :: lengths(2, n)  !< bytes of path and value; -1: takes it out
+      integer(c_int), intent(out) :: variables(n)  !< their positions in the schema
+      integer(c_int), intent(out) :: length        !< bytes of the new text
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(change_type) :: changes(n)
+      type(error_type), allocatable :: error
+      integer :: i, at
+
+      at = 0
+      do i = 1, n
+         changes(i)%path = words(at + 1:at + lengths(1, i))
+         at = at + lengths(1, i)
+         if (lengths(2, i) >= 0) changes(i)%value = words(at + 1:at + lengths(2, i))
+         at = at + max(0_c_int, lengths(2, i))
+      end do
+      changed = text
+      call change_text(file, changed, changes, error)
+      variables = changes%variable
+      length = len(changed)
+      call report(error, status, message)
+   end subroutine make_changes
+
+   !> The text that was changed last.
+   subroutine changed_text(n, bytes)
+      integer(c_int), intent(in) :: n          !< of `make_changes`
+      integer(c_int), intent(out) :: bytes(n)
+      integer :: i
+
+      bytes = [(iachar(changed(i:i)), i=1, n)]
+      deallocate (changed)
+   end subroutine changed_text
 
    !> The variables of a group &joint with which all its strength is divided by a factor.
    subroutine reduced_joint(text, factor, names, values, status, message)

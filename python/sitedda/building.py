@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from .block_file import LARGE, write_block_file
+from .changes import with_files
 from .errors import InputError
 from .files import OWN_INPUT, is_same, write
 from .groups import (
@@ -338,34 +339,21 @@ def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path,
     text = _read_input(file)
     if is_same(output, file):
         raise InputError(f"{output} is the input itself; give another output")
-    text = _moved(text, file.parent, output.parent)
+    text = _moved(text, file, output.parent)
     text, built = built_text(text, file, block_writer(output, block_file, [file]))
     return write(output, text, OWN_INPUT, [file]), built
 
 
-_RECORD = re.compile(r"(\bfile\s*=\s*)('(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")", re.IGNORECASE)
-
-
-def _moved(text: str, folder: Path, target: Path) -> str:
+def _moved(text: str, file: Path, target: Path) -> str:
     """The text with the records of its motions and its block files named from another folder."""
-    if folder.resolve() == target.resolve():
-        return text
-    parts, at = [], 0
-    for one in find_groups(text, skipped=("block",)):
-        if one.name not in ("motion", "blocks"):
-            continue
-        parts += [text[at : one.start], _RECORD.sub(lambda m: _from(m, folder, target),
-                                                    text[one.start : one.end])]  # fmt: skip
-        at = one.end
-    return "".join(parts) + text[at:]
+    folder = file.parent
 
+    def name_from(group: Found) -> str:
+        name = group.values.get("file", "")
+        moves = group.name in ("motion", "blocks") and name and not os.path.isabs(name)
+        return os.path.relpath(folder / name, target) if moves else ""
 
-def _from(found, folder: Path, target: Path) -> str:
-    quote = found[2][0]
-    name = found[2][1:-1].replace(quote * 2, quote).rstrip()
-    if name and not os.path.isabs(name):
-        name = os.path.relpath(folder / name, target)
-    return found[1] + "'" + name.replace("'", "''") + "'"
+    return text if folder.resolve() == target.resolve() else with_files(text, name_from, file)
 
 
 def summary(built: Built) -> str:

@@ -3,17 +3,11 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
+from collections.abc import Callable, Iterator, Mapping
 
 from .errors import InputError
-from .groups import is_made, single_groups, variables
-from .namelist import Group, Namelist, Verbatim, value_text
-
-_EXCLUSIVE = {"duration": "steps", "steps": "duration"}  # giving one takes the other out
-_PATH = re.compile(r"\s*(\w+)\s*(?:\[(.*?)\])?\s*(?:\.\s*(.+?))?\s*", re.DOTALL)
-
+from .groups import value_text
+from .input_text import Found, find_groups, with_changes
 
 # What may change while a model is stepped; all variables of loads but their names.
 BETWEEN_STEPS = {
@@ -30,8 +24,8 @@ class Typed(str):
     """A value as it is typed on a command line: the kind of its variable says how it is meant."""
 
 
-def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -> str:
-    """The namelist text with variables changed; every line keeps its number.
+def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, file="input") -> str:
+    """The text of an input with variables changed; every line keeps its number.
 
     Parameters
     ----------
@@ -48,6 +42,8 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -
         - ``group`` or ``group.name``, with a mapping of variables and values.
     allowed : mapping, optional
         The variables of each group that may be changed (all).
+    file : path
+        Where the text is from, for messages.
 
     Returns
     -------
@@ -58,39 +54,25 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None) -
     InputError
         If a name is unknown, or does not say which of several groups is meant.
     """
-    namelist = Namelist.of(text)
-    for path, value in flat_changes(changes):
-        groups, variable = _target(namelist, path)
-        if isinstance(value, Typed):
-            value = _as_meant(path, value.strip(), variables()[groups[0].name][variable])
-        if allowed is not None and variable not in allowed.get(groups[0].name, ()):
+    texts = [(path, _text(path, value)) for path, value in flat_changes(changes)]
+    text, variables = with_changes(text, texts, file)
+    for (path, _), one in zip(texts, variables, strict=True):
+        if allowed is not None and one.name not in allowed.get(one.group, ()):
             known = "; ".join(f"&{kind}: {', '.join(names)}" for kind, names in allowed.items())
             raise InputError(f"{path} cannot change during a run; what can is of {known}")
-        try:
-            value_text(value if value is not None else "")
-        except TypeError as trouble:
-            raise InputError(f"{path}: {trouble}") from trouble
-        for group in groups:
-            if value is not None and variable in _EXCLUSIVE and group.name == "control":
-                group.set(_EXCLUSIVE[variable], None)
-            group.set(variable, value)
-    return str(namelist)
+    return text
+
+
+def _text(path: str, value) -> str | None:
+    try:
+        return value if value is None or isinstance(value, Typed) else value_text(value)
+    except TypeError as trouble:
+        raise InputError(f"{path}: {trouble}") from trouble
 
 
 def in_words(changes: Mapping) -> str:
     """Changes as one line, for the output."""
     return ", ".join(f"{path} = {value_text(value)}" for path, value in flat_changes(changes))
-
-
-def _as_meant(path: str, text: str, kind: str) -> Verbatim:
-    """A typed value in the words of a namelist, the same as the native executable makes of it."""
-    if kind.startswith("text"):
-        return Verbatim(text if text.startswith(("'", '"')) else value_text(text))
-    if not text:
-        raise InputError(f"{path}: a value is needed")
-    if kind == "logical" and text.lower() in ("true", "false"):
-        return Verbatim(f".{text.lower()}.")
-    return Verbatim(text)
 
 
 def flat_changes(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:
@@ -103,73 +85,21 @@ def flat_changes(changes: Mapping, before: str = "") -> Iterator[tuple[str, obje
             yield path, value
 
 
-def _target(namelist: Namelist, path: str) -> tuple[list[Group], str]:
-    """The groups that a path means, and the variable of theirs."""
-    match = _PATH.fullmatch(path)
-    if not match:
-        raise InputError(f"{path!r} does not name a variable, as time_step or joint[bed].cohesion")
-    kind, which, rest = match[1].lower(), match[2], match[3]
-    if which is None and rest is None:
-        return _bare(namelist, kind)
-    if which is None:
-        which, dot, rest = rest.rpartition(".")
-        which = which if dot else None
-    if kind not in variables():
-        raise InputError(f"{path}: there is no group &{kind}{_nearest(kind, variables())}")
-    variable = (rest or "").lower()
-    if variable not in variables()[kind]:
-        known = variables()[kind]
-        hint = _nearest(variable, known) or f"; it has {', '.join(known)}"
-        raise InputError(f"{path}: group &{kind} has no variable {variable!r}{hint}")
-    return _chosen(namelist, path, kind, which, variable), variable
+def with_files(text: str, name_of: Callable[[Found], str], file="input") -> str:
+    """A text whose groups name other files.
 
-
-def _bare(namelist: Namelist, variable: str) -> tuple[list[Group], str]:
-    """The one group that a variable without a group can mean."""
-    homes = [kind for kind, names in variables().items() if variable in names]
-    if "control" in homes:
-        homes = ["control"]
-    if not homes:
-        if variable in variables():
-            known = f"{variable}.{next(iter(variables()[variable]))}"
-            raise InputError(f"{variable!r} is a group: name a variable of it, such as {known}")
-        names = sorted({name for names in variables().values() for name in names})
-        raise InputError(f"no group has a variable {variable!r}{_nearest(variable, names)}")
-    if any(not is_made(kind) for kind in homes):  # joints and masonry count where there are any
-        homes = [kind for kind in homes if not is_made(kind) or namelist.named(kind)]
-    if len(homes) > 1:
-        paths = " or ".join(f"{kind}.{variable}" for kind in homes)
-        raise InputError(f"{variable!r} is a variable of several groups: name one, as {paths}")
-    return _chosen(namelist, variable, homes[0], None, variable), variable
-
-
-def _chosen(namelist: Namelist, path: str, kind: str, which: str | None, variable: str):
-    """The groups of a kind that are meant: the only one, one by name or number, or all (*)."""
-    groups = namelist.named(kind)
-    if which is None and kind in single_groups():
-        return groups or [namelist.add(kind)]
-    if not groups:
-        raise InputError(f"{path}: the input has no group &{kind} to change")
-    if which is None and len(groups) == 1 or which == "*":
-        return groups
-    names = [group.get("name") or str(i) for i, group in enumerate(groups, 1)]
-    if which is None:
-        shown = ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
-        raise InputError(
-            f"{path}: the input has {len(groups)} groups &{kind} ({shown}); name one, as "
-            f"{kind}[{names[0]}].{variable}, or all: {kind}[*].{variable}"
-        )
-    which = which.strip().strip("'\"")
-    found = [group for group, name in zip(groups, names, strict=True) if name == which]
-    if not found and which.isdecimal() and 1 <= int(which) <= len(groups):
-        found = [groups[int(which) - 1]]
-    if not found:
-        hint = _nearest(which, names) or f"; there are {', '.join(names[:8])}"
-        raise InputError(f"{path}: there is no &{kind} named {which!r}{hint}")
-    return found
-
-
-def _nearest(word: str, known) -> str:
-    """A hint at the most similar of the known words, or nothing."""
-    close = get_close_matches(word, known, 1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    Parameters
+    ----------
+    text : str
+    name_of : callable
+        The name of the file of a group; empty: it stays.
+    file : path
+        Where the text is from, for messages.
+    """
+    parts, at = [], 0
+    for one in find_groups(text, file, ("block",)):
+        if name := name_of(one):
+            group = changed_input(text[one.start : one.end], {f"{one.name}.file": name})
+            parts += [text[at : one.start], group]
+            at = one.end
+    return "".join(parts) + text[at:]

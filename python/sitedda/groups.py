@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from functools import cache
 
@@ -12,12 +13,12 @@ from . import masonry
 from .cutting import geometry
 from .errors import InputError
 from .input_text import UNSET, Found
-from .namelist import value_text
 from .schema import GROUPS, Variable
 
 # Kinds of values: text, texts, number, numbers, points (x, y, x, y …), whole (number), logical.
 _KINDS = {"name": "text", "word": "text", "text": "text", "real": "number", "integer": "whole"}
 _KINDS |= {"logical": "logical", "points": "points"}
+_LARGEST = 2**53 - 1  # of whole numbers, which are read as floating-point numbers
 
 # What is turned into blocks before the engine reads it.
 CUT = {
@@ -126,6 +127,8 @@ def _whole(value) -> int:
     number = _number(value)
     if number != int(number):
         raise ValueError
+    if abs(number) > _LARGEST:
+        raise InputError(f"{value} is too large to be kept exactly: at most {_LARGEST}")
     return int(value)
 
 
@@ -163,13 +166,27 @@ _WORDS |= {
 # --- Text ----------------------------------------------------------------------------------------
 
 
-def group_text(name: str, values: dict) -> str:
-    """A group on one line."""
-    return f"&{name} " + ", ".join(f"{k} = {_value_text(v)}" for k, v in values.items()) + " /\n"
+def group_text(name: str, values: Mapping) -> str:
+    """A group on one line; variables that are None are left out."""
+    given = [f"{k} = {value_text(v)}" for k, v in values.items() if v is not None]
+    return f"&{name} {', '.join(given)} /\n"
 
 
-def _value_text(value) -> str:
-    return value_text(value.ravel().tolist() if isinstance(value, np.ndarray) else value)
+def value_text(value) -> str:
+    """A value as an input holds it: text, number, logical value, or a sequence of them."""
+    if isinstance(value, np.ndarray):
+        value = value.ravel().tolist()
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    if isinstance(value, bool | np.bool_):
+        return ".true." if value else ".false."
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        return repr(float(value))
+    if isinstance(value, Iterable) and not isinstance(value, Mapping | bytes):
+        return ", ".join(map(value_text, value))
+    raise TypeError(f"a namelist cannot hold {value!r}")
 
 
 def read_values(found: Found, file) -> dict:

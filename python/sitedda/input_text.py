@@ -12,7 +12,7 @@ import numpy as np
 
 from .engine import api, checked
 from .errors import SiteddaError
-from .schema import GROUPS
+from .schema import GROUPS, Variable
 
 _VARIABLES = [variable for group in GROUPS.values() for variable in group.variables]
 _NAME = re.compile(rb"\w*")
@@ -66,9 +66,9 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
         If it is no text of groups, or a variable is not known or a value cannot be read; the
         message names the line.
     """
-    data = text.encode("utf-8", "surrogateescape")
+    data = _bytes(text)
     with _ONE:
-        sizes = checked(*api.parse_input(str(file).encode(), data or b" ", " ".join(skipped)))
+        sizes = checked(*api.parse_input(_bytes(file), data or b" ", " ".join(skipped)))
         groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
     found, values = [], _values(values.T[: sizes[1]].tolist(), numbers, bytes(letters.astype("u1")))
     places = _characters(data, groups[1:3, : sizes[0]])
@@ -77,6 +77,43 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
         own = dict(one for _, one in zip(range(count), values, strict=False))
         found.append(Found(name, int(line), int(start) - 1, int(end), own))
     return found
+
+
+def with_changes(
+    text: str, changes: Sequence[tuple[str, str | None]], file="input"
+) -> tuple[str, list[Variable]]:
+    """A text with variables changed, and these variables.
+
+    Parameters
+    ----------
+    text : str
+    changes : sequence of (str, str or None)
+        Paths of variables and their values, as typed or as the text of an input has them; None
+        takes a variable out.
+    file : path
+        For messages.
+
+    Raises
+    ------
+    InputError
+        If it is no text of groups, or a path does not say which variable of which group it means.
+    """
+    if not changes:
+        return text, []
+    words = [[None if one is None else _bytes(one) for one in change] for change in changes]
+    lengths = [[-1 if one is None else len(one) for one in change] for change in words]
+    joined = b"".join(one for change in words for one in change if one)
+    with _ONE:
+        variables, size = checked(
+            *api.make_changes(_bytes(file), _bytes(text) or b" ", joined, np.transpose(lengths))
+        )
+        letters = api.changed_text(size)
+    new = letters.astype("u1").tobytes().decode("utf-8", "surrogateescape")
+    return new, [_VARIABLES[position - 1] for position in variables]
+
+
+def _bytes(text) -> bytes:
+    return str(text).encode("utf-8", "surrogateescape")
 
 
 def _characters(data: bytes, places: np.ndarray) -> np.ndarray:

@@ -95,7 +95,7 @@ class Simulation:
         self._one = threading.RLock()  # held while the engine works on this simulation
         with opened_input(file) as (file, text):
             if changes:
-                text = changed_input(text, changes)
+                text = changed_input(text, changes, file=file)
             text, self.built = built_text(text, file)
             writes = self._writes + bool(resume)
             with FILES:
@@ -184,7 +184,7 @@ class Simulation:
         """
         changes = dict(changes or {}) | more
         with self._one:
-            text = changed_input(self._changed_text(), changes, BETWEEN_STEPS)
+            text = changed_input(self._changed_text(), changes, BETWEEN_STEPS, self.file)
             self._change(text, in_words(changes))
 
     def add(self, kind: str, **values) -> None:

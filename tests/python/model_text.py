@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import copy
 
-from sitedda.namelist import namelist_text as namelist  # noqa: F401  what tests import from here
+from sitedda.groups import value_text
 
 ROCK = {"name": "rock", "density": 2643.0, "young_modulus": 4.788e9, "poisson_ratio": 0.25}
 BONDED = {
@@ -15,6 +15,13 @@ BONDED = {
     "tensile_strength": 50.0e6,
 }
 DRY = {"name": "bedding", "friction_angle": 35.0}
+
+
+def namelist(groups) -> str:
+    """The text of pairs (name of the group, its variables), a variable a line."""
+    given = [(n, "".join(f"   {k} = {value_text(v)}\n" for k, v in g.items() if v is not None))
+             for n, g in groups]  # fmt: skip
+    return "".join(f"&{name}\n{variables}/\n" for name, variables in given)
 
 
 def changed(groups, group: str, which: int = 0, **values) -> list:

@@ -3,14 +3,13 @@
 
 import re
 
-import numpy as np
 import pytest
 from model_text import flying_block, namelist, tower
 
 import sitedda
 from sitedda.changes import changed_input
 from sitedda.engine import engine_names
-from sitedda.namelist import Namelist
+from sitedda.input_text import groups_by_name
 from sitedda.schema import GROUPS
 
 NOTHING = "there is no variable"
@@ -23,6 +22,12 @@ def value_of(variable):
     """A value that a variable of the kind can be read from."""
     value = {"real": 1.0, "points": 1.0, "integer": 1, "logical": True}.get(variable.kind, "x")
     return [value] if variable.size else value
+
+
+def needed(variable):
+    """What a group has to say for the variable to belong to it."""
+    switch, _, values = variable.when.partition(" = ")
+    return {switch: values.split("'")[1]} if switch else {}
 
 
 def test_every_variable_of_the_schema_is_read(root):
@@ -57,26 +62,24 @@ def test_every_variable_is_known_to_the_reader(variable, write_input):
 def test_every_variable_is_changed_where_it_lives(variable):
     """`penetration_tolerance` and `contact_rules` once landed in &control."""
     path = f"{variable.group}[*].{variable.name}"
-    groups = [*tower(), *[(group, {}) for group in GROUPS_READ]]
+    groups = [(name, needed(variable)) for name in (*GROUPS_READ, variable.group)]
+    groups = [(name, values if name == variable.group else {}) for name, values in groups]
     after = changed_input(namelist(groups), {path: value_of(variable)})
-    value = value_of(variable)
-    expected = ", ".join(map(str, np.atleast_1d(value).tolist()))
-    if value is True:
-        expected = ".true."
-    assert {g.get(variable.name) for g in Namelist.of(after).named(variable.group)} == {expected}
+    found = groups_by_name(after)[variable.group]
+    assert all(group.get(variable.name) == value_of(variable) for group in found)
 
 
 @pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
 def test_a_bare_name_is_taken_where_one_group_can_be_meant(variable):
-    text = namelist([("control", {}), (variable.group, {})])
+    text = namelist([("run", {}), (variable.group, needed(variable))])
     homes = {v.group for v in VARIABLES if v.name == variable.name}
     if len(homes) > 1 and "control" not in homes:
         with pytest.raises(sitedda.InputError, match="a variable of several groups"):
-            changed_input(text, {variable.name: 1})
+            changed_input(text, {variable.name: value_of(variable)})
         return
     home = "control" if "control" in homes else variable.group
-    after = Namelist.of(changed_input(text, {variable.name: 1})).named(home)
-    assert after[0].get(variable.name) == "1"
+    after = groups_by_name(changed_input(text, {variable.name: value_of(variable)}))[home]
+    assert after[0][variable.name] == value_of(variable)
 
 
 def test_a_changed_contact_rule_reaches_the_run(write_input):

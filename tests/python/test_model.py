@@ -393,3 +393,14 @@ def test_groups_compare_by_value():
     one, other = Group("joint", {"cohesion": 1}), Group("joint", {"cohesion": 1.0})
     assert one == other and one != Group("joint") and Model("a") != Model("b")
     assert BONDED["cohesion"] == Group("joint", BONDED).as_dict()["cohesion"]
+
+
+def test_whole_numbers_are_exact_or_refused():
+    model = sitedda.Model()
+    largest = 2**53 - 1
+    model.voronoi(size=1.0, seed=largest)
+    assert sitedda.Model.from_namelist(model.to_namelist())["voronoi"][0].seed == largest
+    with pytest.raises(sitedda.InputError, match=f"seed: {2**53} is too large.*{largest}"):
+        model.voronoi(size=1.0, seed=2**53)
+    with pytest.raises(sitedda.InputError, match=r"&voronoi \(line 1\).*too large"):
+        sitedda.Model.from_namelist(f"&voronoi size = 1, seed = {2**53 + 1} /")

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from ..drawing import BLUE, COLORS, FIELD, INK, RED, small_axes
 from ..errors import SiteddaError
-from ..namelist import group_text
+from ..groups import group_text
 from ..scheme import Scheme
 from ..signals import dominant_frequency
 from ..simulation import Simulation, run

@@ -64,7 +64,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     from ..building import opened_input
 
     with opened_input(source) as (file, text):
-        model = Model.from_namelist(changed_input(text, changes) if changes else text, file)
+        model = Model.from_namelist(changed_input(text, changes or {}, file=file), file)
     model = model.build()
     model.control(**dict.fromkeys((*_TIMED[:2], "settle", "dynamic_factor", "duration", "steps")))
     if model.control.time_step is None:

@@ -17,11 +17,10 @@ import numpy as np
 
 from .. import engine
 from ..building import opened_input
-from ..changes import changed_input, flat_changes
+from ..changes import changed_input, flat_changes, with_files
 from ..errors import InputError, SiteddaError
 from ..files import make_folder, plain_text
-from ..groups import variables
-from ..namelist import Namelist
+from ..input_text import Found
 from ..reading import read_bounded
 from .axes import Axis, axes_of
 from .quantities import DEFAULT, Quantity, quantities_of
@@ -103,7 +102,7 @@ class Plan:
     def _write_inputs(self) -> list[str]:
         files = _Files(self.folder)
         with opened_input(self.model) as (file, text):
-            base = files.kept_in(text, Path(file).parent)
+            base = files.kept_in(text, Path(file))
         base = changed_input(base, {"output.file": OUTPUT})
         head = (str(_FORMAT), engine.version(), build(), _task_name(self.task))
         keys = []
@@ -234,15 +233,14 @@ class _Files:
             for path, value in changes.items()
         }
 
-    def kept_in(self, text: str, folder: Path) -> str:
+    def kept_in(self, text: str, file: Path) -> str:
         """A text whose files are those of the study."""
-        namelist = Namelist.of(text)
-        for group in namelist.groups:
-            if group.name != "output" and "file" in variables().get(group.name, {}):
-                name = group.get("file")
-                if name:
-                    group.set("file", self._name(folder / name, f"&{group.name}"))
-        return str(namelist)
+
+        def name_of(group: Found) -> str:
+            name = group.values.get("file") if group.name != "output" else ""
+            return self._name(file.parent / name, f"&{group.name}") if name else ""
+
+        return with_files(text, name_of, file)
 
     def _name(self, file, where: str) -> str:
         """The name of a file, or of a `Record` that stands in none yet."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ..namelist import group_text
+from ..groups import group_text
 from ..simulation import Simulation, run
 
 GRAVITY = 9.81  # m/s²
@@ -19,9 +19,8 @@ STIFF = 1e15  # Pa: a base that does not give
 
 
 def group(name: str, /, **values) -> str:
-    """One namelist group; values that are None are left out, arrays are taken flat."""
-    flat = {key: np.ravel(value) if np.ndim(value) else value for key, value in values.items()}
-    return group_text(name, flat)
+    """One namelist group; values that are None are left out."""
+    return group_text(name, values)
 
 
 def control(time_step: float, steps: int, gravity: Sequence[float] = (0.0, -GRAVITY), **more):
