@@ -16,8 +16,8 @@
 !> contact forces and the rounding of coordinates are worth in its springs.  Where that exceeds 10⁻³
 !> of the weight of a block that nothing holds, the outcome says so: it might yet slide.
 !>
-!> No contact at rest is deeper than its force explains by more than contacts are listed for, or
-!> blocks have passed through each other.
+!> No contact at rest is deeper than its force explains: such depths are released, and the steps go
+!> on.
 !>
 !> Materials do not damp in statics: they have the modulus that is given, and bodies that remember
 !> strains begin anew at rest.
@@ -57,6 +57,7 @@ module dda_equilibrium
       real(wp) :: doubt = 0.0_wp                !< largest share of its weight allowed to a block
       integer :: doubtful = 0                   !< that block, which nothing holds
       integer :: unexplained = 0                !< contact deeper than its force explains, else 0
+      integer :: releases = 0                   !< of such depths
       character(len=:), allocatable :: words
    end type equilibrium_type
 
@@ -72,6 +73,10 @@ module dda_equilibrium
    !> steps that do not halve what is out of balance: it is rounding; what stands on dashpots must
    !> come so far
    integer, parameter :: most_in_vain = 3
+   !> of the distance at which contacts are listed, depth at rest that no force explains
+   real(wp), parameter :: fully_explained = 1.0e-3_wp
+   !> a vertex between two edges may be pressed from each to the other: it stays between
+   integer, parameter :: most_releases = 5
    integer, parameter :: few_iterations = 20       !< of a step that closes easily
    real(wp), parameter :: shrink = 0.1_wp          !< of Δt after a step that failed
    real(wp), parameter :: longest = 1.0e2_wp       !< of the first Δt
@@ -99,7 +104,6 @@ contains
       step = simulation%step
       call begin_statics(simulation)
       call step_to_rest(simulation, equilibrium, failure)
-      if (equilibrium%at_rest) call doubt_contacts(simulation, equilibrium)
       call put_in_words(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
       if (allocated(failure)) then
@@ -157,7 +161,7 @@ contains
       call stop_damping(simulation%blocks, simulation%energy)
    end subroutine begin_statics
 
-   !> Static steps until nothing is out of balance.
+   !> Static steps until nothing is out of balance, and forces explain the depths of contacts.
    subroutine step_to_rest(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< static rest under gravity
@@ -176,6 +180,7 @@ contains
          if (allocated(error)) return
          equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed &
             .and. simulation%iteration%closed
+         call doubt_contacts(simulation, equilibrium)
          in_vain = merge(0, in_vain + 1, equilibrium%largest < 0.5_wp*least)
          least = min(least, equilibrium%largest)
          if (equilibrium%at_rest .and. (in_vain >= most_in_vain .or. &
@@ -183,6 +188,8 @@ contains
          if (equilibrium%steps == most_steps) return
          if (way > fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > most_iterations) return
+         if (equilibrium%unexplained > 0 .and. equilibrium%releases < most_releases) &
+            call release_depths(simulation, equilibrium)
          call static_step(simulation, first, error)
          if (allocated(error)) then
             equilibrium%at_rest = .false.
@@ -330,15 +337,17 @@ contains
       weight_of = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
    end function weight_of
 
-   !> A contact in compression that is deeper than its force explains by more than contacts are
-   !> listed for: the forces balance, but not those of blocks where these are.
+   !> A contact in compression that is deeper than its force explains: the forces balance, but not
+   !> those of blocks where these are.
    subroutine doubt_contacts(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< with the contacts at rest
       type(equilibrium_type), intent(inout) :: equilibrium  !< is none where there is one
       integer :: c
       real(wp) :: most
 
-      most = simulation%detection%least
+      equilibrium%unexplained = 0
+      if (.not. equilibrium%at_rest) return
+      most = fully_explained*simulation%detection%least
       associate (contacts => simulation%contacts(simulation%now))
          do c = 1, contacts%n
             if (contacts%new_gap(c) >= 0.0_wp .or. -contacts%offset(c) <= most) cycle
@@ -346,8 +355,24 @@ contains
             equilibrium%unexplained = c
          end do
       end associate
-      equilibrium%at_rest = equilibrium%unexplained == 0
+      equilibrium%at_rest = equilibrium%unexplained == 0 &
+         .or. (equilibrium%releases == most_releases .and. most <= simulation%detection%least)
    end subroutine doubt_contacts
+
+   !> Contacts press by their whole depth.  Where vertices changed edges in soft contacts, as in a
+   !> pile that has fallen, they keep depths that bear nothing, so that no energy is gained.
+   subroutine release_depths(simulation, equilibrium)
+      type(simulation_type), intent(inout) :: simulation  !< its contacts are evaluated
+      type(equilibrium_type), intent(inout) :: equilibrium  !< forgets the contact found, counts
+
+      associate (contacts => simulation%contacts(simulation%now))
+         contacts%new_gap(:contacts%n) = contacts%new_gap(:contacts%n) &
+            + contacts%offset(:contacts%n)
+         contacts%offset(:contacts%n) = 0.0_wp
+      end associate
+      equilibrium%unexplained = 0
+      equilibrium%releases = equilibrium%releases + 1
+   end subroutine release_depths
 
    !> The block that has moved farthest from given places, and how far.
    subroutine farthest_moved(blocks, from, block, way)
@@ -380,7 +405,8 @@ contains
          return
       end if
       if (equilibrium%unexplained > 0) then
-         equilibrium%words = words_of_doubt(simulation, equilibrium)
+         equilibrium%words = 'forces balance after '//to_text(equilibrium%steps)// &
+            ' static steps, but '//words_of_depth(simulation, equilibrium%unexplained)
          return
       end if
       equilibrium%words = 'not at rest after '//to_text(equilibrium%steps)//' static steps'
@@ -392,20 +418,19 @@ contains
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine put_in_words
 
-   !> Which blocks have passed through each other.
-   function words_of_doubt(simulation, equilibrium) result(words)
+   !> Which blocks stand deeper in each other than their force explains.
+   function words_of_depth(simulation, c) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(equilibrium_type), intent(in) :: equilibrium  !< with a contact that is too deep
+      integer, intent(in) :: c                         !< contact that is too deep
       character(len=:), allocatable :: words
 
-      associate (contacts => simulation%contacts(simulation%now), c => equilibrium%unexplained)
-         words = 'forces balance after '//to_text(equilibrium%steps)//' static steps, but '// &
-            'block '//block_name(simulation, contacts%block_v(c))//' stands '// &
+      associate (contacts => simulation%contacts(simulation%now))
+         words = 'block '//block_name(simulation, contacts%block_v(c))//' stands '// &
             short_text(-contacts%new_gap(c) - contacts%offset(c))//' m deep in block '// &
             block_name(simulation, contacts%block_e(c))//', of which their contact force '// &
-            'explains '//short_text(-contacts%new_gap(c))//' m: they have passed through each other'
+            'explains '//short_text(-contacts%new_gap(c))//' m'
       end associate
-   end function words_of_doubt
+   end function words_of_depth
 
    !> How well it is known that the blocks are at rest.
    function words_of_rest(simulation, equilibrium) result(words)
@@ -417,12 +442,14 @@ contains
       words = 'at rest after '//to_text(equilibrium%steps)//' static steps, largest unbalanced '// &
          'force '//short_text(equilibrium%largest)//' N/m'
       weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
-      if (.not. weight > 0.0_wp) return
-      words = words//', '//short_text(equilibrium%largest/weight)//' of the weight'
+      if (weight > 0.0_wp) words = words//', '//short_text(equilibrium%largest/weight)// &
+         ' of the weight'
       if (equilibrium%doubt > doubtful_share) words = words//'; but forces up to '// &
          short_text(equilibrium%doubt)//' of the weight of block '// &
          block_name(simulation, equilibrium%doubtful)//' pass as balanced, and it may slide '// &
          '(a smaller force_tolerance or normal_stiffness of &contact lets less pass)'
+      if (equilibrium%unexplained > 0) words = words//'; but '// &
+         words_of_depth(simulation, equilibrium%unexplained)//': a vertex lies between two edges'
    end function words_of_rest
 
 end module dda_equilibrium

@@ -10,8 +10,10 @@ import pytest
 
 import sitedda
 from sitedda.masonry import Arch
+from sitedda.scene import Scene
 
 GRAVITY = 9.81
+UNEXPLAINED = 5e-5  # m, of depth: more than 10⁻³ of the distance within which contacts are listed
 
 
 def arch(friction: float, ratio: float, voussoirs: int, half: float, push: float) -> sitedda.Model:
@@ -53,3 +55,57 @@ def test_an_arch_rests_below_its_limit_alone(shape):
     shares = np.array([0.90, 0.94, 0.98, 1.02, 1.04, 1.06, 1.08, 1.10])
     found = [rests(arch(*shape, push=share * limit.upper.factor)) for share in shares]
     assert found == list(shares < 1.0)
+
+
+# --- Soft contacts --------------------------------------------------------------------------------
+
+
+def polygon(random: np.random.Generator) -> np.ndarray:
+    """A convex stone of 4 to 7 corners on a circle of 0.45 m, no two of them close."""
+    while True:
+        angles = np.sort(random.uniform(0.0, 2 * math.pi, random.integers(4, 8)))
+        between = np.diff(np.append(angles, angles[0] + 2 * math.pi))
+        if between.max() < 2.2 and between.min() > 0.4:
+            return 0.45 * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def heap(seed: int) -> tuple[sitedda.Model, float]:
+    """Stones that fall into a box, on contacts that yield by 1 to 8 cm under one; k_n, N/m."""
+    random = np.random.default_rng(seed)
+    model = sitedda.Model("Heap", time_step=5e-4, integration="backward_euler",
+                          max_displacement_ratio=0.005, gravity=(0.0, -GRAVITY))  # fmt: skip
+    stiffness = 2500 * GRAVITY * 0.5 / random.uniform(0.01, 0.08)
+    model.contact(normal_stiffness=stiffness)
+    model.material("stone", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=random.uniform(20, 40))
+    for name, (x0, x1, y0, y1) in {
+        "floor": (-2.7, 2.7, -1.0, 0.0), "left": (-2.7, -2.2, 0.0, 6.0), "right": (2.2, 2.7, 0, 6),
+    }.items():  # fmt: skip
+        corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        model.block(corners, name=name)
+        for place in corners + 0.01 * (corners.mean(axis=0) - corners):
+            model.fixed_point(*place, name)
+    for i in range(random.integers(8, 20)):
+        place = [-1.65 + 1.1 * (i % 4) + random.uniform(-0.08, 0.08), 0.5 + i // 4]
+        model.block(polygon(random) + place, name=f"stone_{i}")
+    model.stage(name="fall", kind="dynamic", duration=3.0)
+    model.stage(name="rest", kind="static")
+    return model, stiffness
+
+
+@pytest.mark.filterwarnings("ignore::sitedda.AuditWarning")
+@pytest.mark.parametrize("seed", range(20))
+def test_a_heap_on_soft_contacts_rests_as_deep_as_its_forces_explain(seed, tmp_path):
+    """Stones that have changed edges in each other kept depths that bear nothing."""
+    model, stiffness = heap(seed)
+    run = model.run(tmp_path / "heap.nc")
+    with sitedda.open_output(run.output) as data:
+        scene = Scene.of(data)
+        last = scene.frames - 1
+        contacts = scene.contacts(last)
+    places, normals = scene.contact_points(last, contacts)
+    pressed = contacts["normal_force"] > 0
+    assert pressed.sum() > 10
+    depth = -contacts["gap"][pressed]
+    explained = contacts["normal_force"][pressed] / stiffness
+    assert (depth - explained).max() <= UNEXPLAINED
