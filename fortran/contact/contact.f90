@@ -70,6 +70,12 @@ module dda_contact
       real(wp), allocatable :: was_weakened(:) !< at the start of the step
       real(wp), allocatable :: tangent(:)      !< slope of the normal force, N/m
       real(wp), allocatable :: normal_free(:)  !< assumed normal force at no gap, N/m
+      ! The same, where some law asks for the way of slip
+      logical :: with_net_slip = .false.
+      real(wp), allocatable :: net_slip(:)     !< slip beyond the elastic one, with its sign, m
+      real(wp), allocatable :: lifted(:)       !< how far that has lifted the contact, m
+      !> in this step it has slipped back to its centre first: assumed; by the law at the solution
+      logical, allocatable :: from_centre(:), trial_from_centre(:)
       ! Damping and impacts, where a model has joints with them
       logical :: with_damping = .false.
       integer, allocatable :: damping(:)       !< how it acts in this step
@@ -183,6 +189,9 @@ contains
       call operation%apply(reals=contacts%length)
       call operation%apply(reals=contacts%slip_path)
       call operation%apply(reals=contacts%weakened)
+      if (.not. contacts%with_net_slip) return
+      call operation%apply(reals=contacts%net_slip)
+      call operation%apply(reals=contacts%lifted)
    end subroutine for_each_kept
 
    !> Apply an operation to what a list has for its own step alone.
@@ -213,6 +222,9 @@ contains
       call operation%apply(reals=contacts%was_weakened)
       call operation%apply(reals=contacts%tangent)
       call operation%apply(reals=contacts%normal_free)
+      if (.not. contacts%with_net_slip) return
+      call operation%apply(logicals=contacts%from_centre)
+      call operation%apply(logicals=contacts%trial_from_centre)
    end subroutine for_each_of_step
 
    !> Apply an operation to the variables of damping and impacts.
@@ -259,6 +271,9 @@ contains
       call move_alloc(from%was_weakened, to%was_weakened)
       call move_alloc(from%tangent, to%tangent)
       call move_alloc(from%normal_free, to%normal_free)
+      if (.not. from%with_net_slip) return
+      call move_alloc(from%from_centre, to%from_centre)
+      call move_alloc(from%trial_from_centre, to%trial_from_centre)
    end subroutine hand_over
 
    !> The same of the variables of damping and impacts.
@@ -314,6 +329,9 @@ contains
       new%length(first:last) = old%length(from:to)
       new%slip_path(first:last) = old%slip_path(from:to)
       new%weakened(first:last) = old%weakened(from:to)
+      if (.not. new%with_net_slip) return
+      new%net_slip(first:last) = old%net_slip(from:to)
+      new%lifted(first:last) = old%lifted(from:to)
    end subroutine copy_history
 
    !> Reserve memory for at least `wanted` contacts; the present ones stay.

@@ -219,6 +219,9 @@ contains
       contacts%slip_sign(c) = contacts%slip_sign(nearest)
       contacts%slip_path(c) = contacts%slip_path(nearest)
       contacts%weakened(c) = contacts%weakened(nearest)
+      if (.not. contacts%with_net_slip) return
+      contacts%net_slip(c) = contacts%net_slip(nearest)
+      contacts%lifted(c) = contacts%lifted(nearest)
    end subroutine begin_beside
 
    !> Where contact k is on edge f in its overlap with edge e; far away if it is not.

@@ -8,7 +8,8 @@ module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick, is_carried, &
       is_struck
-   use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end
+   use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end, comes_down
+   use dda_joint_law, only: joint_state_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -16,7 +17,7 @@ module dda_friction
    private
    public :: laws_type, law_type, response_type, set_laws, weaker_joint, law_of, respond
    public :: find_response, acting_gap, acting_stretch, end_stretch, accept_contacts
-   public :: acts_at_theta, shear_stiffness_of, inelastic_slip
+   public :: acts_at_theta, shear_stiffness_of, inelastic_slip, has_slipped
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -34,6 +35,7 @@ module dda_friction
       logical :: plain = .true.                 !< no joint has a law but Coulomb's, as above
       logical :: dilating = .false.             !< slip lifts contacts of some joint
       logical :: curved = .false.               !< so does closure the normal stiffness
+      logical :: with_net_slip = .false.        !< some law asks for the way of slip
       integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3 or 5
       logical :: pointed = .false.              !< of some joint more than the two at its ends
       type(law_slot_type), allocatable :: slot(:)  !< [joints] if not plain
@@ -79,6 +81,7 @@ contains
          call new_joint_law(laws%slot(j), joints(j), normal_stiffness, shear_ratio)
          laws%dilating = laws%dilating .or. laws%slot(j)%law%dilates
          laws%curved = laws%curved .or. laws%slot(j)%law%curved
+         laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%has_centre
       end do
    end subroutine set_laws
 
@@ -288,8 +291,9 @@ contains
       integer :: c
 
       do c = first, last
-         if (.not. laws%plain .and. contacts%trial_state(c) == contact_slide) &
-            call accept_slip(contacts, laws, c)
+         if (.not. laws%plain) then
+            if (has_slipped(contacts, laws, c)) call accept_slip(contacts, laws, c)
+         end if
          contacts%stretch(c) = end_stretch(contacts, laws, c)
          contacts%state(c) = contacts%trial_state(c)
       end do
@@ -301,19 +305,37 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
 
-      contacts%slip_path(c) = contacts%slip_path(c) + inelastic_slip(contacts, laws, c)
-      contacts%weakened(c) = max(contacts%weakened(c), &
-         laws%slot(contacts%joint(c))%law%weakened_by(contacts%slip_path(c)))
+      type(joint_state_type) :: state
+
+      state = laws%slot(contacts%joint(c))%law%slipped(state_of(contacts, c), &
+         inelastic_slip(contacts, laws, c), contacts%shear_force(c))
+      contacts%slip_path(c) = state%slip_path
+      contacts%weakened(c) = state%weakened
+      if (.not. contacts%with_net_slip) return
+      contacts%net_slip(c) = state%net_slip
+      contacts%lifted(c) = state%lifted
    end subroutine accept_slip
 
-   !> Slip of contact c in the converged step beyond that of its shear spring, either way, m.
+   !> Contact c has slipped beyond the elastic slip in the converged step, under a joint law.
+   pure logical function has_slipped(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+
+      has_slipped = contacts%trial_state(c) == contact_slide
+      if (has_slipped .or. .not. contacts%with_net_slip) return
+      has_slipped = contacts%trial_from_centre(c)
+      if (.not. has_slipped) has_slipped = comes_down(contacts, &
+         laws%slot(contacts%joint(c))%law, c)
+   end function has_slipped
+
+   !> Slip of contact c in the converged step beyond that of its shear spring, m.
    pure real(wp) function inelastic_slip(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
 
-      inelastic_slip = abs(contacts%slip(c) - (end_stretch(contacts, laws, c) &
-         - contacts%stretch(c)))
+      inelastic_slip = contacts%slip(c) - (end_stretch(contacts, laws, c) - contacts%stretch(c))
    end function inelastic_slip
 
 end module dda_friction

@@ -206,6 +206,9 @@ contains
       new%length(c) = 0.0_wp
       new%slip_path(c) = 0.0_wp
       new%weakened(c) = 1.0_wp
+      if (.not. new%with_net_slip) return
+      new%net_slip(c) = 0.0_wp
+      new%lifted(c) = 0.0_wp
    end subroutine start_contact
 
    !> Chain unmatched old contacts to their vertices (the one that touches and the corner it met).

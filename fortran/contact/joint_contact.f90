@@ -12,7 +12,7 @@ module dda_joint_contact
    implicit none
    private
    public :: response_type, state_of, joint_response, acts_before_end, closure_of, touch_law, &
-      line_of, slide_response, joint_energy
+      line_of, slide_response, joint_energy, centre_shift, comes_down
 
    real(wp), parameter :: first_share = 0.5_wp  !< of the force at closing, where a line begins
 
@@ -24,6 +24,7 @@ module dda_joint_contact
       real(wp) :: bound        !< largest shear force, N/m
       !> excess of force over the strength of a bond, of that strength; ≤ 0: it holds
       real(wp) :: strength_ratio
+      logical :: from_centre = .false. !< slip has come back to the centre, and goes on from there
    end type response_type
 
 contains
@@ -35,7 +36,38 @@ contains
 
       state = joint_state_type(contacts%length(c), contacts%slip_path(c), contacts%weakened(c), &
          contacts%share(c))
+      if (.not. contacts%with_net_slip) return
+      state%net_slip = contacts%net_slip(c)
+      state%lifted = contacts%lifted(c)
    end function state_of
+
+   !> The state of contact c from which its assumed spring acts: slip back to the centre is done.
+   pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
+      type(contacts_type), intent(in) :: contacts  !< list with joint laws
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+
+      state = state_of(contacts, c)
+      if (starts_at_centre(contacts, c)) state = law%slipped(state, -state%net_slip, 0.0_wp)
+   end function assumed_state
+
+   !> Contact c is assumed to slip back to its centre first.
+   pure logical function starts_at_centre(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< list with joint laws
+      integer, intent(in) :: c                     !< number of the contact
+
+      starts_at_centre = contacts%with_net_slip
+      if (starts_at_centre) starts_at_centre = contacts%from_centre(c)
+   end function starts_at_centre
+
+   !> What slip back to the centre takes off the stretch of contact c, m.
+   pure real(wp) function centre_shift(contacts, c) result(shift)
+      type(contacts_type), intent(in) :: contacts  !< list with joint laws
+      integer, intent(in) :: c                     !< number of the contact
+
+      shift = 0.0_wp
+      if (starts_at_centre(contacts, c)) shift = contacts%net_slip(c)
+   end function centre_shift
 
    !> A bonded contact that cannot slip acts at t₀ + θΔt, others at the end of the step.
    pure logical function acts_before_end(law, weakened)
@@ -53,8 +85,18 @@ contains
       real(wp), intent(in) :: gap                  !< m
 
       closure = -gap
-      if (law%dilates) closure = law%lift(contacts%slip_path(c)) - gap
+      if (law%dilates) closure = law%lift(state_of(contacts, c)) - gap
    end function closure_of
+
+   !> Contact c has opened in this step as slip comes down to its centre.
+   pure logical function comes_down(contacts, law, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, solved
+      class(joint_law_type), intent(in) :: law     !< of the contact
+      integer, intent(in) :: c                     !< number of the contact
+
+      comes_down = law%has_centre .and. contacts%trial_state(c) == contact_open
+      if (comes_down) comes_down = contacts%was_closed(c)
+   end function comes_down
 
    !> Forces at a gap and a trial stretch, both at the instant at which the contact acts.
    pure type(response_type) function joint_response(contacts, law, c, gap, stretch) &
@@ -64,18 +106,33 @@ contains
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: gap, stretch         !< m
       type(joint_state_type) :: state
-      real(wp) :: closure, trial
+      real(wp) :: closure
       logical :: intact
 
       response = response_type(contact_open, 0.0_wp, 0.0_wp, 0.0_wp, -1.0_wp)
       closure = closure_of(contacts, law, c, gap)
       state = state_of(contacts, c)
+      state%way = sign(1.0_wp, stretch)
       if (closure <= 0.0_wp .and. .not. contacts%bonded(c)) then
          ! A joint that slip lifts stays closed at a gap that grows less than the lift.
          if (.not. (law%dilates .and. contacts%was_closed(c))) return
          if (law%sliding_force(state, closure, abs(stretch)) <= 0.0_wp) return
       end if
       intact = law%brittle .and. state%weakened < 1.0_wp
+      call stick_or_slide(law, state, closure, stretch, intact, response)
+      if (law%has_centre) call pass_centre(law, state, closure, stretch, response)
+      response%strength_ratio = excess(contacts, law, c, state, response, intact)
+   end function joint_response
+
+   !> Elastic in shear up to the strength.
+   pure subroutine stick_or_slide(law, state, closure, stretch, intact, response)
+      class(joint_law_type), intent(in) :: law         !< of the contact
+      type(joint_state_type), intent(in) :: state      !< of the contact
+      real(wp), intent(in) :: closure, stretch         !< m
+      logical, intent(in) :: intact                    !< it breaks rather than slips
+      type(response_type), intent(inout) :: response   !< gets state and forces
+      real(wp) :: trial
+
       response%state = contact_stick
       response%normal_force = law%normal_force(state, closure)
       response%bound = law%strength(state, response%normal_force)
@@ -87,8 +144,29 @@ contains
          response%bound = law%strength(state, response%normal_force)
          response%shear_force = sign(response%bound, trial)
       end if
-      response%strength_ratio = excess(contacts, law, c, state, response, intact)
-   end function joint_response
+   end subroutine stick_or_slide
+
+   !> Slip that comes back to its centre goes on from there, or sticks; where it comes down faster
+   !> than the joint closes, the contact opens.
+   pure subroutine pass_centre(law, state, closure, stretch, response)
+      class(joint_law_type), intent(in) :: law        !< of the contact
+      type(joint_state_type), intent(in) :: state     !< of the contact
+      real(wp), intent(in) :: closure, stretch        !< m
+      type(response_type), intent(inout) :: response  !< of slip the same way, changed if it ends
+      type(joint_state_type) :: centre
+      real(wp) :: slip
+
+      if (response%state /= contact_slide) return
+      slip = abs(stretch) - response%bound/law%shear_spring(state)
+      if (state%way*state%net_slip < 0.0_wp .and. slip > abs(state%net_slip)) then
+         response%from_centre = .true.
+         centre = law%slipped(state, -state%net_slip, 0.0_wp)
+         call stick_or_slide(law, centre, closure + law%lift(centre) - law%lift(state), &
+            stretch + state%net_slip, .false., response)
+      end if
+      if (response%normal_force <= 0.0_wp) response = response_type(contact_open, 0.0_wp, &
+         0.0_wp, 0.0_wp, -1.0_wp)
+   end subroutine pass_centre
 
    !> Force beyond the strength that a contact loses by breaking, over that strength.
    pure real(wp) function excess(contacts, law, c, state, response, intact)
@@ -119,12 +197,13 @@ contains
       type(joint_state_type) :: state
       real(wp) :: normal_force
 
-      state = state_of(contacts, c)
+      state = assumed_state(contacts, law, c)
+      state%way = contacts%slip_sign(c)
       lifted = contacts%normal_free(c)
       normal_force = lifted - contacts%tangent(c)*gap
       if (law%dilates) then
-         normal_force = law%sliding_force(state, closure_of(contacts, law, c, gap), &
-            max(0.0_wp, contacts%slip_sign(c)*stretch))
+         normal_force = law%sliding_force(state, law%lift(state) - gap, &
+            max(0.0_wp, contacts%slip_sign(c)*(stretch + centre_shift(contacts, c))))
          lifted = normal_force + contacts%tangent(c)*gap
       end if
       shear_force = contacts%slip_sign(c)*law%strength(state, normal_force)
@@ -139,10 +218,9 @@ contains
       real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
       type(joint_state_type) :: state
 
-      state = state_of(contacts, c)
+      state = assumed_state(contacts, law, c)
       tangent = law%tangent(state, closure)
-      normal_free = law%normal_force(state, closure) + tangent &
-         *(closure_of(contacts, law, c, 0.0_wp) - closure)
+      normal_free = law%normal_force(state, closure) + tangent*(law%lift(state) - closure)
    end subroutine touch_law
 
    !> The line for the next iteration, after a solution at which the law gives a response.
@@ -155,7 +233,7 @@ contains
       real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
       real(wp) :: closure, expected
 
-      closure = closure_of(contacts, law, c, gap)
+      closure = law%lift(assumed_state(contacts, law, c)) - gap
       if (law%curved) then
          expected = contacts%normal_free(c) - contacts%tangent(c)*gap
          if (contacts%state(c) == contact_open) &

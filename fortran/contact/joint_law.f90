@@ -22,6 +22,9 @@ module dda_joint_law
       real(wp) :: slip_path  !< slip beyond the elastic one, both ways added up, m
       real(wp) :: weakened   !< 0: peak strength, 1: residual strength
       real(wp) :: share = 1.0_wp  !< of the stiffness of a contact, where that is not per area
+      real(wp) :: net_slip = 0.0_wp !< slip beyond the elastic one, with its sign, m
+      real(wp) :: lifted = 0.0_wp   !< how far slip has lifted it, where the way matters, m
+      real(wp) :: way = 1.0_wp      !< sign of the shear force that is asked about
    end type joint_state_type
 
    !> A variable of &joint that strength depends on.
@@ -39,6 +42,7 @@ module dda_joint_law
       logical :: brittle = .false.           !< an intact contact sticks until it breaks
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
+      logical :: has_centre = .false.        !< slip from a centre and slip back to it differ
    contains
       procedure :: initial_spring
       procedure :: shear_spring
@@ -49,7 +53,7 @@ module dda_joint_law
       procedure(strength_at), deferred :: strength
       procedure(reduced_strength), deferred :: reduced
       procedure :: tension => no_tension
-      procedure :: weakened_by => never_weakened
+      procedure :: slipped => longer_path
       procedure :: lift => no_lift
       procedure :: sliding_force => force_without_lift
    end type joint_law_type
@@ -143,18 +147,21 @@ contains
       tension = 0.0_wp
    end function no_tension
 
-   !> How far slip has weakened a contact that does not break; here: not at all.
-   pure real(wp) function never_weakened(law, slip_path) result(weakened)
-      class(joint_law_type), intent(in) :: law  !< of the joint
-      real(wp), intent(in) :: slip_path         !< m
+   !> The state after a slip beyond the elastic one; here: the path of the slip is longer.
+   pure type(joint_state_type) function longer_path(law, state, slip, shear_force) result(after)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< before
+      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
 
-      weakened = 0.0_wp
-   end function never_weakened
+      after = state
+      after%slip_path = state%slip_path + abs(slip)
+   end function longer_path
 
    !> How far slip has lifted the contact, m; here: not at all.
-   pure real(wp) function no_lift(law, slip_path) result(lift)
-      class(joint_law_type), intent(in) :: law  !< of the joint
-      real(wp), intent(in) :: slip_path         !< m
+   pure real(wp) function no_lift(law, state) result(lift)
+      class(joint_law_type), intent(in) :: law     !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
 
       lift = 0.0_wp
    end function no_lift

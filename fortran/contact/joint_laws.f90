@@ -6,6 +6,7 @@ module dda_joint_laws
    use dda_joint_law, only: joint_law_type
    use dda_material, only: joint_type
    use dda_mohr_coulomb, only: new_mohr_coulomb
+   use dda_plesha, only: new_plesha
    implicit none
    private
    public :: law_slot_type, new_joint_law
@@ -29,6 +30,8 @@ contains
          allocate (slot%law, source=new_barton_bandis(joint))
       case ('coulomb', 'mohr_coulomb')
          allocate (slot%law, source=new_mohr_coulomb(joint))
+      case ('plesha')
+         allocate (slot%law, source=new_plesha(joint))
       case default
          return  ! the reader of the input refuses it
       end select

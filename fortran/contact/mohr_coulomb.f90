@@ -26,7 +26,7 @@ module dda_mohr_coulomb
       procedure :: strength
       procedure :: reduced
       procedure :: tension
-      procedure :: weakened_by
+      procedure :: slipped
       procedure :: lift
       procedure :: sliding_force
    end type mohr_coulomb_type
@@ -90,21 +90,25 @@ contains
       tension = between(law%tensile, state%weakened)*state%length
    end function tension
 
-   !> How far slip has weakened a contact that does not break.
-   pure real(wp) function weakened_by(law, slip_path) result(weakened)
+   !> The state after a slip, which weakens a contact that does not break.
+   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      real(wp), intent(in) :: slip_path            !< m
+      type(joint_state_type), intent(in) :: state  !< before
+      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
 
-      weakened = 0.0_wp
-      if (.not. law%brittle) weakened = min(1.0_wp, slip_path/law%weakening_slip)
-   end function weakened_by
+      after = state
+      after%slip_path = state%slip_path + abs(slip)
+      if (.not. law%brittle) after%weakened = max(state%weakened, &
+         min(1.0_wp, after%slip_path/law%weakening_slip))
+   end function slipped
 
    !> How far slip has lifted the contact, m.
-   pure real(wp) function lift(law, slip_path)
+   pure real(wp) function lift(law, state)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      real(wp), intent(in) :: slip_path            !< m
+      type(joint_state_type), intent(in) :: state  !< of the contact
 
-      lift = law%dilation*min(slip_path, law%dilation_slip)
+      lift = law%dilation*min(state%slip_path, law%dilation_slip)
    end function lift
 
    !> Normal force of a contact that slides, N/m: with the lift of the slip of this step.

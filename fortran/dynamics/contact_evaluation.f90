@@ -97,6 +97,7 @@ contains
             abs(response%shear_force - assumed_shear(contacts, c)))
          residual = max(residual, contacts%force_residual(c))
          contacts%trial_state(c) = next_state(contacts, response, c)
+         if (contacts%with_net_slip) contacts%trial_from_centre(c) = response%from_centre
          contacts%normal_force(c) = response%normal_force
          contacts%shear_force(c) = response%shear_force
          contacts%strength_ratio(c) = response%strength_ratio

@@ -11,7 +11,7 @@ module dda_contact_search
    use dda_contact_points, only: add_points, place_points
    use dda_crossings, only: forget_parted
    use dda_energy, only: add_energy, energy_length, energy_geometric
-   use dda_joint_contact, only: closure_of
+   use dda_joint_contact, only: closure_of, state_of
    use dda_joint_lines, only: begin_lines, stiffest_contact
    use dda_tributary, only: set_lengths
    use dda_detection, only: detection_type, measure_depths, detect_contacts
@@ -132,7 +132,7 @@ contains
       associate (contacts => simulation%contacts(simulation%now))
          do c = 1, contacts%n
             highest = max(highest, simulation%laws%slot(contacts%joint(c))%law%lift( &
-               contacts%slip_path(c)))
+               state_of(contacts, c)))
          end do
       end associate
    end function highest_lift

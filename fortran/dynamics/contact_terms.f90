@@ -15,6 +15,7 @@ module dda_contact_terms
    use dda_contact, only: contacts_type, contact_open, contact_slide
    use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, shear_stiffness_of
    use dda_growth, only: grow
+   use dda_joint_contact, only: centre_shift
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: rank_one_type, add_change
    implicit none
@@ -210,6 +211,7 @@ contains
       if (is_free(contacts, c)) return
       gap = acting_gap(contacts, laws, c, contacts%gap(c))
       stretch = acting_stretch(contacts, laws, c, contacts%stretch(c))
+      if (contacts%with_net_slip) stretch = stretch + centre_shift(contacts, c)
       forces(1) = contacts%multiplier(c) - laws%normal_stiffness*gap
       if (.not. laws%plain) forces(1) = contacts%normal_free(c) - contacts%tangent(c)*gap
       forces(2) = shear_stiffness_of(contacts, laws, c)*stretch

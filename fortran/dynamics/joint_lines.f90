@@ -19,6 +19,7 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
 
+      if (contacts%with_net_slip) contacts%from_centre(:contacts%n) = .false.
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
             call touch_law(contacts, law, c, max(0.0_wp, closure_of(contacts, law, c, &
@@ -33,11 +34,13 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: allowed  !< difference of normal forces, N/m
       type(response_type) :: response
-      real(wp) :: gap
+      real(wp) :: gap, off
       integer :: c
 
       do c = 1, contacts%n
-         if (abs(contacts%normal_force(c) - assumed_normal(contacts, c)) <= allowed) cycle
+         off = abs(contacts%normal_force(c) - assumed_normal(contacts, c))
+         if (off <= allowed .and. .not. passes_centre(contacts, c)) cycle
+         if (contacts%with_net_slip) contacts%from_centre(c) = contacts%trial_from_centre(c)
          gap = acting_gap(contacts, laws, c, contacts%new_gap(c))
          call find_response(contacts, laws, c, contacts%new_gap(c), &
             contacts%stretch(c) + contacts%slip(c), response)
@@ -45,6 +48,16 @@ contains
             contacts%tangent(c), contacts%normal_free(c))
       end do
    end subroutine renew_lines
+
+   !> The law lets contact c slip from its centre, or back to it, other than was assumed.
+   pure logical function passes_centre(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list, evaluated
+      integer, intent(in) :: c  !< number of the contact
+
+      passes_centre = contacts%with_net_slip
+      if (passes_centre) passes_centre = contacts%from_centre(c) .neqv. &
+         contacts%trial_from_centre(c)
+   end function passes_centre
 
    !> Contact c would resist shear or tension without a normal force.
    pure logical function has_bond(contacts, laws, c)

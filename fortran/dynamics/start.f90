@@ -63,6 +63,7 @@ contains
       call prepare_iteration(simulation, model)
       simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
       simulation%contacts%with_laws = .not. simulation%laws%plain
+      simulation%contacts%with_net_slip = simulation%laws%with_net_slip
       simulation%contacts%with_damping = simulation%laws%damped
       call reserve(simulation%contacts(simulation%now), 1)
       call find_contacts(simulation, error)

@@ -24,9 +24,10 @@ module dda_input
    use dda_input_stop, only: read_stop
    use dda_material, only: joint_type
    use dda_model, only: model_type, default_stiffness
+   use dda_plesha, only: steepest_return
    use dda_settings, only: contact_settings_type
    use dda_stage, only: stage_type
-   use dda_text, only: quoted
+   use dda_text, only: quoted, to_text
    use dda_text_file, only: read_text_file
    implicit none
    private
@@ -251,7 +252,25 @@ contains
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own closes by what its load asks for: it '// &
          'does not go with penetration_tolerance')
+      if (joint%law == 'plesha') call check_return(group, joint, contact%shear_ratio, error)
    end subroutine check_rules
+
+   !> Slip of rough joints back to their centre is stable.
+   subroutine check_return(group, joint, shear_ratio, error)
+      type(group_type), intent(in) :: group  !< of the joint's group
+      type(joint_type), intent(in) :: joint  !< as read
+      real(wp), intent(in) :: shear_ratio    !< k_n/k_s, where the joint has none of its own
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp) :: ratio
+
+      ratio = shear_ratio
+      if (joint%normal_stiffness > 0.0_wp .and. joint%shear_stiffness > 0.0_wp) &
+         ratio = joint%normal_stiffness/joint%shear_stiffness
+      if (ratio >= steepest_return(joint)) call input_error(error, group, 'the normal '// &
+         'stiffness is '//to_text(ratio)//' of the shear stiffness: from '// &
+         to_text(steepest_return(joint))//' on the joint would jump back to its centre; give '// &
+         'a larger shear_stiffness_per_area, or less asperity_angle')
+   end subroutine check_return
 
    !> Restitution and dashpots of a joint need contacts of the own rules with springs.
    subroutine refuse_damping(group, joints, contact, error)

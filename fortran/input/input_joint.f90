@@ -9,6 +9,7 @@ module dda_input_joint
    use dda_joint_law, only: strength_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
+   use dda_plesha, only: steepest_climb
    use dda_text, only: quoted, to_text
    implicit none
    private
@@ -26,13 +27,7 @@ contains
       call get(group, 'name', new%name, error)
       call get(group, 'friction_angle', new%friction_angle, error)
       call get(group, 'law', new%law, error)
-      call get(group, 'damping', new%damping, error)
-      call get(group, 'restitution', new%restitution, error)
-      call get(group, 'contact_points', new%contact_points, error)
-      if (all(new%contact_points /= [2, 3, 5])) call input_error(error, group, &
-         'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
-      call get(group, 'normal_stiffness_per_area', new%normal_stiffness, error)
-      call get(group, 'shear_stiffness_per_area', new%shear_stiffness, error)
+      call read_contacts(error, group, new)
       if (allocated(error)) return
       call new_joint_law(slot, new, 1.0_wp, 1.0_wp)
       if (.not. allocated(slot%law)) call input_error(error, group, 'law = '// &
@@ -43,7 +38,23 @@ contains
       if (new%law == 'mohr_coulomb') call read_residual(error, group, new)
       if (new%law == 'mohr_coulomb') call read_slip(error, group, new)
       if (new%law == 'barton_bandis') call read_rough(error, group, new)
+      if (new%law == 'plesha') call read_asperities(error, group, new)
    end subroutine read_joint
+
+   !> What contacts of a joint of any law may have.
+   subroutine read_contacts(error, group, new)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(group_type), intent(in) :: group    !< of the input
+      type(joint_type), intent(inout) :: new   !< with its law
+
+      call get(group, 'damping', new%damping, error)
+      call get(group, 'restitution', new%restitution, error)
+      call get(group, 'contact_points', new%contact_points, error)
+      if (all(new%contact_points /= [2, 3, 5])) call input_error(error, group, &
+         'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
+      call get(group, 'normal_stiffness_per_area', new%normal_stiffness, error)
+      call get(group, 'shear_stiffness_per_area', new%shear_stiffness, error)
+   end subroutine read_contacts
 
    !> The variables of a group &joint with which all strength is divided by a factor, as its law
    !> says.
@@ -109,6 +120,31 @@ contains
          call input_error(error, group, 'dilation_slip has no meaning without a '// &
          'dilation_angle above 0')
    end subroutine read_slip
+
+   !> Asperities of Plesha.
+   subroutine read_asperities(error, group, new)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(group_type), intent(in) :: group    !< of the input
+      type(joint_type), intent(inout) :: new   !< with its friction angle
+      real(wp) :: angle
+
+      angle = unset
+      call get(group, 'asperity_angle', angle, error)
+      call require(error, group, 'asperity_angle', [angle])
+      call get(group, 'asperity_wear', new%asperity_wear, error)
+      if (allocated(error)) return
+      new%asperity_angle = angle
+      if (angle > new%friction_angle) call input_error(error, group, 'asperity_angle = '// &
+         to_text(angle)//' is above friction_angle = '//to_text(new%friction_angle)//': the '// &
+         'joint would slip back by itself')
+      if (angle + new%friction_angle > steepest_climb) call input_error(error, group, &
+         'asperity_angle = '//to_text(angle)//' and friction_angle = '// &
+         to_text(new%friction_angle)//' must not be more than '//to_text(steepest_climb)// &
+         ' together: no shear force would climb the asperities')
+      if (new%shear_stiffness > 0.0_wp .and. .not. new%normal_stiffness > 0.0_wp) &
+         call input_error(error, group, 'shear_stiffness_per_area of a joint of law = '// &
+         quoted(trim(new%law))//' needs normal_stiffness_per_area too')
+   end subroutine read_asperities
 
    !> Roughness, wall strength and closure of Barton and Bandis.
    subroutine read_rough(error, group, new)

@@ -3,9 +3,12 @@
 module test_joint_laws
    use dda_kinds, only: wp, pi
    use dda_barton_bandis, only: closure_of_joint
+   use dda_contact, only: contacts_type, reserve
+   use dda_friction, only: accept_contacts, find_response, laws_type, response_type, set_laws
    use dda_joint_law, only: joint_state_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
+   use models, only: random, sow
    use testing, only: case, check, check_close
    implicit none
    private
@@ -21,6 +24,8 @@ contains
       call rough_strength()
       call peak_and_residual()
       call dilation()
+      call asperities()
+      call random_cycles()
       call stiffness()
    end subroutine joint_laws_suite
 
@@ -108,15 +113,20 @@ contains
 
    subroutine peak_and_residual()
       type(law_slot_type) :: slot
+      type(joint_state_type) :: state
       real(wp), parameter :: force = 1.0e6_wp
       real(wp) :: w, friction
 
       call case('peak and residual strength')
       call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
       call check(.not. slot%law%brittle, 'weakens by slip')
-      w = slot%law%weakened_by(0.005_wp)
-      call check_close(w, 0.25_wp, 'a quarter of the slip')
-      call check_close(slot%law%weakened_by(1.0_wp), 1.0_wp, 'all of it')
+      associate (whole => joint_state_type(length, 0.0_wp, 0.0_wp))
+         state = slot%law%slipped(whole, -0.005_wp, 0.0_wp)
+         w = state%weakened
+         call check_close(w, 0.25_wp, 'a quarter of the slip')
+         state = slot%law%slipped(whole, 1.0_wp, 0.0_wp)
+         call check_close(state%weakened, 1.0_wp, 'all of it')
+      end associate
       friction = 0.75_wp*tan(40*pi/180) + 0.25_wp*tan(25*pi/180)
       call check_close(slot%law%strength(joint_state_type(length, 0.005_wp, w), force), &
          friction*force + 2.5e5_wp*length, 'strength', 1.0e-12_wp)
@@ -141,12 +151,128 @@ contains
             associate (law => slot%law)
                force = law%sliding_force(state, 1.0e-3_wp, t)
                slip = t - law%strength(state, force)/law%shear_spring(state)
-               call check_close(force, law%normal_force(state, 1.0e-3_wp + law%lift(path + slip) &
-                  - law%lift(path)), 'normal force', 1.0e-12_wp)
+               call check_close(force, law%normal_force(state, 1.0e-3_wp &
+                  + law%lift(law%slipped(state, slip, 0.0_wp)) - law%lift(state)), &
+                  'normal force', 1.0e-12_wp)
             end associate
          end do
       end do
    end subroutine dilation
+
+   !> Asperities of 15° on faces of 30°.
+   pure type(joint_type) function worn() result(joint)
+      joint%law = 'plesha'
+      joint%friction_angle = 30.0_wp
+      joint%asperity_angle = 15.0_wp
+      joint%asperity_wear = 5.0e-6_wp
+      joint%normal_stiffness = 2.0e10_wp
+      joint%shear_stiffness = 1.0e10_wp
+   end function worn
+
+   !> tan(φ ± α), ± tan α, α₀ exp(−cW); the normal force is that of the lift of the same slip.
+   subroutine asperities()
+      type(law_slot_type) :: slot
+      type(joint_state_type) :: state, after
+      real(wp) :: force, slip, angle
+      integer :: way
+
+      call case('asperities')
+      call new_joint_law(slot, worn(), 1.0_wp, 1.0_wp)
+      do way = -1, 1, 2
+         state = joint_state_type(length, 0.0_wp, 0.0_wp, net_slip=0.02_wp, lifted=5.0e-3_wp, &
+            way=real(way, wp))
+         call check_close(slot%law%strength(state, 1.0e6_wp), 1.0e6_wp &
+            *tan((30 + way*15)*pi/180), 'strength', 1.0e-12_wp)
+         force = slot%law%sliding_force(state, 1.5e-3_wp, 4.0e-3_wp)
+         slip = 4.0e-3_wp - slot%law%strength(state, force)/slot%law%shear_spring(state)
+         after = slot%law%slipped(state, way*slip, slot%law%strength(state, force))
+         call check_close(after%lifted - state%lifted, way*tan(15*pi/180)*slip, 'lift', 1.0e-12_wp)
+         call check_close(force, slot%law%normal_force(state, 1.5e-3_wp + after%lifted &
+            - state%lifted), 'normal force', 1.0e-12_wp)
+         angle = 15*exp(-5.0e-6_wp*slot%law%strength(state, force)*slip/length)
+         after%net_slip = 0.02_wp
+         after%way = 1.0_wp
+         call check_close(slot%law%strength(after, 1.0_wp), tan((30 + angle)*pi/180), 'wear', &
+            1.0e-12_wp)
+      end do
+   end subroutine asperities
+
+   !> No step of 10,000 random cycles under random loads gains energy by slip and lift; what comes
+   !> down has gone up, as asperities only wear.
+   subroutine random_cycles()
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      real(wp) :: lost, least, most, lowest, travel
+      integer :: cycle, step, passed
+
+      call case('random cycles of a rough joint')
+      call sow(1)
+      call set_laws(laws, [worn()], 1.0_wp, 1.0_wp)
+      call begin_contact(contacts)
+      least = 0.0_wp
+      most = 0.0_wp
+      lowest = 0.0_wp
+      travel = 0.0_wp
+      passed = 0
+      do cycle = 1, 10000
+         if (modulo(cycle, 1000) == 1) contacts%weakened(1) = 0.0_wp
+         do step = 1, 8
+            call step_contact(contacts, laws, random(-5.0e-3_wp, 5.0e-3_wp), &
+               random(-2.0e-5_wp, 1.0e-4_wp), lost)
+            least = min(least, lost)
+            most = max(most, lost)
+            lowest = min(lowest, contacts%lifted(1))
+            travel = max(travel, contacts%lifted(1))
+            if (contacts%trial_from_centre(1)) passed = passed + 1
+         end do
+      end do
+      call check(least >= -1.0e-12_wp*most, 'no slip gains energy')
+      call check(lowest >= -1.0e-12_wp, 'lifted')
+      call check(travel > 1.0e-3_wp .and. passed > 10000, 'up, down, and through the centre')
+   end subroutine random_cycles
+
+   !> One contact under a joint law, whole and without load.
+   subroutine begin_contact(contacts)
+      type(contacts_type), intent(inout) :: contacts
+
+      contacts%with_laws = .true.
+      contacts%with_net_slip = .true.
+      call reserve(contacts, 1)
+      contacts%n = 1
+      contacts%joint = 1
+      contacts%bonded = .false.
+      contacts%length = length
+      contacts%share = 1.0_wp
+      contacts%slip_path = 0.0_wp
+      contacts%weakened = 0.0_wp
+      contacts%net_slip = 0.0_wp
+      contacts%lifted = 0.0_wp
+      contacts%stretch = 0.0_wp
+   end subroutine begin_contact
+
+   !> Slip, m, to a place from the centre at a closure, m, both at the end of a step; `lost` is the
+   !> work of friction less what the lift stores, J/m.
+   subroutine step_contact(contacts, laws, place, closure, lost)
+      type(contacts_type), intent(inout) :: contacts
+      type(laws_type), intent(in) :: laws
+      real(wp), intent(in) :: place, closure
+      real(wp), intent(out) :: lost
+      type(response_type) :: response
+      real(wp) :: lift, stretch
+
+      lift = contacts%lifted(1)
+      stretch = contacts%stretch(1)
+      contacts%was_closed(1) = contacts%normal_force(1) > 0.0_wp
+      contacts%slip(1) = place - contacts%net_slip(1)
+      call find_response(contacts, laws, 1, lift - closure, stretch + contacts%slip(1), response)
+      contacts%trial_state(1) = response%state
+      contacts%trial_from_centre(1) = response%from_centre
+      contacts%normal_force(1) = response%normal_force
+      contacts%shear_force(1) = response%shear_force
+      call accept_contacts(contacts, laws)
+      lost = response%shear_force*(contacts%slip(1) - (contacts%stretch(1) - stretch)) &
+         - response%normal_force*(contacts%lifted(1) - lift)
+   end subroutine step_contact
 
    subroutine stiffness()
       type(law_slot_type) :: slot

@@ -41,6 +41,12 @@ def rough(**values) -> list:
     return jointed(**law | values)
 
 
+def worn(**values) -> list:
+    """The tower with a joint that wears, changed."""
+    law = {"law": "plesha", "cohesion": None, "tensile_strength": None}
+    return jointed(**law | values)
+
+
 def moved(**values) -> list:
     """The tower with its motion changed."""
     return changed(tower(), "motion", **values)
@@ -110,6 +116,36 @@ CASES = [
         changed(tower(), "joint", friction_angle=90.0),
         "&joint",
         ["friction_angle", "90"],
+    ),
+    (
+        "asperities steeper than friction",
+        worn(asperity_angle=40.0, friction_angle=30.0),
+        "&joint",
+        ["asperity_angle = 40 is above friction_angle", "slip back by itself"],
+    ),
+    (
+        "asperities that no force climbs",
+        worn(friction_angle=60.0, asperity_angle=40.0),
+        "&joint",
+        ["asperity_angle = 40", "89 together"],
+    ),
+    (
+        "asperities without an angle",
+        worn(),
+        "&joint",
+        ["asperity_angle is missing"],
+    ),
+    (
+        "shear stiffness of a rough joint alone",
+        worn(asperity_angle=4.0, shear_stiffness_per_area=1e9),
+        "&joint",
+        ["needs normal_stiffness_per_area"],
+    ),
+    (
+        "a rough joint that jumps back",
+        changed(worn(asperity_angle=10.0), "contact", shear_ratio=1e3),
+        "&joint",
+        ["1000 of the shear stiffness", "jump back"],
     ),
     ("joint law", jointed(law="mohr"), "&joint", ["law", "'mohr'", "'mohr_coulomb'"]),
     (

@@ -110,6 +110,12 @@ LAWS = {
         "weakening_slip": 0.001,
         "dilation_angle": 2.0,
     },
+    "plesha": {
+        "law": "plesha",
+        "friction_angle": 1.0,
+        "asperity_angle": 1.0,
+        "asperity_wear": 1e-3,
+    },
     "points": {"cohesion": 1e3, "contact_points": 5},
     "barton_bandis": ROUGH | {"friction_angle": 1.0, "max_closure": 1e-3},
 }

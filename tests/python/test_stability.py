@@ -161,6 +161,7 @@ OF_LAWS = {
     "weakening_slip = 1e-3, dilation_angle = 10, dilation_slip = 0.1",
     "barton_bandis": "friction_angle = 30, jrc = 10, jcs = 1e8, compressive_strength = 1.5e8, "
     "strength_reduction = 1.5",
+    "plesha": "friction_angle = 30, asperity_angle = 15, asperity_wear = 1e-5",
 }
 
 
@@ -182,7 +183,7 @@ def test_every_law_says_what_of_it_a_factor_divides(factor):
         if law == "barton_bandis":
             assert divided[law] == {"strength_reduction": 1.5 * factor}
             continue
-        of_slip = {"weakening_slip", "dilation_slip"}
+        of_slip = {"weakening_slip", "dilation_slip", "asperity_wear"}
         assert divided[law].keys() == given.keys() - of_slip
         for name, value in divided[law].items():
             if name.endswith("angle"):

@@ -172,6 +172,39 @@ def test_sudden_loss():
     assert residual(data) < 1e-6
 
 
+def test_asperities_wear():
+    """Peaks of tan(φ + α) N as the block goes to and fro by 5 mm; α = α₀ exp(−cW)."""
+    per_cycle, every = 2000, 10  # steps
+    cycles = np.linspace(0.0, 2.25, int(2.25 * per_cycle / every) + 1)
+    law = {"law": "plesha", "asperity_angle": 15.0, "asperity_wear": 5e-6}
+    law |= {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
+    text = "".join(
+        (
+            control(2e-3, int(2.25 * per_cycle), (0.0, -GRAVITY), settle=True, integration="theta"),
+            contact(1e10),
+            material("rock", DENSITY, 1e15),
+            material("load", 1e6 / GRAVITY, 1e15),
+            joint("j", 30.0, **law),
+            held("base", rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+            block("top", rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
+            motion("drive", 5e-3 * np.sin(2 * np.pi * cycles), every * 2e-3, "displacement"),
+            group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
+            measured("top", (0.5, 0.5), "top"),
+            group("output", block_interval=per_cycle // 4),
+        )
+    )
+    data = history(text)
+    frame = data.contact_frame.values
+    shear = np.abs(np.bincount(frame, data.contact_shear_force.values))[1::4]
+    worn = np.bincount(frame, data.contact_weakened.values)[1::4] / np.bincount(frame)[1::4]
+    lift = data.displacement.sel(point="top", axis="y").values
+    assert shear == pytest.approx([0.9875e6, 0.9579e6, 0.9311e6], rel=1e-3)
+    assert 15.0 * (1.0 - worn) == pytest.approx([14.639, 13.769, 12.957], rel=1e-3)
+    assert lift[per_cycle // 4] - lift[0] == pytest.approx(1.297e-3, rel=1e-3)
+    assert (np.diff(data.energy_friction - data.energy_dilation) >= 0).all()
+    assert residual(data) < 1e-6
+
+
 @pytest.mark.parametrize("law", ["coulomb", "mohr_coulomb"])
 def test_laws_that_say_the_same(law):
     """Coulomb by the plain way, by a law with nothing of its own, and by stiffness per area."""

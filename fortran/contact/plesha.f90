@@ -1,0 +1,129 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Rough joint whose asperities wear [Plesha, 1987].
+!>
+!> Asperities of an angle α meet at a centre.  Slip away from it climbs them: the shear strength is
+!> N tan(φ + α), and slip lifts the joint by tan α.  Slip back comes down again, at N tan(φ − α).
+!> The work W that slip does per area wears them, α = α₀ exp(−cW); the state holds 1 − α/α₀.  Slip
+!> loses N [tan(φ + α) − tan α] one way and N [tan(φ − α) + tan α] the other, more than 0 for φ > 0.
+!>
+!> As the slip of a step lifts the joint, its normal force at a trial stretch t follows from
+!> N = k_n [x ± tan α (t − τ/k_s)] and τ = N tan(φ ± α).
+module dda_plesha
+   use dda_kinds, only: wp, pi
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_material, only: joint_type
+   implicit none
+   private
+   public :: plesha_type, new_plesha, steepest_return, steepest_climb
+
+   real(wp), parameter :: steepest_climb = 89.0_wp  !< of friction and asperities, degrees
+
+   !> Friction of the faces, and their asperities.
+   type, extends(joint_law_type) :: plesha_type
+      real(wp) :: friction = 0.0_wp   !< φ, rad
+      real(wp) :: asperity = 0.0_wp   !< α₀, rad
+      real(wp) :: wear = 0.0_wp       !< c, m²/J
+   contains
+      procedure :: strength
+      procedure :: reduced
+      procedure :: slipped
+      procedure :: lift
+      procedure :: sliding_force
+   end type plesha_type
+
+contains
+
+   !> The law of a joint material but for its stiffness.
+   pure type(plesha_type) function new_plesha(joint) result(law)
+      type(joint_type), intent(in) :: joint  !< as checked
+
+      law%friction = joint%friction_angle*(pi/180.0_wp)
+      law%asperity = joint%asperity_angle*(pi/180.0_wp)
+      law%wear = joint%asperity_wear
+      law%dilates = .true.
+      law%has_centre = .true.
+   end function new_plesha
+
+   !> Largest k_n/k_s at which slip back to the centre is stable, whatever the wear: beyond it the
+   !> normal force, and strength with it, would fall faster by the descent than the shear spring
+   !> lets go.  tan α tan(φ − α) is largest at φ/2.
+   pure real(wp) function steepest_return(joint) result(ratio)
+      type(joint_type), intent(in) :: joint  !< as checked
+      real(wp) :: phi, alpha
+
+      phi = joint%friction_angle*(pi/180.0_wp)
+      alpha = min(0.5_wp*phi, joint%asperity_angle*(pi/180.0_wp))
+      ratio = 1.0_wp/max(tan(alpha)*tan(phi - alpha), tiny(1.0_wp))
+   end function steepest_return
+
+   !> Angle of the asperities as slip meets them, rad: positive as they are climbed.
+   pure real(wp) function angle(law, state)
+      class(plesha_type), intent(in) :: law        !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      angle = law%asperity*(1.0_wp - state%weakened)
+      if (state%way*state%net_slip < 0.0_wp) angle = -angle
+   end function angle
+
+   !> Largest shear force, N/m.
+   pure real(wp) function strength(law, state, normal_force)
+      class(plesha_type), intent(in) :: law        !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: normal_force         !< compression positive, N/m
+
+      strength = tan(law%friction + angle(law, state))*max(normal_force, 0.0_wp)
+   end function strength
+
+   !> tan φ and tan α₀ divided by a factor.
+   pure function reduced(law, joint, factor) result(strengths)
+      class(plesha_type), intent(in) :: law   !< of the joint
+      type(joint_type), intent(in) :: joint   !< that it was made of
+      real(wp), intent(in) :: factor          !< above 0
+      type(strength_type), allocatable :: strengths(:)
+
+      real(wp) :: friction
+
+      friction = reduced_angle(joint%friction_angle, factor)
+      strengths = [strength_type('friction_angle', friction), strength_type('asperity_angle', &
+         min(reduced_angle(joint%asperity_angle, factor), steepest_climb - friction))]
+   end function reduced
+
+   !> The state after a slip, which lifts the contact or lets it down, and wears it.
+   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
+      class(plesha_type), intent(in) :: law        !< of the joint
+      type(joint_state_type), intent(in) :: state  !< before
+      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: shear_force          !< under which it slips, N/m
+
+      after = state
+      after%slip_path = state%slip_path + abs(slip)
+      after%net_slip = state%net_slip + slip
+      after%lifted = state%lifted + tan(law%asperity*(1.0_wp - state%weakened)) &
+         *(abs(after%net_slip) - abs(state%net_slip))
+      after%weakened = 1.0_wp - (1.0_wp - state%weakened) &
+         *exp(-law%wear*abs(shear_force*slip)/state%length)
+   end function slipped
+
+   !> How far slip has lifted the contact, m.
+   pure real(wp) function lift(law, state)
+      class(plesha_type), intent(in) :: law        !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      lift = state%lifted
+   end function lift
+
+   !> Normal force of a contact that slides one way, N/m: with the lift of the slip of this step.
+   pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
+      class(plesha_type), intent(in) :: law        !< of the joint
+      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      real(wp), intent(in) :: closure              !< at the end, without the lift of this step, m
+      real(wp), intent(in) :: stretch              !< of the shear spring if nothing slipped, ≥ 0, m
+      real(wp) :: k_n, slope
+
+      k_n = law%initial_spring(state)
+      slope = tan(angle(law, state))
+      force = k_n*max(0.0_wp, closure + slope*stretch)/(1.0_wp + k_n*slope &
+         *tan(law%friction + angle(law, state))/law%shear_spring(state))
+   end function sliding_force
+
+end module dda_plesha
