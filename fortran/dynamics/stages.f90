@@ -10,12 +10,14 @@ module dda_stages
    use dda_blocks, only: change_material, place_of, remove_block
    use dda_columns, only: column_count, column_of, name_column
    use dda_contact, only: filter_contacts
+   use dda_contact_search, only: find_contacts
    use dda_crossings, only: part_corners
+   use dda_displaced_block, only: displace_block
    use dda_elements, only: match_velocities, set_elements
    use dda_energy, only: energy_type, energy_terms, energy_values, add_energy, total_energy, &
       energy_kinetic, energy_strain, energy_contact, energy_support, energy_gravity, &
       energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
-      energy_removed, energy_changed, energy_zeroed
+      energy_removed, energy_changed, energy_initial, energy_zeroed
    use dda_energy_budget, only: start_energy_budget
    use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present, farthest_moved
    use dda_errors, only: error_type, error_input, error_interrupted, fail
@@ -85,9 +87,23 @@ contains
          if (stage%static) call refuse_moving_supports(simulation, error)
          if (stage%static .and. .not. allocated(error)) call settle(simulation, error)
       end associate
+      if (findloc(simulation%model%stages%static, .false., 1) == s .and. .not. allocated(error)) &
+         call begin_displaced(simulation, error)
       if (allocated(error)) error%message = simulation%model%file//': stage '// &
          quoted(trim(simulation%model%stages(s)%name))//unsettled(error)
    end subroutine begin_next_stage
+
+   !> Dynamics begin with one block displaced, where the input says so; what that stores is part of
+   !> the first state.
+   subroutine begin_displaced(simulation, error)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
+
+      if (simulation%model%control%displaced_block == 0) return
+      call displace_block(simulation)
+      call find_contacts(simulation, error)
+      if (.not. allocated(error)) call book(simulation, energy_initial, 1.0_wp)
+   end subroutine begin_displaced
 
    !> What a support that goes on moving carries does not rest.
    subroutine refuse_moving_supports(simulation, error)

@@ -4,7 +4,8 @@ module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_addresses
-   use dda_input_group, only: group_type, input_error, get_text, require_name, name_length
+   use dda_input_group, only: group_type, input_error, get, get_text, require_name, &
+      name_length
    use dda_input_catalogue, only: find_group, unknown_group
    use dda_input_schema, only: input_groups
    use dda_input_text, only: parse_group, split_groups
@@ -17,7 +18,8 @@ module dda_input
    use dda_input_free_field, only: check_columns
    use dda_input_material, only: read_material, fit_materials
    use dda_input_materials, only: read_motion
-   use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification
+   use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification, &
+      number_of_block
    use dda_input_settings, only: read_control, read_contact, read_output, &
       check_output_times, require_analysis
    use dda_input_stages, only: read_stages
@@ -87,6 +89,7 @@ contains
       if (.not. allocated(error)) call read_substances(model, file, folder, groups, error)
       if (.not. allocated(error)) call resolve_base_motion(model, groups, base_motion, error)
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
+      if (.not. allocated(error)) call resolve_displaced(model, groups, error)
       if (.not. allocated(error)) call read_points(model, groups, error)
       if (.not. allocated(error)) call read_bolts(model, groups, error)
       if (.not. allocated(error)) call read_edge_loads(model, groups, error)
@@ -359,6 +362,24 @@ contains
          end associate
       end do
    end subroutine resolve_base_motion
+
+   !> The displaced block by its name or number.
+   subroutine resolve_displaced(model, groups, error)
+      type(model_type), intent(inout) :: model  !< with its blocks
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      character(len=name_length) :: name
+      integer :: i
+
+      name = ''
+      do i = 1, size(groups)
+         if (groups(i)%name /= 'control') cycle
+         call get(groups(i), 'displaced_block', name, error)
+         if (name == '' .or. allocated(error)) return
+         model%control%displaced_block = number_of_block(groups(i), 'displaced_block', &
+            model%block_names, name, error)
+      end do
+   end subroutine resolve_displaced
 
    !> Fixed points, loads and measured points.
    subroutine read_points(model, groups, error)

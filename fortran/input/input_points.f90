@@ -13,7 +13,8 @@ module dda_input_points
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_fixed_point, read_load, read_point, read_amplification, find_block, holds
+   public :: read_fixed_point, read_load, read_point, read_amplification, find_block, &
+      number_of_block, holds
 
    real(wp), parameter :: on_boundary = 1.0e-9_wp  !< of the block's size: still inside
 
@@ -30,7 +31,6 @@ contains
       integer, intent(out) :: b  !< its number; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: words
-      integer :: status
 
       b = 0
       if (allocated(error)) return
@@ -47,19 +47,31 @@ contains
          if (names(b) /= wanted) cycle
          if (holds(blocks, b, point)) return
       end do
-      b = findloc(names == wanted, .true., 1)
-      if (b == 0) then
-         read (wanted, *, iostat=status) b
-         if (status /= 0 .or. verify(trim(wanted), '0123456789') > 0 .or. b < 1 &
-            .or. b > blocks%n) then
-            call input_error(error, group, 'block = '//quoted(wanted)// &
-               ' is not the name or number of a block')
-            return
-         end if
-      end if
+      b = number_of_block(group, 'block', names, wanted, error)
+      if (allocated(error)) return
       if (.not. holds(blocks, b, point)) call input_error(error, group, words// &
          ' lies outside block '//quoted(wanted))
    end subroutine find_block
+
+   !> The number of the first block of a name, or of a number as text; 0 and an error if there is
+   !> none.
+   integer function number_of_block(group, variable, names, wanted, error) result(b)
+      type(group_type), intent(in) :: group      !< of the input
+      character(len=*), intent(in) :: variable   !< that says which
+      character(len=*), intent(in) :: names(:)   !< [n] of the blocks
+      character(len=*), intent(in) :: wanted     !< name or number of a block
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: status
+
+      b = findloc(names == wanted, .true., 1)
+      if (b > 0) return
+      read (wanted, *, iostat=status) b
+      if (status == 0 .and. verify(trim(wanted), '0123456789') == 0 .and. b >= 1 &
+         .and. b <= size(names)) return
+      call input_error(error, group, variable//' = '//quoted(wanted)// &
+         ' is not the name or number of a block')
+      b = 0
+   end function number_of_block
 
    !> Whether a block holds a point.
    pure logical function holds(blocks, b, point)

@@ -23,7 +23,7 @@ contains
       type(control_type), intent(out) :: settings  !< defaults where the input is silent
       character(len=name_length), intent(out) :: base_motion(2)  !< names of motions, x and y
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp), allocatable :: gravity(:)
+      real(wp), allocatable :: gravity(:), displaced_by(:)
       character(len=name_length) :: words(3)
       real(wp) :: duration, steps
 
@@ -37,6 +37,7 @@ contains
       call get(group, 'max_displacement_ratio', settings%max_displacement_ratio, error)
       call get(group, 'least_time_step', settings%least_time_step, error)
       call get_list(group, 'gravity', gravity, error)
+      call get_list(group, 'displaced_by', displaced_by, error)
       call get(group, 'solver', words(3), error)
       call get(group, 'time_step_control', words(1), error)
       call get(group, 'analysis', words(2), error)
@@ -51,6 +52,7 @@ contains
       settings%duration = value_or(duration, 0.0_wp)
       settings%steps = int(steps, long)
       if (size(gravity) > 0) settings%gravity = gravity
+      if (size(displaced_by) > 0) settings%displaced_by = displaced_by
       settings%adaptive = words(1) == 'adaptive'
       settings%plane_strain = words(2) == 'plane_strain'
       settings%analysis_given = words(2) /= ''

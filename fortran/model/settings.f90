@@ -25,6 +25,8 @@ module dda_settings
       integer :: base_motion(2) = 0
       logical :: settle = .false.                  !< begin at rest under gravity
       character(len=16) :: solver = 'auto'         !< linear solver by name
+      integer :: displaced_block = 0               !< when dynamics begin; 0 none
+      real(wp) :: displaced_by(2) = 1.0e-9_wp      !< x and y, of its size
    end type control_type
 
    !> Contact springs and the open–close iteration (group &contact).

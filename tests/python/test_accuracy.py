@@ -8,13 +8,16 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import sitedda
 from sitedda.error_bars import with_bar
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
+from sitedda.error_bars.horizon import horizon
 from sitedda.error_bars.measure import _figures
 from sitedda.error_bars.variants import Facts
+from sitedda.study.quantities import measure, quantities_of
 
 ROOT = Path(__file__).resolve().parents[2]
 G = 9.81
@@ -124,7 +127,7 @@ def test_the_slip_of_a_rigid_block_is_within(write_input, tmp_path):
     found = sitedda.accuracy(file, folder=tmp_path / "runs")
     for name in ("largest_slip_m", "residual_displacement_m"):
         assert abs(found[name].finest - slip()) < found[name].bar < 0.05 * slip()
-    assert list(found.runs) == ["dt", "dt/2", "dt/4", "4 k_n"]
+    assert list(found.runs) == ["dt", "dt/2", "dt/4", "4 k_n", "twin"]
     assert not any(found.runs.values())
     assert found["largest_slip_m"].run == sitedda.run(file).verdict.values["largest_slip_m"]
     assert json.loads(json.dumps(found.to_dict()))["figures"]["largest_slip_m"]["bar"] > 0
@@ -136,7 +139,7 @@ def test_the_slip_of_a_rigid_block_is_within(write_input, tmp_path):
 def test_measured_stiffness_is_no_penalty(write_input):
     text = SLIDE.replace("restitution = 0", "normal_stiffness_per_area = 2e11")
     found = sitedda.accuracy(write_input(text), "largest_slip_m", changes={"time_step": 5e-3})
-    assert list(found.runs) == ["dt", "dt/2", "dt/4"]
+    assert list(found.runs) == ["dt", "dt/2", "dt/4", "twin"]
     assert found["largest_slip_m"].penalty == 0.0
 
 
@@ -182,3 +185,98 @@ def test_random_pairs_lie_within_their_bars(capsys):
     study = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(study)
     assert study.main(["--pairs", "4", "--seed", "3"]) == 0, capsys.readouterr().out
+
+
+def test_a_history_that_parts_is_decided_until_then():
+    time = np.linspace(0.0, 10.0, 1001)
+    run = np.minimum(time, 4.0)
+    twin = run + 1e-9 * np.exp(4.0 * time)
+    parted = np.log(0.01 * 4.0 / 1e-9) / 4.0
+    assert horizon(time, run, twin) == pytest.approx(parted, abs=0.011)
+    assert horizon(time, run, run + 0.009) == math.inf
+    nothing = np.full(1001, math.nan)
+    assert horizon(time, nothing, nothing) == math.inf
+
+
+def test_a_displaced_block_is_that_far_away_and_keeps_its_bonds(write_input):
+    text = SLIDE.replace("restitution = 0", "cohesion = 1e6, tensile_strength = 1e6")
+    file = write_input(text.replace("base_motion_x = 'push'", "base_motion_x = ''"))
+    places = []
+    for by in (0.0, 1e-7):
+        changes = {"control.displaced_block": "block", "control.displaced_by": (2 * by, by)}
+        with sitedda.Simulation(file, changes=changes) as run:
+            places.append(run.coordinates[1])
+            run.advance(1)
+            assert run.contacts["bonded"].all()
+            assert not run.warning
+    away = places[1] - places[0]
+    size = math.sqrt(2.0)
+    assert away[:2] == pytest.approx([2e-7 * size, 1e-7 * size], rel=1e-6)
+    assert not away[2:].any()
+
+
+def test_a_displaced_block_must_be_there(write_input):
+    with pytest.raises(sitedda.InputError, match="displaced_block = 'blok' is not the name"):
+        sitedda.Simulation(write_input(SLIDE), changes={"control.displaced_block": "blok"})
+
+
+PILE = f"""
+&control time_step = 1e-3, duration = 3, gravity = 0, -{G}, base_motion_x = 'shake' /
+&material density = 2500, young_modulus = 5e8, poisson_ratio = 0.2 /
+&joint friction_angle = 25, restitution = 0.6 /
+&block name = 'floor', vertices = -6 -1 6 -1 6 0 -6 0 /
+&block name = 'left', vertices = -6 0 -4 0 -4 4 -6 4 /
+&block name = 'right', vertices = 4 0 6 0 6 4 4 4 /
+&fixed_point x = -6, y = -1, block = 'floor' /
+&fixed_point x = 6, y = -1, block = 'floor' /
+&fixed_point x = -6, y = 0, block = 'left' /
+&fixed_point x = -6, y = 4, block = 'left' /
+&fixed_point x = 6, y = 0, block = 'right' /
+&fixed_point x = 6, y = 4, block = 'right' /
+&motion name = 'shake', quantity = 'acceleration', drift_order = 0, time_step = 0.01,
+        values = {" ".join(f"{6 * math.sin(0.15 * i):.4f}" for i in range(300))} /
+"""
+
+
+def pile() -> str:
+    """Blocks of chance that fall between two walls."""
+    dice, text = np.random.default_rng(5), PILE
+    for row in range(3):
+        for column in range(4):
+            x, y = -3.0 + 1.9 * column + 0.2 * row, 0.6 + 1.6 * row
+            turn = dice.uniform(0.0, 2.0 * math.pi / 5.0)
+            corners = [turn + 2.0 * math.pi * k / 5.0 for k in range(5)]
+            sides = dice.uniform(0.4, 0.7, size=2)
+            places = " ".join(f"{x + sides[0] * math.cos(c):.6f} {y + 0.6 * math.sin(c):.6f}"
+                              for c in corners)  # fmt: skip
+            text += f"&block name = 'b{row}{column}', vertices = {places} /\n"
+    return text
+
+
+def tilt_of(file, output, block: str):
+    """History of the largest tilt, a block being displaced."""
+    changes = {"control.displaced_block": block} if block else {}
+    sitedda.run(file, output, changes=changes)
+    return measure(output, quantities_of("histories"))[1]["history_largest_tilt_rad"]
+
+
+def test_displaced_blocks_show_the_same_horizon(write_input, tmp_path):
+    file, output = write_input(pile()), tmp_path / "o.nc"
+    run, *twins = (tilt_of(file, output, block) for block in ("", "b00", "b13", "b10"))
+    parted = [horizon(run.coordinates["look"], run.values, twin.values) for twin in twins]
+    assert max(parted) < 1.2 * min(parted) < 2.0
+
+
+def test_an_ensemble_gives_bands(write_input):
+    file = write_input(pile())
+    found = sitedda.accuracy(file, ["largest_tilt_rad", "residual_tilt_rad"], ensemble=3,
+                             changes={"control.duration": 2.0}, workers=2)  # fmt: skip
+    tilt = found["largest_tilt_rad"]
+    assert 1.0 < tilt.decided < 1.8
+    assert 1.0 < found["residual_tilt_rad"].decided <= 2.0
+    assert tilt.low < tilt.median < tilt.high
+    band = found.bands["largest_tilt_rad"]
+    assert band.median[-1] == pytest.approx(tilt.median)
+    assert band.high[100] - band.low[100] < 1e-6
+    assert "decided until" in str(found)
+    assert list(found.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]

@@ -7,7 +7,7 @@ import argparse
 import json
 from pathlib import Path
 
-from ..arguments import WORKERS
+from ..arguments import COUNT, WORKERS
 
 
 def add_accuracy_command(commands) -> argparse.ArgumentParser:
@@ -21,6 +21,13 @@ def add_accuracy_command(commands) -> argparse.ArgumentParser:
         "accuracy", help="run with smaller steps and stiffer contacts: figures with their bars"
     )
     parser.add_argument("file", type=Path, metavar="FILE.nml")
+    parser.add_argument(
+        "--ensemble",
+        type=COUNT,
+        default=0,
+        metavar="N",
+        help="twins with a displaced block: median, 16 and 84 %% of each figure",
+    )
     parser.add_argument("--folder", type=Path, help="where the runs are kept, to go on (temporary)")
     parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one a processor)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
@@ -33,7 +40,7 @@ def _tell(options: argparse.Namespace) -> int:
     from . import accuracy
 
     found = accuracy(
-        options.file, changes=dict(options.set), folder=options.folder,
+        options.file, changes=dict(options.set), ensemble=options.ensemble, folder=options.folder,
         workers=options.workers, progress=not (options.quiet or options.json),
     )  # fmt: skip
     print(json.dumps(found.to_dict(), indent=1) if options.json else found)

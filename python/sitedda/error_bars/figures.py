@@ -7,6 +7,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 
+import numpy as np
+
 from .bars import SMALL, Bar
 
 _COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
@@ -38,6 +40,11 @@ class Figure:
         Part of the bar that is of the penalty stiffness; 0 where none of the joints has one.
     doubt : str
         Why there is no bar, or what it leaves out; else blank.
+    decided : float
+        Time until which a twin of the run, a block of which is displaced by 1e-9 of its size, has
+        the same figure within 1 %, s; that of the end if always; NaN if there is no twin.
+    low, median, high : float
+        16, 50 and 84 % of the twins of an ensemble; NaN without one.
     """
 
     name: str
@@ -48,6 +55,10 @@ class Figure:
     order: float
     penalty: float
     doubt: str = ""
+    decided: float = math.nan
+    low: float = math.nan
+    median: float = math.nan
+    high: float = math.nan
 
     @property
     def is_inside(self) -> bool:
@@ -60,6 +71,24 @@ class Figure:
 
 
 @dataclass(frozen=True)
+class Band:
+    """What the twins of an ensemble say of a figure over time.
+
+    Attributes
+    ----------
+    time : ndarray, shape (looks,)
+        s
+    low, median, high : ndarray, shape (looks,)
+        16, 50 and 84 % of them.
+    """
+
+    time: np.ndarray
+    low: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+
+
+@dataclass(frozen=True)
 class Accuracy:
     """The figures of a run with their bars.
 
@@ -69,22 +98,27 @@ class Accuracy:
         By name.
     runs : dict of str
         Of each run that was made what ended it before its time or what it warned of, or blank.
+    end : float
+        Time of the end of the run, s.
+    bands : dict of Band
+        Of figures over time, by their names; empty without an ensemble.
     """
 
     figures: dict[str, Figure]
     runs: dict[str, str] = field(default_factory=dict)
+    end: float = math.nan
+    bands: dict[str, Band] = field(default_factory=dict)
 
     def __str__(self) -> str:
         """A table, and the runs that ended early."""
-        rows = [("figure", "this run", "value ± bar", "extrapolated", "")]
-        rows += [_row(figure) for figure in self.figures.values()]
-        widths = [max(len(row[i]) for row in rows) for i in range(4)]
+        rows = [_HEAD, *(_row(figure, self.end) for figure in self.figures.values())]
+        kept = [i for i in range(len(_HEAD)) if i < 3 or any(row[i] for row in rows[1:])]
+        widths = [max(len(row[i]) for row in rows) for i in kept]
         lines = [
-            f"{row[0]:{widths[0]}}  "
-            + "  ".join(f"{cell:>{w}}" for cell, w in zip(row[1:4], widths[1:], strict=True))
-            + (f"  {row[4]}" if row[4] else "")
+            "  ".join(f"{row[i]:{'<' if i in _LEFT else '>'}{w}}"
+                      for i, w in zip(kept, widths, strict=True))
             for row in rows
-        ]
+        ]  # fmt: skip
         lines += [f"run {name}: {words}" for name, words in self.runs.items() if words]
         return "\n".join(line.rstrip() for line in lines)
 
@@ -97,12 +131,22 @@ class Accuracy:
         return {
             "figures": {name: asdict(figure) for name, figure in self.figures.items()},
             "runs": self.runs,
+            "end_s": self.end,
         }
 
 
-def _row(figure: Figure) -> tuple[str, ...]:
-    more = "" if math.isnan(figure.extrapolated) else f"{figure.extrapolated:.5g}"
-    return figure.name, f"{figure.run:.4g}", str(figure), more, figure.doubt
+_HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median", "84 %",
+         "decided until", "")  # fmt: skip
+_LEFT = (0, len(_HEAD) - 1)  # columns
+
+
+def _row(figure: Figure, end: float) -> tuple[str, ...]:
+    numbers = (figure.extrapolated, figure.low, figure.median, figure.high)
+    more = ("" if math.isnan(number) else f"{number:.5g}" for number in numbers)
+    until = "" if math.isnan(figure.decided) else "the end"
+    if figure.decided < end:
+        until = f"t = {figure.decided:.3g} s"
+    return figure.name, f"{figure.run:.4g}", str(figure), *more, until, figure.doubt
 
 
 def with_bar(value: float, bar: float) -> str:

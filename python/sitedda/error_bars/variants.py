@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..input_text import small_groups
 from ..simulation import Simulation
 
+RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; of an ensemble with a number behind
+TRIFLE = 1e-9  # of the size of a block, by which twins differ
 _ORDERS = {"midpoint": 2}  # of time integration; of all others 1
 
 
@@ -59,11 +62,22 @@ class Facts:
         Of the time integration.
     penalty : float
         k_n, N/m; 0 where no joint has a penalty: all have a stiffness of their own.
+    highest : int
+        Number of the block whose centroid is highest, from 1.
+    blocks : int
+        How many there are.
     """
 
     groups: Mapping
     order: int
     penalty: float
+    highest: int = 1
+    blocks: int = 1
+
+    @property
+    def is_dynamic(self) -> bool:
+        """Some stage is."""
+        return any(_is_dynamic(one) for one in self.groups.get("stage", [{}]))
 
 
 def facts_of(model, changes: Mapping) -> Facts:
@@ -83,12 +97,14 @@ def facts_of(model, changes: Mapping) -> Facts:
     with Simulation(model, changes=changes) as simulation:
         groups = small_groups(simulation.input_text)
         stiffness = simulation.normal_stiffness
+        height = simulation.coordinates[:, 1]
     control = next(iter(groups.get("control", [])), {})
     schemes = [control, *(s for s in groups.get("stage", []) if _is_dynamic(s))]
     default = control.get("integration", "dda")
     order = min(_ORDERS.get(s.get("integration", default), 1) for s in schemes)
     own = [_has_stiffness(joint) for joint in groups.get("joint", [])]
-    return Facts(groups, order, 0.0 if own and all(own) else stiffness)
+    penalty = 0.0 if own and all(own) else stiffness
+    return Facts(groups, order, penalty, int(height.argmax()) + 1, len(height))
 
 
 def _has_stiffness(joint: Mapping) -> bool:
@@ -112,7 +128,7 @@ def finer(facts: Facts, times: int) -> Variant:
     for i, stage in enumerate(facts.groups.get("stage", []), 1):
         if _is_dynamic(stage):
             changes |= _divided(f"stage[{i}]", stage, times)
-    return Variant(f"dt/{times}" if times > 1 else "dt", changes if times > 1 else {})
+    return Variant(f"dt/{times}" if times > 1 else RUN, changes if times > 1 else {})
 
 
 def _divided(where: str, group: Mapping, times: int) -> dict:
@@ -122,6 +138,38 @@ def _divided(where: str, group: Mapping, times: int) -> dict:
     if "steps" in group:
         changes[f"{where}.steps"] = group["steps"] * times
     return changes
+
+
+def twin(name: str, block: int, signs: tuple[int, int] = (1, 1)) -> Variant:
+    """The run with one block displaced by a trifle when dynamics begin.
+
+    Parameters
+    ----------
+    name : str
+    block : int
+        Its number, from 1.
+    signs : (int, int)
+        Of the displacement along x and y.
+    """
+    away = tuple(TRIFLE * sign for sign in signs)
+    return Variant(name, {"control.displaced_block": str(block), "control.displaced_by": away})
+
+
+def ensemble(facts: Facts, count: int) -> list[Variant]:
+    """So many twins, of blocks and signs that chance has chosen: the same ones each time.
+
+    Parameters
+    ----------
+    facts : Facts
+    count : int
+    """
+    signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+    found = []
+    for number in range(1, count + 1):
+        dice = random.Random(number)
+        block = dice.randint(1, facts.blocks)
+        found.append(twin(f"{ENSEMBLE}{number}", block, dice.choice(signs)))
+    return found
 
 
 def stiffer(facts: Facts) -> Variant:

@@ -14,6 +14,7 @@ from ..engine import FILES, engine_names
 from ..errors import InputError, OutputError
 from ..maxima import lacking, warn_of
 from ..reading import check_readable
+from .histories import histories
 
 DEFAULT = ("verdict",)
 REDUCTIONS: dict[str, Callable] = {
@@ -145,6 +146,10 @@ class Output:
         with FILES:
             self._data.close()
 
+    def has(self, name: str) -> bool:
+        """A variable is there."""
+        return name in self._data.variables
+
     def dims(self, name: str) -> tuple[str, ...]:
         """Dimensions of a variable."""
         if name not in self._data.variables:
@@ -194,6 +199,8 @@ def measure(
       ``block_stress[drum_3].yy``, ``energy_friction``: a history; with ``.max``, ``.min``,
       ``.range``, ``.last`` or ``.largest`` (by its size) behind it a number;
     - ``spectrum[point].x``, the acceleration response spectrum with 5 % damping;
+    - ``histories``, what the figures of the verdict were while the run went on, see
+      `sitedda.study.histories`;
     - ``amplification_ratio``, of the first &amplification of the input.
 
     Parameters
@@ -236,6 +243,8 @@ def _one(output: Output, wanted: Quantity) -> dict:
     for part, names in _TOPICS.items():
         if name in names:
             return {wanted.label: _verdict_number(output, part, name, label)}
+    if name == "histories":
+        return histories(output)
     if name == "spectrum":
         return {wanted.label: _spectrum(output, wanted.name, label, component)}
     if name == "amplification_ratio":

@@ -1,0 +1,34 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A block that is displaced by a trifle when dynamics begin: the twin of a run, whose figures are
+!> those of the run for as long as it is decided.
+!>
+!> Bonds, crossings and the contacts that slip counts from stay those of the run, as they have been
+!> found before.
+module dda_displaced_block
+   use dda_kinds, only: wp
+   use dda_blocks, only: update_geometry
+   use dda_simulation, only: simulation_type
+   implicit none
+   private
+   public :: displace_block
+
+contains
+
+   !> Displace the block that the input names, if it names one that is still there.
+   subroutine displace_block(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      real(wp) :: way(2)
+
+      associate (control => simulation%model%control, blocks => simulation%blocks)
+         associate (b => control%displaced_block)
+            if (b == 0) return
+            if (blocks%removed(b)) return
+            way = control%displaced_by*sqrt(blocks%area(b))
+            blocks%position(1:2, b) = blocks%position(1:2, b) + way
+            call update_geometry(blocks)
+            simulation%neighbours%travel = simulation%neighbours%travel + norm2(way)
+         end associate
+      end associate
+   end subroutine displace_block
+
+end module dda_displaced_block

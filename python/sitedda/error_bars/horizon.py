@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Until when a run is decided, and what its figures are beyond: twins of the run.
+
+A twin is the run with one block displaced by 1e-9 of its size.  Impacts and slip that starts or
+stops let the two part exponentially; from the time on at which a figure of the twin is another one,
+no time step, however small, gives *the* figure: it is one of a distribution.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from .figures import Band, Figure
+from .variants import ENSEMBLE, RUN, TWIN
+
+APART = 0.01  # of the largest value of a figure, from which on it is another one
+SHARES = (16.0, 50.0, 84.0)  # %, of the twins of an ensemble
+_HISTORY = "history_"
+# Figures whose own history is not kept go with that of another.
+_FOLLOW = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2": "pga_m_s2"}
+
+
+def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
+    """The last time at which two histories have not yet parted, s; inf if they never do.
+
+    Parameters
+    ----------
+    time : ndarray, shape (looks,)
+    run, twin : ndarray, shape (looks,)
+        A figure of the run and of its twin; NaN where it is not there.
+    """
+    largest = np.nanmax(np.abs(run), initial=0.0)
+    apart = np.abs(run - twin) > APART * largest
+    apart |= np.isnan(run) != np.isnan(twin)
+    if not apart.any():
+        return math.inf
+    return float(time[max(int(np.argmax(apart)) - 1, 0)])
+
+
+def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
+    """Figures with the time until which they are decided, and with the spread of the ensemble.
+
+    Parameters
+    ----------
+    figures : dict of Figure
+    table : xarray.Dataset
+        Of the runs, with their histories.
+    """
+    names = [str(name) for name in table.variant.values]
+    done = {n for n in names if str(table.sel(variant=n).status.values) == "complete"}
+    twins = [n for n in names if n.startswith(ENSEMBLE) and n in done]
+    found = dict(figures)
+    if TWIN in done and "look" in table:
+        parted = _parted(table)
+        found = {n: replace(f, decided=_decided(n, table, parted)) for n, f in found.items()}
+    if twins:
+        rows = table.sel(variant=twins)
+        found = {n: _spread(f, rows[n].values) for n, f in found.items()}
+    return found
+
+
+def bands_of(table) -> dict[str, Band]:
+    """What the twins of an ensemble say of each figure over time, by its name.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        Of the runs, with their histories.
+    """
+    twins = [str(n) for n in table.variant.values if str(n).startswith(ENSEMBLE)]
+    if not twins or "look" not in table:
+        return {}
+    rows = table.sel(variant=twins)
+    found = {}
+    for name in filter(lambda n: n.startswith(_HISTORY), table.data_vars):
+        values = rows[name].transpose("variant", "look").values
+        values = values[~np.isnan(values).all(axis=1)]
+        if len(values):
+            low, median, high = np.nanpercentile(values, SHARES, axis=0)
+            found[name.removeprefix(_HISTORY)] = Band(rows.look.values, low, median, high)
+    return found
+
+
+def _parted(table) -> dict[str, float]:
+    """When the run and its twin part, by the name of the history."""
+    run, twin, time = table.sel(variant=RUN), table.sel(variant=TWIN), table.look.values
+    names = [name for name in table.data_vars if name.startswith(_HISTORY)]
+    return {name.removeprefix(_HISTORY): horizon(time, run[name].values, twin[name].values)
+            for name in names}  # fmt: skip
+
+
+def _decided(name: str, table, parted: dict[str, float]) -> float:
+    """Until when one figure is; that of the first of all where it has no history of its own."""
+    end = float(table.look.values[-1])
+    if name in parted:
+        return min(parted[name], end)
+    run, twin = (float(table[name].sel(variant=v)) for v in (RUN, TWIN))
+    if abs(run - twin) <= APART * abs(run) or math.isnan(run) and math.isnan(twin):
+        return end
+    other = next((name.replace(a, b) for a, b in _FOLLOW.items() if name.startswith(a)), "")
+    own = parted.get(other, math.inf)
+    return min(own if own < end else min(parted.values(), default=end), end)
+
+
+def _spread(figure: Figure, values: np.ndarray) -> Figure:
+    values = values[np.isfinite(values)]
+    if len(values) == 0:
+        return figure
+    low, median, high = (float(v) for v in np.percentile(values, SHARES))
+    return replace(figure, low=low, median=median, high=high)

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the figures of a run were while it ran: largest values of all steps up to a time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..engine import engine_names
+
+if TYPE_CHECKING:
+    from .quantities import Array, Output
+
+_GRAVITY = 9.80665  # m/s², of the Arias intensity
+LOOKS = 1000  # equal parts of the duration, after which figures are looked at
+
+
+def histories(output: Output) -> dict[str, Array]:
+    """Each figure that grows with a run, `LOOKS` times from its begin to its end.
+
+    Parameters
+    ----------
+    output : Output
+
+    Returns
+    -------
+    dict of Array
+        By ``history_`` and the name of the figure: the largest values, and of each measured point
+        the peak acceleration (``history_pga_m_s2[top]``), velocity, and the integral of the
+        Arias intensity.
+    """
+    from .quantities import Array
+
+    time = output["time"]
+    look = np.linspace(time[0], time[-1], LOOKS + 1)
+    at = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1
+    found = {}
+    numbers = engine_names("maxima numbers")
+    for name, so_far in zip(numbers, output["largest_so_far"][at].T, strict=True):
+        if np.isfinite(so_far).any():
+            found[f"largest_{name}"] = so_far
+    for i, point in enumerate(output.names("point") if output.has("velocity") else ()):
+        if f"pga_m_s2[{point}]" not in output.attributes:
+            continue
+        velocity, acceleration = (output[n][:, i] for n in ("velocity", "acceleration"))
+        axis = int(np.argmax(np.abs(velocity).max(axis=0)))
+        peak = np.maximum.accumulate(np.abs(acceleration[:, axis]))[at]
+        work = np.append(0.0, np.cumsum(acceleration[1:, axis] ** 2 * np.diff(time)))
+        found[f"pga_m_s2[{point}]"] = peak
+        found[f"pgv_m_s[{point}]"] = np.maximum.accumulate(np.abs(velocity[:, axis]))[at]
+        found[f"arias_m_s[{point}]"] = np.pi / (2 * _GRAVITY) * work[at]
+    return {f"history_{name}": Array(values, ("look",), {"look": look})
+            for name, values in found.items()}  # fmt: skip
