@@ -6,6 +6,7 @@ module dda_diagnostics
    use dda_energy, only: balance, turnover, energy_geometric
    use dda_errors, only: error_type, error_convergence, error_memory, fail
    use dda_joint_ends, only: bending_words
+   use dda_maxima, only: of_strain, of_penetration_ratio
    use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
    use dda_text, only: short_text, to_text
@@ -120,59 +121,43 @@ contains
       end if
    end function audit_warning
 
-   !> Strains, depths of contacts and bending of joints in the present state that are beyond what
-   !> the method is for: 'topic: sentence', a line each.
+   !> Strains and depths of contacts in any step, and bending of joints now, that are beyond what the
+   !> method is for: 'topic: sentence', a line each.
    pure function state_warnings(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
-      real(wp) :: strain(simulation%blocks%n)
-      integer :: b
 
-      text = ''
-      associate (blocks => simulation%blocks)
-         do b = 1, blocks%n
-            strain(b) = merge(0.0_wp, largest_strain(blocks%position(4:6, b)), blocks%removed(b))
-         end do
-         b = maxloc(strain, 1)
-         if (strain(b) > most_strain) text = 'strain: block '//block_name(simulation, b)// &
-            ' is strained by '//short_text(100*strain(b))//' %, beyond the '// &
-            short_text(100*most_strain)//' % of small strains'//new_line('a')
-      end associate
-      text = text//depth_warning(simulation)//bending_words(simulation, 'bending: ')
+      text = strain_warning(simulation)//depth_warning(simulation)// &
+         bending_words(simulation, 'bending: ')
       if (text /= '') text = text(:len(text) - 1)
    end function state_warnings
 
-   !> The larger of the principal strains, by size.
-   pure real(wp) function largest_strain(strain)
-      real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
+   !> The largest strain, if it is too large.
+   pure function strain_warning(simulation) result(text)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+      character(len=:), allocatable :: text
 
-      largest_strain = 0.5_wp*(abs(strain(1) + strain(2)) + norm2([strain(1) - strain(2), &
-         strain(3)]))
-   end function largest_strain
+      text = ''
+      associate (most => simulation%maxima%largest(of_strain))
+         if (most%value > most_strain) text = 'strain: block '//block_name(simulation, &
+            most%who(1))//' is strained by '//short_text(100*most%value)//' % at t = '// &
+            short_text(most%time)//' s, beyond the '//short_text(100*most_strain)// &
+            ' % of small strains'//new_line('a')
+      end associate
+   end function strain_warning
 
    !> The deepest contact as a share of the size of the smaller block, if it is too deep.
    pure function depth_warning(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
-      real(wp) :: share, most
-      integer :: c, worst
 
       text = ''
-      most = deepest
-      worst = 0
-      associate (contacts => simulation%contacts(simulation%now), blocks => simulation%blocks)
-         do c = 1, contacts%n
-            share = -(contacts%new_gap(c) + contacts%offset(c)) &
-               /sqrt(min(blocks%area(contacts%block_v(c)), blocks%area(contacts%block_e(c))))
-            if (share <= most) cycle
-            most = share
-            worst = c
-         end do
-         if (worst == 0) return
-         text = 'penetration: a vertex of block '//block_name(simulation, contacts%block_v(worst)) &
-            //' is '//short_text(-contacts%new_gap(worst) - contacts%offset(worst))// &
-            ' m deep in block '//block_name(simulation, contacts%block_e(worst))//', '// &
-            short_text(100*most)//' % of the size of the smaller of the two, limit '// &
+      associate (most => simulation%maxima%largest(of_penetration_ratio))
+         if (.not. most%value > deepest) return
+         text = 'penetration: a vertex of block '//block_name(simulation, most%who(1))//' is '// &
+            short_text(most%value*minval(simulation%maxima%size_of(most%who)))// &
+            ' m deep in block '//block_name(simulation, most%who(2))//' at t = '// &
+            short_text(most%time)//' s, '//short_text(100*most%value)//' % of the size of the smaller of the two, limit '// &
             short_text(100*deepest)//' %'//new_line('a')
       end associate
    end function depth_warning

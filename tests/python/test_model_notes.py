@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import pytest
@@ -196,8 +197,28 @@ def test_large_strains_and_deep_contacts_are_said_at_the_end(said, write_input):
 
     weak = changed(pile(settle=True), "material", young_modulus=2e5)
     words = said("run", write_input(weak), "-q")
-    assert re.search("block .* is strained by .* %, beyond the 2 % of small strains", words)
+    assert re.search("block .* is strained by .* % at t = .* s, beyond the 2 % of small", words)
     assert "deep in block" not in words
+
+
+def test_what_was_deep_on_the_way_is_said_with_its_time(said, write_input):
+    """A stone of mass m falls by h on two corners: 2kd²/2 = mg(h + d); it ends in the air."""
+    stiffness, height = 2e6, 0.2
+    groups = pile(("stone", rectangle(0.0, height, 1.0, 1.0)), duration=0.4,
+                  integration="backward_euler")  # fmt: skip
+    groups = changed(changed(groups, "contact", normal_stiffness=stiffness), "control",
+                     time_step=1e-4)  # fmt: skip
+    words = said("run", write_input(groups), "-q")
+    row = next(line for line in words.splitlines() if "deep in block" in line)
+    weight = 2500 * GRAVITY
+    static = weight / (2 * stiffness)
+    depth = static * (1 + math.sqrt(1 + 2 * height / static))
+    found = re.search(r"is (\S+) m deep in block .* at t = (\S+) s", row)
+    assert depth > 0.05
+    assert float(found[1]) == pytest.approx(depth, rel=0.02), row
+    fall, omega = math.sqrt(2 * height / GRAVITY), math.sqrt(GRAVITY / static)
+    slowed = math.pi / 2 + math.atan(math.sqrt(static / (2 * height)))
+    assert float(found[2]) == pytest.approx(fall + slowed / omega, rel=0.02), row
 
 
 def test_small_strains_and_depths_are_not_said(said, write_input):
