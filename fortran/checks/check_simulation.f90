@@ -8,6 +8,7 @@ module dda_check_simulation
    use dda_check_boundaries, only: check_boundaries
    use dda_check_lattice, only: check_lattice
    use dda_contact, only: contact_open
+   use dda_equilibrium, only: farthest_moved
    use dda_check_material, only: check_material
    use dda_check_band, only: band_type, significant_band
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, verdict_fail, &
@@ -21,7 +22,7 @@ module dda_check_simulation
    use dda_omega_max, only: find_omega_max
    use dda_ringing, only: ringing_type, find_ringing
    use dda_scheme_response, only: forced_damping
-   use dda_simulation, only: simulation_type, comes_suddenly
+   use dda_simulation, only: simulation_type, block_name, comes_suddenly
    use dda_text, only: to_text, short_text
    use dda_time_step, only: advance
    use dda_unresolved, only: count_unresolved
@@ -51,7 +52,7 @@ contains
       call unrelaxed(linear, stiff)
       call significant_band(simulation%model%motions, report%band)
       call measure_blocks(simulation%blocks, report)
-      call check_contacts(linear, report)
+      call check_contacts(simulation, linear, report)
       call check_start(simulation, report)
       call check_bending(linear%bending, report)
       call check_highest(stiff, report)
@@ -97,13 +98,21 @@ contains
       end do
    end subroutine measure_blocks
 
-   subroutine check_contacts(linear, report)
+   subroutine check_contacts(simulation, linear, report)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: settled
+      real(wp) :: way
+      integer :: b
 
       settled = ''
       if (allocated(linear%equilibrium%words)) settled = '; '//linear%equilibrium%words
+      b = 0
+      if (simulation%model%stages(1)%static) call farthest_moved(simulation%blocks, &
+         simulation%model%blocks%position, b, way)
+      if (b > 0) settled = settled//'; from the model as drawn block '// &
+         block_name(simulation, b)//' has moved by '//short_text(way)//' m'
       if (linear%closed == 0 .and. linear%n > 1) then
          call add_line(report, verdict_warn, 'contacts', 'no contact is closed'//settled, 'model', &
             'blocks touch only where edges meet; check the vertices')

@@ -121,8 +121,8 @@ contains
       end if
    end function audit_warning
 
-   !> Strains and depths of contacts in any step, and bending of joints now, that are beyond what the
-   !> method is for: 'topic: sentence', a line each.
+   !> Strains and depths of contacts in any step, and bending of joints now, beyond what the method
+   !> is for: 'topic: sentence', a line each.
    pure function state_warnings(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
@@ -157,8 +157,9 @@ contains
          text = 'penetration: a vertex of block '//block_name(simulation, most%who(1))//' is '// &
             short_text(most%value*minval(simulation%maxima%size_of(most%who)))// &
             ' m deep in block '//block_name(simulation, most%who(2))//' at t = '// &
-            short_text(most%time)//' s, '//short_text(100*most%value)//' % of the size of the smaller of the two, limit '// &
-            short_text(100*deepest)//' %'//new_line('a')
+            short_text(most%time)//' s, '//short_text(100*most%value)// &
+            ' % of the size of the smaller of the two, limit '//short_text(100*deepest)//' %'// &
+            new_line('a')
       end associate
    end function depth_warning
 

@@ -221,6 +221,17 @@ def test_what_was_deep_on_the_way_is_said_with_its_time(said, write_input):
     assert float(found[2]) == pytest.approx(fall + slowed / omega, rel=0.02), row
 
 
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_a_gap_closed_by_static_steps_is_said(said, write_input, command):
+    """Displacements count from rest: the way to it is in no other figure."""
+    gap, sinks = 0.01, 2500 * GRAVITY / 2 / 1e9
+    file = write_input(pile(("brick", rectangle(0.0, gap, 1.0, 1.0)), settle=True))
+    words = " ".join(said(command, file).split())
+    found = re.search(r"from the model as drawn block 2 'brick' has moved by (\S+) m", words)
+    found = found or re.search(r"farthest moved block 2 'brick', by (\S+) m", words)
+    assert float(found[1]) == pytest.approx(gap + sinks, rel=1e-3)
+
+
 def test_small_strains_and_depths_are_not_said(said, write_input):
     words = said("run", write_input(pile()), "-q")
     assert "strained by" not in words and "deep in block" not in words
