@@ -20,6 +20,7 @@ module dda_input
    use dda_input_materials, only: read_motion
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification, &
       number_of_block
+   use dda_input_resolved, only: resolved_values
    use dda_input_settings, only: read_control, read_contact, read_output, &
       check_output_times, require_analysis
    use dda_input_stages, only: read_stages
@@ -102,6 +103,7 @@ contains
       if (allocated(error)) return
       if (model%stages(1)%static) call refuse_velocities(file, model, error)
       call read_amplifications(model, groups, error)
+      if (.not. allocated(error)) model%values = resolved_values(model, groups)
    end subroutine read_model
 
    !> Every group must be known, and appear once if it may not repeat.

@@ -12,8 +12,8 @@ module dda_input_boundaries
    use dda_free_field, only: free_field_type
    use dda_input_boundary_edges, only: claim_edges
    use dda_input_edges, only: choose_edges
-   use dda_input_group, only: group_type, input_error, get, given, require_name, unset, is_set, &
-      name_length
+   use dda_input_group, only: group_type, input_error, get, get_text, given, require_name, &
+      unset, is_set, name_length
    use dda_input_free_field, only: find_column, check_plain
    use dda_input_settings, only: require_analysis
    use dda_material, only: material_type, elasticity
@@ -23,7 +23,7 @@ module dda_input_boundaries
    use dda_tie, only: tie_faces
    implicit none
    private
-   public :: read_boundaries, check_rest, kind_type, boundary_kinds
+   public :: read_boundaries, check_rest, kind_type, boundary_kinds, acts_as
 
    !> What a kind of boundary is.
    type :: kind_type
@@ -95,6 +95,18 @@ contains
 
       is_held = reading%is%holds .or. reading%motion_is == 'within'
    end function is_held
+
+   !> The kind that a group comes down to: a base that follows its motion 'within' is a fixed one.
+   pure function acts_as(group) result(kind)
+      type(group_type), intent(in) :: group  !< &boundary, checked
+      character(len=:), allocatable :: kind, motion_is
+
+      motion_is = ''
+      kind = ''
+      call get_text(group, 'motion_is', motion_is)
+      call get_text(group, 'kind', kind)
+      if (motion_is == 'within') kind = 'fixed'
+   end function acts_as
 
    !> What stands on dashpots would sink for ever under a weight that comes on in a dynamic stage.
    subroutine check_rest(model, groups, error)

@@ -150,6 +150,8 @@ def entry(one: Variable) -> str:
         parts.append(f"allowed={literal(one.values)}")
         if usual := re.fullmatch(r"'(\w+)'", one.default):
             parts.append(f"usual='{usual[1]}'")
+    elif one.default == ".true.":
+        parts.append("preset=1.0_wp")
     if one.default == "required":
         parts.append("required=.true.")
     if one.when:

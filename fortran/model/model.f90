@@ -32,6 +32,7 @@ module dda_model
       character(len=:), allocatable :: title
       character(len=:), allocatable :: file          !< where it was read from
       character(len=:), allocatable :: text          !< its input, for provenance
+      character(len=:), allocatable :: values        !< what that means, see `resolved_values`
       !> added to every place on output: the engine computes near zero
       real(wp) :: origin(2) = 0.0_wp
       type(control_type) :: control

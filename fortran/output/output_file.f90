@@ -243,8 +243,9 @@ contains
       type(simulation_type), intent(in) :: simulation  !< at its present time
       integer :: i
 
-      bytes = overhead + 2*len(simulation%model%text) + 2*len(simulation%changes) + journal%bytes &
-         + 256*size(simulation%model%points) + 64*size(simulation%model%joints) &
+      bytes = overhead + 2*(len(simulation%model%text) + len(simulation%model%values)) &
+         + 2*len(simulation%changes) + journal%bytes + 256*size(simulation%model%points) &
+         + 64*size(simulation%model%joints) &
          + 64*size(simulation%blocks%owner) + 128*simulation%blocks%n &
          + 64*size(simulation%model%boundary_edges)
       do i = 1, size(simulation%model%motions)
@@ -358,6 +359,7 @@ contains
       call describe(dataset, 'compiler', compiler_version()//' '//compiler_options())
       call describe(dataset, 'input_file', simulation%model%file)
       call describe(dataset, 'input_text', simulation%model%text)
+      call describe(dataset, 'input_values', simulation%model%values)
       call describe(dataset, 'block_files', block_sources(simulation%model))
       call describe(dataset, 'motions', sources_of(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))

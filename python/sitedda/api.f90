@@ -274,10 +274,10 @@ contains
    end subroutine close_run
 
    !> Numbers of blocks, vertices, measured points and contacts, of the bytes of the input with the
-   !> changes between steps, of edges with boundaries, and of bolts.
+   !> changes between steps, of edges with boundaries, of bolts, and of the bytes of its values.
    subroutine run_sizes(handle, sizes, status, message)
       integer(c_int), intent(in) :: handle
-      integer(c_int), intent(out) :: sizes(7)
+      integer(c_int), intent(out) :: sizes(8)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -288,7 +288,8 @@ contains
       if (.not. allocated(error)) sizes = [run%simulation%blocks%n, &
          size(run%simulation%blocks%owner), size(run%simulation%model%points), &
          run%simulation%contacts(run%simulation%now)%n, len(run%simulation%changed_text), &
-         size(run%simulation%model%boundary_edges), size(run%simulation%model%bolts)]
+         size(run%simulation%model%boundary_edges), size(run%simulation%model%bolts), &
+         len(run%simulation%model%values)]
       call report(error, status, message)
    end subroutine run_sizes
 
@@ -319,7 +320,7 @@ contains
    !> A text of the run: 'output', 'title', 'summary', 'ending', 'warning', 'notice', 'solver',
    !> 'peaks' (what is wrong with the peaks of amplifications in the finished output), 'point i' or
    !> 'block i' (from 1), 'changed i' (of the input with the changes between steps, the i-th 2048
-   !> bytes).
+   !> bytes), 'values i' (of what the input means).
    subroutine run_text(handle, what, which, text, status, message)
       integer(c_int), intent(in) :: handle
       character(len=*), intent(in) :: what
@@ -360,10 +361,9 @@ contains
             case ('peaks')
                call find_peak_warnings(run, text)
             case ('changed')
-               associate (whole => run%simulation%changed_text)
-                  if (which >= 1) text = whole(min(len(whole), 2048*(which - 1)) + 1: &
-                     min(len(whole), 2048*which))
-               end associate
+               text = piece(run%simulation%changed_text, which)
+            case ('values')
+               text = piece(model%values, which)
             case ('point')
                if (which >= 1 .and. which <= size(model%points)) text = model%points(which)%name
             case ('block')
@@ -374,6 +374,15 @@ contains
       end if
       call report(error, status, message)
    end subroutine run_text
+
+   !> The i-th 2048 bytes of a text.
+   pure function piece(whole, i)
+      character(len=*), intent(in) :: whole
+      integer(c_int), intent(in) :: i
+      character(len=:), allocatable :: piece
+
+      piece = whole(min(len(whole), 2048*max(0, i - 1)) + 1:min(len(whole), 2048*max(0, i)))
+   end function piece
 
    !> What is wrong with the peaks of the amplifications in the finished output, a line each.
    subroutine find_peak_warnings(run, text)

@@ -195,7 +195,7 @@ def damping_of(material: Mapping) -> MaterialDamping | None:
     MaterialDamping or None
         None: it has none.
     """
-    if "rayleigh_alpha" in material or "rayleigh_beta" in material:
+    if material.get("rayleigh_alpha") or material.get("rayleigh_beta"):
         return Rayleigh(material.get("rayleigh_alpha", 0.0), material.get("rayleigh_beta", 0.0))
     if not material.get("damping_ratio"):
         return None

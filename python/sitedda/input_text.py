@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -157,9 +158,24 @@ def groups_by_name(text: str, skipped: Sequence[str] = ()) -> dict[str, list[dic
     return groups
 
 
-def small_groups(text: str) -> dict[str, list[dict]]:
-    """The values of all groups but those of blocks; none where the text cannot be read."""
+def input_values(attributes: Mapping) -> dict[str, list[dict]]:
+    """What the input of an output means: the values of all groups but those of blocks.
+
+    With defaults and derived values, as the engine has written them; outputs of 0.1.0 have the
+    text of the input alone, whose values are as given.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Of the output.
+    """
     try:
-        return groups_by_name(text, _BLOCKS)
-    except SiteddaError:  # pictures do without
+        if values := str(attributes.get("input_values", "")):
+            return json.loads(values)
+        groups = groups_by_name(str(attributes.get("input_text", "")), _BLOCKS)
+    except (SiteddaError, ValueError):  # pictures do without
         return {}
+    for boundary in groups.get("boundary", []):
+        if boundary.get("motion_is") == "within":
+            boundary["kind"] = "fixed"
+    return groups

@@ -116,7 +116,8 @@ _ALONE = _kinds("""
     contact_place         real    contact
 """)
 _KNOWN = {name: kind for family in (*_FAMILIES, _ALONE) for name, kind in family.items()}
-_ATTRIBUTES = ("title", "input_text", "input_file", "stages", "step_control", "verdict", "complete")
+_ATTRIBUTES = ("title", "input_text", "input_values", "input_file", "stages", "step_control",
+               "verdict", "complete")  # fmt: skip
 
 
 def open_output(file) -> xr.Dataset:

@@ -10,7 +10,7 @@ import numpy as np
 
 from .column import Column, Layer
 from .damping import damping_of
-from .input_text import small_groups
+from .input_text import input_values
 from .spectra import Peak, amplification, find_peak
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Amplification:
 
 def amplifications(history: xr.Dataset) -> list[Amplification]:
     """Every amplification that the input of a run asks for (groups &amplification)."""
-    groups = small_groups(history.attrs["input_text"]).get("amplification", [])
+    groups = input_values(history.attrs).get("amplification", [])
     return [
         point_amplification(
             history,
@@ -116,7 +116,7 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
     stack = [b for b in np.argsort(-boxes[:, 1]) if boxes[low, 1] < boxes[b, 1] <= boxes[high, 1]]
     tops, bottoms = boxes[stack, 3], boxes[stack, 1]
     size = boxes[high, 3] - boxes[low, 3]
-    materials = small_groups(history.attrs["input_text"]).get("material", [])
+    materials = input_values(history.attrs).get("material", [])
     if not stack or np.any(abs(np.append(tops[1:], boxes[low, 3]) - bottoms) > 1e-6 * size):
         raise ValueError("the blocks between base and surface are not stacked on each other")
     return Column(

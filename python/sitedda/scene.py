@@ -13,7 +13,7 @@ import xarray as xr
 
 from .engine import FILES
 from .errors import InputError
-from .input_text import small_groups
+from .input_text import input_values
 from .output import damaged, open_output, read
 from .reading import check_readable
 from .simulation import Run, Simulation
@@ -70,7 +70,7 @@ class Scene:
         self.first = np.searchsorted(self.owner, np.arange(self.blocks + 1))
         self.time = np.atleast_1d(data["frame_time"].values)
         self.title = str(data.attrs.get("title", "")).strip()
-        self.groups = small_groups(str(data.attrs.get("input_text", "")))
+        self.groups = input_values(data.attrs)
         names = data["block"].values.tolist() if "block" in data else [""] * self.blocks
         self.names = [str(name) or f"block {i + 1}" for i, name in enumerate(names)]
         self._set_materials()
@@ -382,8 +382,7 @@ class Scene:
         )
         return [
             {
-                # A base that follows its motion "within" is a fixed one.
-                "kind": "fixed" if one.get("motion_is") == "within" else str(one["kind"]).strip(),
+                "kind": str(one["kind"]).strip(),
                 "moved": bool(one.get("motion_x") or one.get("motion_y")),
                 "start": start[group == i],
                 "end": end[group == i],
@@ -425,7 +424,7 @@ class Scene:
         with FILES:
             mine = np.flatnonzero(self._bolt_names == name)
             if len(mine) == 0:
-                raise damaged(self.data, "bolt", f"there is no {name!r}, which input_text has")
+                raise damaged(self.data, "bolt", f"there is no {name!r}, which the input has")
             blocks = self.data["bolt_block"].values.astype(int)[mine]
             places = self.data["bolt_place"].values.reshape(-1, 2, 2)[mine]
             if len(points) > 2:
@@ -526,6 +525,6 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
     if len(edges["edge"]):
         frame["boundary_edge"] = ("boundary_edge", edges.pop("edge"))
         frame |= {f"boundary_edge_{n}": ("boundary_edge", v) for n, v in edges.items()}
-    text = simulation.input_text
     names = {"title": simulation.title, "input_file": str(simulation.file)}
-    return xr.Dataset(frame, attrs=names | {"input_text": text})
+    texts = {"input_text": simulation.input_text, "input_values": simulation.input_values}
+    return xr.Dataset(frame, attrs=names | texts)

@@ -206,9 +206,18 @@ class Simulation:
 
     def _changed_text(self) -> str:
         """The input with the changes so far."""
-        count = -(-int(self._sizes()[4]) // _PIECE)
-        pieces = [self._ask("run_text", "changed", i + 1).ljust(_PIECE) for i in range(count)]
-        return b"".join(pieces).rstrip().decode("utf-8", "surrogateescape") or self.input_text
+        return self._long_text("changed", 4) or self.input_text
+
+    @property
+    def input_values(self) -> str:
+        """What the input means, as JSON: given, default and derived values of its groups."""
+        return self._long_text("values", 7)
+
+    def _long_text(self, what: str, size: int) -> str:
+        """A text of any length; its size stands in `run_sizes`."""
+        count = -(-int(self._sizes()[size]) // _PIECE)
+        pieces = [self._ask("run_text", what, i + 1).ljust(_PIECE) for i in range(count)]
+        return b"".join(pieces).rstrip().decode("utf-8", "surrogateescape")
 
     def _change(self, text: str, words: str) -> None:
         with self._one, FILES:  # in this order everywhere

@@ -9,8 +9,9 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
+from .damping import damping_of
 from .engine import engine_names
-from .input_text import small_groups
+from .input_text import input_values
 from .maxima import lacking, warn_of
 from .response import amplifications
 from .scene import Scene
@@ -91,7 +92,7 @@ def main_axis(velocity: xr.DataArray) -> int:
 
 def run_scheme(history: xr.Dataset) -> Scheme:
     """The time integration of a run."""
-    groups = small_groups(str(history.attrs.get("input_text", "")))
+    groups = input_values(history.attrs)
     return Scheme.of_control(next(iter(groups.get("control", [])), {}))
 
 
@@ -108,11 +109,7 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     at = ", ".join(
         f"{100 * float(r):.2g} % at {f:.3g} Hz" for r, f in zip(ratios, frequencies, strict=True)
     )
-    groups = small_groups(str(history.attrs.get("input_text", "")))
-    damped = any(
-        any("damping" in name or "rayleigh" in name for name in group)
-        for group in groups.get("material", [])
-    )
+    damped = any(map(damping_of, input_values(history.attrs).get("material", [])))
     material = "as in the input" if damped else "none"
     return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
 

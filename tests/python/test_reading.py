@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pipes, devices and damaged outputs in place of the files that a command reads."""
 
+import json
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -11,7 +13,10 @@ import pytest
 from model_text import changed, tower
 
 import sitedda
+from sitedda.input_text import input_values
 from sitedda.reading import check_readable, read_bounded
+from sitedda.response import amplifications
+from sitedda.scene import Scene
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 sys.path.insert(0, str(Path(__file__).parents[1] / "robustness"))
@@ -168,3 +173,72 @@ def test_attributes_that_no_run_wrote(main, output, tmp_path):
 
     done = main("view", damage(output, tmp_path / "d.nc", change), "--no-open")
     assert done.returncode == 5 and "attribute input_text is no text" in done.stderr
+
+
+OLD = Path(__file__).parents[1] / "data" / "outputs" / "version_0.1.0.nc"
+SHOWN = {
+    "draw": ["-o", "o.png"],
+    "view": ["-o", "o.html"],
+    "movie": ["-o", "o.gif"],
+    "report": ["-o", "o.html"],
+    "site": ["-o", "o.png"],
+    "surface": ["--lowest", "10", "--highest", "50", "-o", "o.png"],
+    "export": ["--vtk", "o"],
+}
+
+
+@pytest.mark.parametrize("command", SHOWN)
+@pytest.mark.filterwarnings("ignore:the output, of sitedda 0.1.0")
+def test_outputs_of_version_0_1_0_open(command, main, tmp_path):
+    shutil.copy(OLD, tmp_path / "o.nc")
+    done = main(command, "o.nc", *SHOWN[command], folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_an_output_says_what_its_input_means(tmp_path):
+    text = (
+        OLD.with_suffix(".nml")
+        .read_text()
+        .replace("'compliant',", "'compliant', motion_is = 'within',")
+    )
+    file = tmp_path / "model.nml"
+    file.write_text(
+        text.replace(
+            "young_modulus = 1e9, poisson_ratio = 0.25",
+            "shear_velocity = 400, pressure_velocity = 700",
+        )
+    )
+    history = sitedda.run(file, output=tmp_path / "o.nc").history
+    values = input_values(history.attrs)
+    (control,), (contact,), (material,) = (values[k] for k in ("control", "contact", "material"))
+    with sitedda.Simulation(file) as run:
+        assert contact["normal_stiffness"] == run.normal_stiffness
+        assert json.loads(run.input_values) == values | {"output": values["output"]}
+    assert (control["integration"], control["settle"], control["gravity"]) == (
+        "dda",
+        True,
+        [0, -9.81],
+    )
+    shear = material["young_modulus"] / (2 * (1 + material["poisson_ratio"]))
+    assert shear == pytest.approx(2400 * 400**2, rel=1e-12)
+    assert values["joint"] == [values["joint"][0] | {"law": "coulomb", "cohesion": 1e4}]
+    assert values["load"][0]["block"] == "left" and values["boundary"][0]["kind"] == "fixed"
+    assert "block" not in values
+
+
+def test_pictures_show_the_same_with_and_without_the_values(tmp_path):
+    file = tmp_path / "model.nml"
+    file.write_text(
+        OLD.with_suffix(".nml")
+        .read_text()
+        .replace("'compliant',", "'compliant', motion_is = 'within',")
+    )
+    new = sitedda.run(file, output=tmp_path / "o.nc").history
+    old = new.assign_attrs(input_values="")
+    one, other = Scene.of(new), Scene.of(old)
+    for what in ("supports", "loads", "points"):
+        assert repr(getattr(one, what)()) == repr(getattr(other, what)())
+    assert repr(one.boundaries(0)) == repr(other.boundaries(0))
+    assert repr(one.bolts(1)) == repr(other.bolts(1))
+    assert one.boundaries(0)[0]["kind"] == "fixed"
+    assert repr(amplifications(new)) == repr(amplifications(old))

@@ -7,7 +7,7 @@ import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..input_text import small_groups
+from ..input_text import input_values
 from ..simulation import Simulation
 
 RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; of an ensemble with a number behind
@@ -95,7 +95,7 @@ def facts_of(model, changes: Mapping) -> Facts:
         If the input cannot be run.
     """
     with Simulation(model, changes=changes) as simulation:
-        groups = small_groups(simulation.input_text)
+        groups = input_values({"input_values": simulation.input_values})
         stiffness = simulation.normal_stiffness
         height = simulation.coordinates[:, 1]
     control = next(iter(groups.get("control", [])), {})

@@ -14,6 +14,7 @@ from ..pictures import draw
 from ..plot import run_picture
 from ..response import amplifications
 from ..scene import Scene
+from ..schema import GROUPS
 from ..verdict import verdict
 from ..view import BUDGET, view
 from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Table
@@ -149,9 +150,11 @@ def _add_model(page: Page, scene: Scene) -> None:
 
 
 def _group_table(scene: Scene, name: str, title: str) -> Table | None:
-    """The groups of a name with every variable that one of them has."""
+    """The groups of a name with every variable that one of them has other than by default."""
     groups = scene.groups.get(name, [])
-    heads = list(dict.fromkeys(key for group in groups for key in group))
+    usual = {one.name: one.default.partition(":")[0].strip("'") for one in GROUPS[name].variables}
+    given = [k for group in groups for k, v in group.items() if _short(v) != usual.get(k)]
+    heads = list(dict.fromkeys(given))
     if not heads:
         return None
     rows = [[_short(group.get(key, "")) for key in heads] for group in groups]
@@ -159,6 +162,8 @@ def _group_table(scene: Scene, name: str, title: str) -> Table | None:
 
 
 def _short(value) -> str:
+    if isinstance(value, bool):
+        return f".{value}.".lower()
     if isinstance(value, float):
         return f"{value:.6g}"
     text = ", ".join(map(_short, value)) if isinstance(value, list) else str(value)

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..engine import FILES, engine_names
 from ..errors import InputError, OutputError
+from ..input_text import input_values
 from ..maxima import lacking, warn_of
 from ..reading import check_readable
 from .histories import histories
@@ -263,7 +264,7 @@ def _run(file: Path):
 
 def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     """Numbers of the parts of a verdict, from the variables that they need."""
-    if "amplification" not in str(output.attributes.get("input_text", "")).lower():
+    if "amplification" not in input_values(output.attributes):
         parts = [part for part in parts if part != "add_damping"]
     found = {name: 0.0 for part in parts for name in _TOPICS[part] if name in _ZERO}
     if _WRITTEN in parts:

@@ -1,0 +1,249 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> What an input means, as JSON: every variable of every group but those of blocks, as it is given,
+!> by default, or derived.
+!>
+!> It stands in the output, so that what reads an output reads no input.
+module dda_input_resolved
+   use dda_input_boundaries, only: acts_as
+   use dda_input_group, only: group_type
+   use dda_input_schema, only: input_groups, input_variables
+   use dda_input_value, only: value_type
+   use dda_input_variable, only: variable_type, unset
+   use dda_kinds, only: wp
+   use dda_material, only: joint_type
+   use dda_model, only: model_type
+   use dda_stage, only: stage_type
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: resolved_values
+
+   character(len=*), parameter :: of_blocks(*) = [character(len=8) :: 'block', 'blocks', &
+      'layers', 'drums', 'wall']  !< groups whose values are those of blocks
+   character(len=*), parameter :: always(*) = [character(len=7) :: 'contact', 'output']
+
+   !> A text that grows.
+   type :: page_type
+      character(len=:), allocatable :: text
+      integer :: n = 0
+   end type page_type
+
+contains
+
+   !> All values: {"group": [{"variable": value, …}, …], …}.
+   pure function resolved_values(model, groups) result(text)
+      type(model_type), intent(in) :: model      !< of the input
+      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      character(len=:), allocatable :: text
+      type(page_type) :: page
+      integer, allocatable :: small(:), own(:)
+      integer :: g, i, k
+
+      small = pack([(i, i=1, size(groups))], [(all(groups(i)%name /= of_blocks), &
+         i=1, size(groups))])
+      allocate (character(len=4096) :: page%text)
+      do g = 1, size(input_groups)
+         own = pack(small, [(groups(small(i))%name == input_groups(g)%name, i=1, size(small))])
+         if (size(own) == 0 .and. all(input_groups(g)%name /= always)) cycle
+         call add(page, merge(',"', '{"', page%n > 0)//trim(input_groups(g)%name)//'": [')
+         if (size(own) == 0) call add_group(page, g, not_given(g), 1, model)
+         do k = 1, size(own)
+            if (k > 1) call add(page, ', ')
+            call add_group(page, g, groups(own(k)), k, model)
+         end do
+         call add(page, ']')
+      end do
+      text = page%text(:page%n)//'}'
+   end function resolved_values
+
+   !> A group that the input leaves out.
+   pure type(group_type) function not_given(g) result(group)
+      integer, intent(in) :: g                 !< position of the group in `input_groups`
+
+      group%name = trim(input_groups(g)%name)
+      allocate (group%values(0))
+   end function not_given
+
+   !> The variables of a group.
+   pure subroutine add_group(page, g, group, k, model)
+      type(page_type), intent(inout) :: page   !< gets them
+      integer, intent(in) :: g                 !< position of the group in `input_groups`
+      type(group_type), intent(in) :: group    !< with its values
+      integer, intent(in) :: k                 !< which of its kind it is
+      type(model_type), intent(in) :: model    !< of the input
+      character(len=:), allocatable :: value, between
+      integer :: v, i
+
+      between = '{'
+      do v = input_groups(g)%first, input_groups(g)%last
+         value = derived(model, group, trim(input_variables(v)%name), k)
+         do i = 1, size(group%values)
+            if (value == '' .and. group%values(i)%variable == v) value = given_value( &
+               group%values(i), input_variables(v))
+         end do
+         if (value == '') value = by_default(input_variables(v))
+         if (value == '') cycle
+         call add(page, between//'"'//trim(input_variables(v)%name)//'": '//value)
+         between = ', '
+      end do
+      call add(page, trim(merge('{} ', '}  ', between == '{')))
+   end subroutine add_group
+
+   !> What the model has in place of a value, or has made of others; nothing where it is as given.
+   pure function derived(model, group, name, k) result(value)
+      type(model_type), intent(in) :: model    !< of the input
+      type(group_type), intent(in) :: group    !< with its values
+      character(len=*), intent(in) :: name     !< of the variable
+      integer, intent(in) :: k                 !< which of its kind the group is
+      character(len=:), allocatable :: value
+
+      value = ''
+      select case (group%name//'.'//name)
+      case ('control.gravity')
+         value = '['//number(model%control%gravity(1))//', '//number(model%control%gravity(2))//']'
+      case ('material.young_modulus')
+         value = number(model%materials(k)%young_modulus)
+      case ('material.poisson_ratio')
+         value = number(model%materials(k)%poisson_ratio)
+      case ('contact.normal_stiffness')
+         value = number(model%contact%normal_stiffness)
+      case ('output.file')
+         value = string(model%output%file)
+      case ('boundary.kind')
+         value = string(acts_as(group))
+      case ('measured_point.block')
+         value = string(model%block_names(model%points(k)%block))
+      case ('load.block')
+         value = string(model%block_names(model%loads(k)%block))
+      end select
+      if (group%name == 'joint') value = of_joint(model%joints(k), name)
+      if (group%name == 'stage') value = of_stage(model%stages(k), name)
+   end function derived
+
+   !> Stiffness and strength that a joint has by others of its variables.
+   pure function of_joint(joint, name) result(value)
+      type(joint_type), intent(in) :: joint    !< of the model
+      character(len=*), intent(in) :: name     !< of the variable
+      character(len=:), allocatable :: value
+
+      value = ''
+      select case (name)
+      case ('normal_stiffness_per_area')
+         if (joint%normal_stiffness > 0.0_wp) value = number(joint%normal_stiffness)
+      case ('max_closure')
+         if (joint%max_closure > 0.0_wp) value = number(joint%max_closure)
+      case ('residual_friction_angle')
+         if (joint%law == 'mohr_coulomb') value = number(joint%residual_friction_angle)
+      end select
+   end function of_joint
+
+   !> Steps of a dynamic stage, its own or those of &control.
+   pure function of_stage(stage, name) result(value)
+      type(stage_type), intent(in) :: stage    !< of the model
+      character(len=*), intent(in) :: name     !< of the variable
+      character(len=:), allocatable :: value
+
+      value = ''
+      if (stage%static) return
+      if (name == 'time_step') value = number(stage%time_step)
+      if (name == 'integration') value = string(stage%integration)
+      if (name == 'theta') value = number(stage%theta)
+   end function of_stage
+
+   !> A value that the input gives; one that is left out of a list is null.
+   pure function given_value(given, variable) result(value)
+      type(value_type), intent(in) :: given         !< as read
+      type(variable_type), intent(in) :: variable   !< of the schema
+      character(len=:), allocatable :: value
+      type(page_type) :: page
+      integer :: i
+
+      value = ''
+      if (given%n == 0) return
+      allocate (character(len=64) :: page%text)
+      do i = 1, given%n
+         if (i > 1) call add(page, ', ')
+         if (any(variable%kind == ['name', 'word', 'text'])) then
+            value = ''
+            call given%get_text(i, value)
+            value = string(value)
+         else if (variable%kind == 'logical') then
+            value = trim(merge('true ', 'false', given%numbers(i) > 0.0_wp))
+         else if (variable%kind == 'integer') then
+            value = number(given%numbers(i), whole=.true.)
+         else
+            value = number(given%numbers(i))
+         end if
+         call add(page, value)
+      end do
+      value = page%text(:page%n)
+      if (variable%size > 0) value = '['//value//']'
+   end function given_value
+
+   !> The default of the schema; nothing where there is none, or another variable decides.
+   pure function by_default(variable) result(value)
+      type(variable_type), intent(in) :: variable   !< of the schema
+      character(len=:), allocatable :: value
+
+      value = ''
+      if (variable%switch /= '') then
+         return
+      else if (variable%usual /= '') then
+         value = string(variable%usual)
+      else if (variable%kind == 'logical') then
+         value = trim(merge('true ', 'false', variable%preset > 0.0_wp))
+      else if (variable%preset /= unset .and. variable%kind == 'integer') then
+         value = number(variable%preset, whole=.true.)
+      else if (variable%preset /= unset) then
+         value = number(variable%preset)
+      end if
+   end function by_default
+
+   !> A number with all its digits; real ones have a point.
+   pure function number(value, whole) result(text)
+      real(wp), intent(in) :: value                 !< `unset`: null
+      logical, intent(in), optional :: whole        !< it counts something
+      character(len=:), allocatable :: text
+      character(len=24) :: buffer
+
+      if (value == unset) then
+         text = 'null'
+      else if (value == aint(value) .and. abs(value) < 1.0e9_wp) then
+         text = to_text(int(value))
+         if (.not. present(whole)) text = text//'.0'
+      else
+         write (buffer, '(es24.16e3)') value
+         text = trim(adjustl(buffer))
+      end if
+   end function number
+
+   !> A text in quotes; control characters, which netCDF and JSON do not hold, are blanks.
+   pure function string(words) result(text)
+      character(len=*), intent(in) :: words         !< trailing blanks are dropped
+      character(len=:), allocatable :: text
+      integer :: i
+
+      text = trim(words)
+      do i = len(text), 1, -1
+         if (iachar(text(i:i)) < 32) text(i:i) = ' '
+         if (scan(text(i:i), '"\') > 0) text = text(:i - 1)//'\'//text(i:)
+      end do
+      text = '"'//text//'"'
+   end function string
+
+   !> Add to a page.
+   pure subroutine add(page, words)
+      type(page_type), intent(inout) :: page        !< grows
+      character(len=*), intent(in) :: words         !< all of it
+      character(len=:), allocatable :: longer
+
+      if (page%n + len(words) > len(page%text)) then
+         allocate (character(len=2*(page%n + len(words))) :: longer)
+         longer(:page%n) = page%text(:page%n)
+         call move_alloc(longer, page%text)
+      end if
+      page%text(page%n + 1:page%n + len(words)) = words
+      page%n = page%n + len(words)
+   end subroutine add
+
+end module dda_input_resolved
