@@ -74,7 +74,7 @@ contains
       overburden%width = side(2, :) - side(1, :)
       left = minval(side(1, :))
       width = maxval(side(2, :)) - left
-      columns = min(most_columns, ceiling(4*width/minval(overburden%width)))
+      columns = ceiling(min(real(most_columns, wp), 4*width/minval(overburden%width)))
       allocate (span(2, blocks%n))
       span(1, :) = min(columns - 1, nint((side(1, :) - left)/width*columns)) + 1
       span(2, :) = max(span(1, :), nint((side(2, :) - left)/width*columns))

@@ -7,7 +7,7 @@ import math
 import re
 
 import pytest
-from model_text import changed, rectangle, without
+from model_text import changed, flying_block, rectangle, without
 
 import sitedda
 from sitedda.command import main
@@ -242,3 +242,12 @@ def test_small_strains_and_depths_are_not_said(said, write_input):
 def test_shipped_inputs_have_no_probable_mistakes(name, root):
     with sitedda.Simulation(root / "inputs" / f"{name}.nml") as run:
         assert run.notes == ""
+
+
+def test_blocks_of_very_different_widths_have_notes(write_input):
+    """A width of 1e-9 of the model's ended the process: the number of columns was no integer."""
+    wall = {"brick_length": 6.5e-9, "brick_height": 0.5, "bricks": 2, "courses": 3}
+    groups = changed(flying_block(gravity=[0.0, -9.8]), "block", vertices=rectangle(-1, -1, 5, 1))
+    groups = [*without(groups, "measured_point"), ("wall", wall)]
+    with sitedda.Simulation(write_input(groups)) as run:
+        assert isinstance(run.notes, str)
