@@ -244,10 +244,10 @@ def test_shipped_inputs_have_no_probable_mistakes(name, root):
         assert run.notes == ""
 
 
-def test_blocks_of_very_different_widths_have_notes(write_input):
+def test_blocks_of_very_different_widths_have_notes(write_input, native):
     """A width of 1e-9 of the model's ended the process: the number of columns was no integer."""
     wall = {"brick_length": 6.5e-9, "brick_height": 0.5, "bricks": 2, "courses": 3}
     groups = changed(flying_block(gravity=[0.0, -9.8]), "block", vertices=rectangle(-1, -1, 5, 1))
     groups = [*without(groups, "measured_point"), ("wall", wall)]
-    with sitedda.Simulation(write_input(groups)) as run:
-        assert isinstance(run.notes, str)
+    groups.append(("fixed_point", {"x": 0.0, "y": -0.5}))
+    assert native("check", write_input(groups)).returncode >= 0  # no signal
