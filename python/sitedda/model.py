@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
@@ -416,7 +417,28 @@ class Model(Groups):
             moved = self._files_from(Path(folder), "motion.")
             for values in moved.values():
                 values["file"] = str((Path(folder) / values["file"]).resolve())
-            yield self.folder / "model.nml", self._text(moved)
+            file = self.folder / "model.nml"
+            try:
+                yield file, self._text(moved)
+            except InputError as error:
+                error.args = (self._cited(str(error), file),)
+                raise
+
+    def _cited(self, message: str, file: Path) -> str:
+        """A message about the text, which nobody has seen, with the call or the line of a file."""
+        groups = [one for one in self._once.values() if one._values] + self.groups
+
+        def place(found: re.Match) -> str:
+            group = groups[int(found[1]) - 1]  # each on a line of its own
+            same = [one for one in groups if one._name == group._name]
+            number = next(i for i, one in enumerate(same, 1) if one is group)
+            name = repr(group.name) if group._values.get("name") else f"number {number}"
+            called = "" if group._name in single_groups() else f"(…), {name}"
+            return group._place or f"Model.{group._name}{called}"
+
+        where = re.escape(str(file))
+        message = re.sub(rf"{where}, group &\w+ \(line (\d+)\)", place, message)
+        return re.sub(rf"^{where}(?=[:,])", "Model", message)
 
     def check(self, **changes):
         """Check the model before a run, see `sitedda.check`."""

@@ -404,3 +404,29 @@ def test_whole_numbers_are_exact_or_refused():
         model.voronoi(size=1.0, seed=2**53)
     with pytest.raises(sitedda.InputError, match=r"&voronoi \(line 1\).*too large"):
         sitedda.Model.from_namelist(f"&voronoi size = 1, seed = {2**53 + 1} /")
+
+
+def test_errors_of_a_model_cite_the_call_or_the_line_that_was_read(tmp_path):
+    def model() -> sitedda.Model:
+        return sitedda.Model.from_namelist(namelist(tower()), "tower.nml")
+
+    def refusal(model) -> str:
+        with pytest.raises(sitedda.InputError) as caught:
+            sitedda.Simulation(model)
+        assert "model.nml" not in str(caught.value)
+        return str(caught.value)
+
+    bad = model()
+    bad.material(name="clay", density=-1.0, young_modulus=1e9, poisson_ratio=0.2)
+    assert refusal(bad).startswith("Model.material(…), 'clay': density = -1 must be")
+    bad = model()
+    bad.load(1.0, 99.0, time=[0.0, 1.0], force_x=[1.0, 1.0])
+    assert refusal(bad).startswith("Model.load(…), number 1: ")
+    bad = model()
+    bad["joint"][0].friction_angle = 95.0
+    assert refusal(bad).startswith("tower.nml, group &joint (line ")
+    assert refusal(sitedda.Model(time_step=-1.0, steps=3)).startswith("Model.control: time_step")
+    assert refusal(sitedda.Model(time_step=1.0, steps=3)) == "Model: the group &material is missing"
+    bad = model()
+    bad.arch(span=-4.0, rise=1.0, thickness=0.5, voussoirs=15)
+    assert refusal(bad).startswith("Model.arch(…), number 1: ")
