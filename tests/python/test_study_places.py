@@ -141,9 +141,8 @@ def test_a_job_array_gives_the_same_table(study, table, main, tmp_path, monkeypa
     path = f"{slurm_stand_in.install(tmp_path / 'bin')}{os.pathsep}{os.environ['PATH']}"
     monkeypatch.setenv("PATH", path)
     monkeypatch.setenv("STAND_IN_SEED", "5")
-    slurm = f"[slurm]\nprogram = {executable('sitedda-native')!r}\neach = 2\n"
-    study.write_text(f"{STUDY}\n{slurm}options = ['--partition=a b']\n")
-    done = main("study", study, "--slurm")
+    study.write_text(f"{STUDY}\n[slurm]\neach = 2\noptions = ['--partition=a b']\n")
+    done = main("study", study, "--slurm", "--program", executable("sitedda-native"))
     assert done.returncode == 0, done.stderr
     assert "Submitted batch job 7" in done.stdout
     script = (tmp_path / "grid_study" / "submit.sh").read_text()
@@ -190,6 +189,20 @@ def test_batch_scripts_are_quoted_and_refuse_another_build(study, tmp_path):
     for wrong in (Slurm(options=["-p x"]), Slurm(time="1h"), Slurm("no-such-program")):
         with pytest.raises(InputError):
             write_batch(plan, wrong)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["program = 'evil'", "options = ['--output=evil']", "options = ['--export=ALL,BASH_ENV=evil']",
+     "options = ['--chdir=/']", "options = ['--wrap=touch']", "options = ['--array=0-9999']"],
+)  # fmt: skip
+def test_a_study_names_nothing_that_slurm_executes_or_writes(study, main, line):
+    study.write_text(f"{STUDY}\n[slurm]\n{line}\n")
+    done = main("study", "plan", study)
+    assert done.returncode == InputError.kind
+    words = "sitedda study plan --program" if line.startswith("program") else "give it to sbatch"
+    assert words in done.stderr
+    assert not (study.parent / "grid_study").exists()
 
 
 KEPT = ["displacement[surface].x.largest"]

@@ -7,6 +7,7 @@ import argparse
 import shlex
 import sys
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +67,8 @@ def _parser() -> argparse.ArgumentParser:
             for part in ("ca", "cert", "key"):
                 command.add_argument(f"--tls-{part}", default="", metavar="PEM")
             command.add_argument("--slurm", action="store_true", help="plan, and give to sbatch")
+        if name != "collect":
+            command.add_argument("--program", default="", help="sitedda-native of the nodes")
     return parser
 
 
@@ -109,7 +112,7 @@ def _cluster(options: argparse.Namespace):
 
 def _plan(options: argparse.Namespace) -> int:
     settings = read_settings(options.file, options.folder)
-    script = write_batch(settings.plan.write(), settings.slurm)
+    script = _script(settings, options)
     print(f"{settings.plan.count} cases in {settings.plan.folder}")
     print(f"submit: sbatch {shlex.quote(str(script))}")
     print(f"then: sitedda study collect {shlex.quote(str(options.file))}")
@@ -117,10 +120,14 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _submit(settings: Settings, options: argparse.Namespace) -> int:
-    script = write_batch(settings.plan.write(), settings.slurm)
+    script = _script(settings, options)
     print(submit(script))
     print(f"when it is done: sitedda study collect {shlex.quote(str(options.file))}")
     return 0
+
+
+def _script(settings: Settings, options: argparse.Namespace) -> Path:
+    return write_batch(settings.plan.write(), replace(settings.slurm, program=options.program))
 
 
 def _collect(options: argparse.Namespace) -> int:

@@ -109,7 +109,7 @@ def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
     return Settings(
         plan,
         table.absolute(),
-        Slurm(**slurm),
+        Slurm.of_study(slurm),
         _limits(values),
         check_figures(values.get("figures", []), plan),
     )

@@ -25,6 +25,16 @@ _MOST_TASKS = 1000  # of a job array, where Slurm has its default of MaxArraySiz
 _MIB = 2**20  # bytes
 _BASE = 200.0  # MiB of the executable and its libraries
 _OPTION = re.compile(r"--[a-z][a-z0-9-]*(=.*)?")
+# What a study may ask of sbatch: where and when tasks run, and who hears of them; not what is read,
+# written or executed.
+_HARMLESS = frozenset(
+    "account begin clusters comment constraint contiguous cores-per-socket cpu-freq "
+    "deadline delay-boot dependency distribution exclude exclusive gres hint hold "
+    "licenses mail-type mail-user mem-bind mem-per-cpu mincpus nice nodelist no-requeue "
+    "oversubscribe partition power prefer priority qos reservation sockets-per-node "
+    "spread-job switches thread-spec threads-per-core time-min tmp use-min-nodes wait "
+    "wckey".split()
+)
 
 _TEMPLATE = """#!/bin/bash
 #SBATCH --job-name={name}
@@ -130,6 +140,28 @@ class Slurm:
             isinstance(word, str) for word in (self.program, self.time, *self.options)
         ):
             raise InputError("program and time are texts, options a list of texts")
+
+    @classmethod
+    def of_study(cls, values: Mapping) -> Slurm:
+        """The same from the file of a study, which names nothing that is written or executed.
+
+        Raises
+        ------
+        InputError
+            If it names a program, or an option that Slurm would write or execute something by.
+        """
+        if "program" in values:
+            raise InputError(
+                "program: what is executed is not named in a study; sitedda study plan --program"
+            )
+        found = cls(**values)
+        for option in found.options:
+            if (name := option.lstrip("-").partition("=")[0]) not in _HARMLESS:
+                raise InputError(
+                    f"options: --{name} may write or execute something, or is set by the script; "
+                    "give it to sbatch, which prefers what its own command line says"
+                )
+        return found
 
 
 def write_batch(plan: Plan, slurm: Slurm) -> Path:
