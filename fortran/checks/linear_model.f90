@@ -254,6 +254,7 @@ contains
                state = merge(contact_stick, contact_open, contacts%gap(c) <= reach .or. &
                   contacts%bonded(c))
             end if
+            if (contacts%bonded(c)) state = contact_stick
             if (state == contact_open) cycle
             term%source = c
             term%block_a = v
@@ -287,6 +288,7 @@ contains
 
       associate (law => laws%slot(contacts%joint(c))%law)
          term%of_penalty = .not. law%normal_per_area
+         if (law%cohesive) return  ! as other bonds
          if (.not. acts_before_end(law, contacts%weakened(c))) term%instant = at_end
       end associate
    end subroutine take_law

@@ -74,6 +74,9 @@ module dda_contact
       logical :: with_net_slip = .false.
       real(wp), allocatable :: net_slip(:)     !< slip beyond the elastic one, with its sign, m
       real(wp), allocatable :: lifted(:)       !< how far that has lifted the contact, m
+      real(wp), allocatable :: spent(:,:)      !< [2,n] bounds of the fracture energy spent, N/m
+      real(wp), allocatable :: acting_damage(:) !< at which its bond acts in this step, else 1
+      real(wp), allocatable :: slider(:)       !< shear force of friction if nothing of it is bond
       !> in this step it has slipped back to its centre first: assumed; by the law at the solution
       logical, allocatable :: from_centre(:), trial_from_centre(:)
       ! Damping and impacts, where a model has joints with them
@@ -192,6 +195,7 @@ contains
       if (.not. contacts%with_net_slip) return
       call operation%apply(reals=contacts%net_slip)
       call operation%apply(reals=contacts%lifted)
+      call operation%apply(columns=contacts%spent)
    end subroutine for_each_kept
 
    !> Apply an operation to what a list has for its own step alone.
@@ -225,6 +229,8 @@ contains
       if (.not. contacts%with_net_slip) return
       call operation%apply(logicals=contacts%from_centre)
       call operation%apply(logicals=contacts%trial_from_centre)
+      call operation%apply(reals=contacts%acting_damage)
+      call operation%apply(reals=contacts%slider)
    end subroutine for_each_of_step
 
    !> Apply an operation to the variables of damping and impacts.
@@ -274,6 +280,8 @@ contains
       if (.not. from%with_net_slip) return
       call move_alloc(from%from_centre, to%from_centre)
       call move_alloc(from%trial_from_centre, to%trial_from_centre)
+      call move_alloc(from%acting_damage, to%acting_damage)
+      call move_alloc(from%slider, to%slider)
    end subroutine hand_over
 
    !> The same of the variables of damping and impacts.
@@ -332,6 +340,7 @@ contains
       if (.not. new%with_net_slip) return
       new%net_slip(first:last) = old%net_slip(from:to)
       new%lifted(first:last) = old%lifted(from:to)
+      new%spent(:, first:last) = old%spent(:, from:to)
    end subroutine copy_history
 
    !> Reserve memory for at least `wanted` contacts; the present ones stay.
@@ -340,7 +349,8 @@ contains
       integer, intent(in) :: wanted                   !< contacts
       type(growth_type) :: growth
 
-      if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), contacts%spring(2, 0))
+      if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), &
+         contacts%spring(2, 0), contacts%spent(2, 0))
       if (.not. allocated(contacts%normal_v)) allocate (contacts%normal_v(6, 0), &
          contacts%normal_e(6, 0), contacts%shear_v(6, 0), contacts%shear_e(6, 0), &
          contacts%free_force(2, 0))

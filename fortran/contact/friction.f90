@@ -8,6 +8,7 @@ module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick, is_carried, &
       is_struck
+   use dda_joint_bond, only: accept_bond, add_bond, is_cohesive, slider_stretch
    use dda_joint_contact, only: response_type, state_of, joint_response, acts_before_end, comes_down
    use dda_joint_law, only: joint_state_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
@@ -36,6 +37,7 @@ module dda_friction
       logical :: dilating = .false.             !< slip lifts contacts of some joint
       logical :: curved = .false.               !< so does closure the normal stiffness
       logical :: with_net_slip = .false.        !< some law asks for the way of slip
+      logical :: cohesive = .false.             !< some law has bonds that are damaged
       integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3 or 5
       logical :: pointed = .false.              !< of some joint more than the two at its ends
       type(law_slot_type), allocatable :: slot(:)  !< [joints] if not plain
@@ -81,7 +83,9 @@ contains
          call new_joint_law(laws%slot(j), joints(j), normal_stiffness, shear_ratio)
          laws%dilating = laws%dilating .or. laws%slot(j)%law%dilates
          laws%curved = laws%curved .or. laws%slot(j)%law%curved
-         laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%has_centre
+         laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%has_centre &
+            .or. laws%slot(j)%law%cohesive
+         laws%cohesive = laws%cohesive .or. laws%slot(j)%law%cohesive
       end do
    end subroutine set_laws
 
@@ -172,8 +176,11 @@ contains
       at_gap = acting_gap(contacts, laws, c, gap)
       at_stretch = acting_stretch(contacts, laws, c, stretch)
       if (.not. laws%plain) then
-         response = joint_response(contacts, laws%slot(contacts%joint(c))%law, c, at_gap, &
-            at_stretch)
+         associate (law => laws%slot(contacts%joint(c))%law)
+            response = joint_response(contacts, law, c, at_gap, at_stretch)
+            if (is_cohesive(contacts, law, c)) call add_bond(contacts, law, c, laws%theta, gap, &
+               stretch, response)
+         end associate
          return
       end if
       call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), contacts%bond_length(c), &
@@ -260,6 +267,11 @@ contains
       end_stretch = contacts%shear_force(c)/shear_stiffness_of(contacts, laws, c)
       if (acts_at_theta(contacts, laws, c)) &
          end_stretch = contacts%stretch(c) + contacts%slip(c)
+      if (laws%cohesive) then
+         associate (law => laws%slot(contacts%joint(c))%law)
+            if (is_cohesive(contacts, law, c)) end_stretch = slider_stretch(contacts, law, c)
+         end associate
+      end if
       if (.not. laws%damped) return
       if (contacts%damping(c) < is_struck) return
       end_stretch = 0.0_wp
@@ -288,13 +300,21 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
+      real(wp) :: stretch
       integer :: c
 
       do c = first, last
+         stretch = end_stretch(contacts, laws, c)
          if (.not. laws%plain) then
-            if (has_slipped(contacts, laws, c)) call accept_slip(contacts, laws, c)
+            associate (law => laws%slot(contacts%joint(c))%law)
+               if (is_cohesive(contacts, law, c)) then
+                  call accept_bond(contacts, law, c)
+               else if (has_slipped(contacts, laws, c)) then
+                  call accept_slip(contacts, laws, c)
+               end if
+            end associate
          end if
-         contacts%stretch(c) = end_stretch(contacts, laws, c)
+         contacts%stretch(c) = stretch
          contacts%state(c) = contacts%trial_state(c)
       end do
    end subroutine accept_range

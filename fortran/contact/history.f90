@@ -209,6 +209,7 @@ contains
       if (.not. new%with_net_slip) return
       new%net_slip(c) = 0.0_wp
       new%lifted(c) = 0.0_wp
+      new%spent(:, c) = 0.0_wp
    end subroutine start_contact
 
    !> Chain unmatched old contacts to their vertices (the one that touches and the corner it met).

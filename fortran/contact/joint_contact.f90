@@ -24,6 +24,7 @@ module dda_joint_contact
       real(wp) :: bound        !< largest shear force, N/m
       !> excess of force over the strength of a bond, of that strength; ≤ 0: it holds
       real(wp) :: strength_ratio
+      real(wp) :: slider = 0.0_wp      !< shear force of friction if nothing of it is bond, N/m
       logical :: from_centre = .false. !< slip has come back to the centre, and goes on from there
    end type response_type
 
@@ -113,7 +114,7 @@ contains
       closure = closure_of(contacts, law, c, gap)
       state = state_of(contacts, c)
       state%way = sign(1.0_wp, stretch)
-      if (closure <= 0.0_wp .and. .not. contacts%bonded(c)) then
+      if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
          ! A joint that slip lifts stays closed at a gap that grows less than the lift.
          if (.not. (law%dilates .and. contacts%was_closed(c))) return
          if (law%sliding_force(state, closure, abs(stretch)) <= 0.0_wp) return
@@ -121,7 +122,9 @@ contains
       intact = law%brittle .and. state%weakened < 1.0_wp
       call stick_or_slide(law, state, closure, stretch, intact, response)
       if (law%has_centre) call pass_centre(law, state, closure, stretch, response)
-      response%strength_ratio = excess(contacts, law, c, state, response, intact)
+      response%slider = response%shear_force
+      if (.not. law%cohesive) response%strength_ratio = excess(contacts, law, c, state, response, &
+         intact)
    end function joint_response
 
    !> Elastic in shear up to the strength.
@@ -253,6 +256,14 @@ contains
       real(wp), intent(in) :: closure, stretch     !< m
       logical, intent(in) :: closed                !< the normal spring holds
 
+      if (law%cohesive) then
+         joint_energy = 0.5_wp*law%initial_spring(state)*max(closure, 0.0_wp)**2 &
+            + 0.5_wp*law%shear_spring(state)*stretch**2
+         if (state%weakened < 1.0_wp) joint_energy = joint_energy + (1.0_wp - state%weakened) &
+            *(0.5_wp*law%initial_spring(state)*min(closure, 0.0_wp)**2 &
+            + 0.5_wp*law%shear_spring(state)*((stretch + state%net_slip)**2 - stretch**2))
+         return
+      end if
       joint_energy = 0.5_wp*law%shear_spring(state)*stretch**2
       if (closed) joint_energy = joint_energy + law%stored(state, closure)
    end function joint_energy

@@ -43,6 +43,7 @@ module dda_joint_law
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: has_centre = .false.        !< slip from a centre and slip back to it differ
+      logical :: cohesive = .false.          !< a bond beside the contact is damaged step by step
    contains
       procedure :: initial_spring
       procedure :: shear_spring
@@ -56,6 +57,9 @@ module dda_joint_law
       procedure :: slipped => longer_path
       procedure :: lift => no_lift
       procedure :: sliding_force => force_without_lift
+      procedure :: damage => same_damage
+      procedure :: spent => nothing_spent
+      procedure :: bond_energy => no_bond
    end type joint_law_type
 
    abstract interface
@@ -175,5 +179,31 @@ contains
 
       force = law%normal_force(state, closure)
    end function force_without_lift
+
+   !> Damage of a bond at an opening and a slip, at least that before; here: that.
+   pure real(wp) function same_damage(law, opening, slip, before) result(damage)
+      class(joint_law_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: opening, slip     !< m
+      real(wp), intent(in) :: before            !< damage so far
+
+      damage = before
+   end function same_damage
+
+   !> Fracture energy spent between two damages, N/m; here: none.
+   pure real(wp) function nothing_spent(law, opening, slip, from, to) result(spent)
+      class(joint_law_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: opening, slip     !< m
+      real(wp), intent(in) :: from, to          !< damage
+
+      spent = 0.0_wp
+   end function nothing_spent
+
+   !> Energy of a bond beyond that of the contact beside it, N/m; here: none.
+   pure real(wp) function no_bond(law, opening, slip) result(energy)
+      class(joint_law_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: opening, slip     !< m
+
+      energy = 0.0_wp
+   end function no_bond
 
 end module dda_joint_law

@@ -97,7 +97,10 @@ contains
             abs(response%shear_force - assumed_shear(contacts, c)))
          residual = max(residual, contacts%force_residual(c))
          contacts%trial_state(c) = next_state(contacts, response, c)
-         if (contacts%with_net_slip) contacts%trial_from_centre(c) = response%from_centre
+         if (contacts%with_net_slip) then
+            contacts%trial_from_centre(c) = response%from_centre
+            contacts%slider(c) = response%slider
+         end if
          contacts%normal_force(c) = response%normal_force
          contacts%shear_force(c) = response%shear_force
          contacts%strength_ratio(c) = response%strength_ratio
@@ -112,11 +115,14 @@ contains
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(response_type), intent(in) :: response  !< what the law gives
       integer, intent(in) :: c  !< number of the contact
+      real(wp) :: friction
 
       next_state = response%state
       if (allocated(contacts%held_bound)) return
+      friction = response%shear_force
+      if (contacts%with_net_slip) friction = response%slider
       if (contacts%state(c) == contact_slide .and. response%state == contact_slide &
-         .and. response%shear_force*contacts%slip_sign(c) < 0.0_wp) next_state = contact_stick
+         .and. friction*contacts%slip_sign(c) < 0.0_wp) next_state = contact_stick
       if (contacts%state(c) /= contact_open .or. contacts%close_count(c) < most_closings .or. &
          contacts%bonded(c)) return
       if (response%state == contact_stick) next_state = contact_slide

@@ -9,6 +9,7 @@ module dda_contact_search
    use dda_contact_damping, only: damp_contacts
    use dda_contact_joints, only: set_joints
    use dda_contact_points, only: add_points, place_points
+   use dda_damage_passes, only: begin_damage
    use dda_crossings, only: forget_parted
    use dda_energy, only: add_energy, energy_length, energy_geometric
    use dda_joint_contact, only: closure_of, state_of
@@ -119,6 +120,7 @@ contains
          call add_energy(simulation%energy, energy_geometric, -gained)
       end if
       call begin_lines(contacts, simulation%laws)
+      if (contacts%with_net_slip) call begin_damage(contacts, simulation%laws)
       simulation%iteration%noise = force_noise(simulation%model, stiffest_contact(contacts))
    end subroutine prepare_laws
 

@@ -15,6 +15,7 @@ module dda_contact_terms
    use dda_contact, only: contacts_type, contact_open, contact_slide
    use dda_friction, only: laws_type, acting_gap, acting_stretch, acts_at_theta, shear_stiffness_of
    use dda_growth, only: grow
+   use dda_joint_bond, only: bond_forces, bond_springs, is_cohesive
    use dda_joint_contact, only: centre_shift
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: rank_one_type, add_change
@@ -150,6 +151,7 @@ contains
 
       is_free = contacts%state(c) == contact_open .and. .not. contacts%retained(c) > 0.0_wp
       if (is_free) is_free = .not. rubs_open(contacts, c)
+      if (is_free) is_free = .not. contacts%bonded(c)
    end function is_free
 
    !> Contact c is open, and its friction is held all the same.
@@ -177,6 +179,21 @@ contains
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: springs(2)
 
+      springs = springs_alone(contacts, laws, c)
+      if (.not. laws%cohesive) return
+      associate (law => laws%slot(contacts%joint(c))%law)
+         if (is_cohesive(contacts, law, c)) springs = bond_springs(contacts, law, c, laws%theta, &
+            springs)
+      end associate
+   end function acting_springs
+
+   !> The same without a bond that is damaged.
+   pure function springs_alone(contacts, laws, c) result(springs)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: springs(2)
+
       if (allocated(contacts%imposed_spring)) then
          springs = contacts%imposed_spring(:, c)
          return
@@ -194,10 +211,24 @@ contains
       if (contacts%state(c) == contact_slide) springs(2) = contacts%retained(c)*springs(2)
       if (acts_at_theta(contacts, laws, c)) springs = laws%theta*springs
       if (laws%damped) springs = [contacts%normal_gain(c), contacts%shear_gain(c)]*springs
-   end function acting_springs
+   end function springs_alone
 
    !> Normal and shear force of contact c at d = 0 in its assumed state, N/m.
    pure function forces_at_rest(contacts, laws, c) result(forces)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: forces(2)
+
+      forces = forces_alone(contacts, laws, c)
+      if (.not. laws%cohesive) return
+      associate (law => laws%slot(contacts%joint(c))%law)
+         if (is_cohesive(contacts, law, c)) forces = bond_forces(contacts, law, c, forces)
+      end associate
+   end function forces_at_rest
+
+   !> The same without a bond that is damaged.
+   pure function forces_alone(contacts, laws, c) result(forces)
       type(contacts_type), intent(in) :: contacts  !< this step's list
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
@@ -209,6 +240,8 @@ contains
       end if
       forces = 0.0_wp
       if (is_free(contacts, c)) return
+      if (contacts%bonded(c) .and. contacts%state(c) == contact_open .and. &
+         .not. contacts%retained(c) > 0.0_wp) return
       gap = acting_gap(contacts, laws, c, contacts%gap(c))
       stretch = acting_stretch(contacts, laws, c, contacts%stretch(c))
       if (contacts%with_net_slip) stretch = stretch + centre_shift(contacts, c)
@@ -221,11 +254,11 @@ contains
          return
       end if
       if (.not. contacts%retained(c) > 0.0_wp .and. contacts%state(c) /= contact_slide) return
-      springs = acting_springs(contacts, laws, c)
+      springs = springs_alone(contacts, laws, c)
       if (contacts%state(c) == contact_slide) forces(2) = contacts%slide_force(c) &
          - springs(2)*contacts%retained_at(c)
       if (contacts%state(c) == contact_open) &
          forces = [springs(1)*(contacts%retained_at(c) - contacts%gap(c)), 0.0_wp]
-   end function forces_at_rest
+   end function forces_alone
 
 end module dda_contact_terms

@@ -6,6 +6,7 @@ module dda_energy_budget
    use dda_contact, only: contacts_type, contact_slide, not_damped
    use dda_contact_damping, only: losses_type, losses_of, spring_energy
    use dda_friction, only: end_stretch, has_slipped, inelastic_slip, laws_type
+   use dda_joint_bond, only: bond_losses, bond_after, is_cohesive
    use dda_joint_contact, only: closure_of, joint_energy, state_of
    use dda_joint_law, only: joint_state_type
    use dda_elements, only: elements_type, update_stored, account_elements
@@ -179,6 +180,8 @@ contains
             losses = losses_of(contacts, laws, step, c)
             total = total + [losses%stored, losses%friction, 0.0_wp, losses%algorithmic, 0.0_wp, &
                losses%damping, losses%impact]
+         else if (has_bond(contacts, laws, c)) then
+            call add_bond(total(:5), contacts, laws, c)
          else if (laws%plain) then
             call add_contact(total(:5), contacts, laws, c)
          else
@@ -260,6 +263,38 @@ contains
       end if
       total(5) = total(5) + contacts%normal_force(c)*lift
    end subroutine add_joint_contact
+
+   !> Contact c has a bond that is damaged step by step.
+   pure logical function has_bond(contacts, laws, c)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+
+      has_bond = laws%cohesive
+      if (has_bond) has_bond = is_cohesive(contacts, laws%slot(contacts%joint(c))%law, c)
+   end function has_bond
+
+   !> The same of one contact with such a bond.
+   pure subroutine add_bond(total, contacts, laws, c)
+      real(wp), intent(inout) :: total(5)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: before, after, losses(2), loss
+
+      associate (law => laws%slot(contacts%joint(c))%law)
+         before = joint_energy(law, state_of(contacts, c), -contacts%gap(c), contacts%stretch(c), &
+            .true.)
+         after = joint_energy(law, bond_after(contacts, law, c), -contacts%new_gap(c), &
+            end_stretch(contacts, laws, c), .true.)
+         losses = bond_losses(contacts, law, c)
+      end associate
+      loss = before - after - contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c)) &
+         + contacts%shear_force(c)*contacts%slip(c)
+      total(1) = total(1) + after
+      total(2:3) = total(2:3) + losses
+      total(4) = total(4) + loss - losses(1) - losses(2)
+   end subroutine add_bond
 
    !> Spring energy of a contact at a gap and a shear stretch.  With augmented Lagrangian the normal
    !> force is that of a rigid contact, which stores nothing.

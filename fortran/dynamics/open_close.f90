@@ -6,6 +6,7 @@
 !> force that was assumed in a contact and the one that its law gives.
 module dda_open_close
    use dda_kinds, only: wp
+   use dda_damage_passes, only: renew_damage
    use dda_errors, only: error_type, error_convergence, fail
    use dda_block_vectors, only: copy_vector
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -64,6 +65,7 @@ module dda_open_close
       real(wp) :: tolerance = 0.0_wp                  !< that it had to reach, N/m
       integer :: worst = 0                            !< its contact, 0 within the tolerance
       integer :: short_steps = 0                      !< very short ones in a row
+      integer :: passes = 0                           !< of the damage of bonds
       integer :: overshoots = 0                       !< short steps in a row, of sliding contacts
       logical :: shortened = .false.                  !< the last step has been
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
@@ -205,6 +207,7 @@ contains
       iteration%iterations = 0
       iteration%changes = 0
       iteration%broken = 0
+      iteration%passes = 0
       iteration%overshoots = 0
       iteration%shortened = .false.
       iteration%retained = 0.0_wp
@@ -420,6 +423,7 @@ contains
       call break_bonds(iteration, contacts, laws, broken)
       closed = broken == 0
       if (closed) call tighten(iteration, contacts, closed)
+      if (closed .and. laws%cohesive) call renew_damage(contacts, laws, iteration%passes, closed)
    end subroutine check_strength
 
    !> Break the bonds that the converged solution overloads; the step goes on with these contacts
@@ -520,7 +524,8 @@ contains
 
       contacts%state(first:last) = contacts%trial_state(first:last)
       contacts%slide_force(first:last) = contacts%shear_force(first:last)
-      contacts%slip_sign(first:last) = sign(1.0_wp, contacts%shear_force(first:last))
+      if (contacts%with_net_slip) contacts%slide_force(first:last) = contacts%slider(first:last)
+      contacts%slip_sign(first:last) = sign(1.0_wp, contacts%slide_force(first:last))
    end subroutine take_states
 
    !> What contact c retains of a spring that the state to come does without.

@@ -45,6 +45,7 @@ contains
       slides%n = 0
       do c = 1, contacts%n
          if (contacts%state(c) /= contact_slide) cycle
+         if (.not. weight_of(contacts, c) > 0.0_wp) cycle
          slides%n = slides%n + 1
          slides%contact(slides%n) = c
          slides%force(slides%n) = contacts%slide_force(c)
@@ -52,6 +53,15 @@ contains
       if (dilating) slides%force(slides%n + 1:2*slides%n) = &
          contacts%normal_free(slides%contact(:slides%n))
    end subroutine list_slides
+
+   !> Share of the friction of contact c that acts: a bond may have the rest.
+   pure real(wp) function weight_of(contacts, c) result(weight)
+      type(contacts_type), intent(in) :: contacts  !< this step's list
+      integer, intent(in) :: c  !< number of the contact
+
+      weight = 1.0_wp
+      if (contacts%with_net_slip) weight = contacts%acting_damage(c)
+   end function weight_of
 
    subroutine make_room(slides, wanted)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
@@ -162,7 +172,7 @@ contains
       do i = 1, slides%n
          c = slides%contact(i)
          contacts%free_force(2, c) = contacts%free_force(2, c) &
-            + (slides%force(i) - contacts%slide_force(c))
+            + weight_of(contacts, c)*(slides%force(i) - contacts%slide_force(c))
          contacts%slide_force(c) = slides%force(i)
          if (.not. slides%dilating) cycle
          contacts%free_force(1, c) = contacts%free_force(1, c) &
@@ -183,8 +193,8 @@ contains
       do i = 1, slides%n
          c = slides%contact(i)
          call add_to_rows(system, first, last, contacts%block_v(c), contacts%block_e(c), &
-            contacts%slide_force(c) - slides%force(i), contacts%shear_v(:, c), &
-            contacts%shear_e(:, c))
+            weight_of(contacts, c)*(contacts%slide_force(c) - slides%force(i)), &
+            contacts%shear_v(:, c), contacts%shear_e(:, c))
          if (slides%dilating) call add_to_rows(system, first, last, contacts%block_v(c), &
             contacts%block_e(c), slides%force(slides%n + i) - contacts%normal_free(c), &
             contacts%normal_v(:, c), contacts%normal_e(:, c))

@@ -290,10 +290,22 @@ contains
 
       associate (counters => simulation%counters, iteration => simulation%iteration)
          counters%broken = counters%broken + iteration%broken
+         if (simulation%laws%cohesive) counters%broken = counters%broken + spent_bonds(simulation)
          if (simulation%step > 0) counters%changes = counters%changes + iteration%changes &
             + iteration%broken
       end associate
    end subroutine note_changes
+
+   !> Bonds that the last step has damaged altogether.
+   pure integer function spent_bonds(simulation)
+      type(simulation_type), intent(in) :: simulation  !< a run and its state
+
+      associate (contacts => simulation%contacts(simulation%now), n => &
+         simulation%contacts(simulation%now)%n)
+         spent_bonds = count(contacts%was_bonded(:n) .and. .not. contacts%bonded(:n) .and. &
+            contacts%was_weakened(:n) < 1.0_wp .and. contacts%acting_damage(:n) < 1.0_wp)
+      end associate
+   end function spent_bonds
 
    !> With a fixed Δt, time is an exact multiple of it; an adaptive Δt recovers after each good
    !> step.

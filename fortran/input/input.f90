@@ -258,7 +258,37 @@ contains
          'a law, stiffness or contact_points of its own closes by what its load asks for: it '// &
          'does not go with penetration_tolerance')
       if (joint%law == 'plesha') call check_return(group, joint, contact%shear_ratio, error)
+      if (joint%law == 'cohesive') call check_fracture(group, joint, contact%shear_ratio, error)
    end subroutine check_rules
+
+   !> A joint holds less energy at its strength than it takes to spend it.
+   subroutine check_fracture(group, joint, shear_ratio, error)
+      type(group_type), intent(in) :: group  !< of the joint's group
+      type(joint_type), intent(in) :: joint  !< as read
+      real(wp), intent(in) :: shear_ratio    !< k_n/k_s, where the joint has none of its own
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      real(wp) :: shear_stiffness
+
+      shear_stiffness = joint%normal_stiffness/shear_ratio
+      if (joint%shear_stiffness > 0.0_wp) shear_stiffness = joint%shear_stiffness
+      call compare('fracture_energy', joint%fracture_energy, joint%tensile_strength, &
+         joint%normal_stiffness)
+      call compare('shear_fracture_energy', joint%shear_fracture_energy, joint%cohesion, &
+         shear_stiffness)
+
+   contains
+
+      subroutine compare(name, energy, strength, stiffness)
+         character(len=*), intent(in) :: name                !< of the energy's variable
+         real(wp), intent(in) :: energy, strength, stiffness !< N/m, Pa, Pa/m
+
+         if (energy > 0.5_wp*strength**2/stiffness) return
+         call input_error(error, group, name//' = '//to_text(energy)//' N/m is not above what '// &
+            'the joint stores up to its strength, '//to_text(0.5_wp*strength**2/stiffness)// &
+            ' N/m: it would break at once; raise it, or the stiffness per area')
+      end subroutine compare
+
+   end subroutine check_fracture
 
    !> Slip of rough joints back to their centre is stable.
    subroutine check_return(group, joint, shear_ratio, error)

@@ -39,6 +39,7 @@ contains
       if (new%law == 'mohr_coulomb') call read_slip(error, group, new)
       if (new%law == 'barton_bandis') call read_rough(error, group, new)
       if (new%law == 'plesha') call read_asperities(error, group, new)
+      if (new%law == 'cohesive') call read_fracture(error, group, new)
    end subroutine read_joint
 
    !> What contacts of a joint of any law may have.
@@ -49,6 +50,7 @@ contains
 
       call get(group, 'damping', new%damping, error)
       call get(group, 'restitution', new%restitution, error)
+      if (new%law == 'cohesive') new%contact_points = 3
       call get(group, 'contact_points', new%contact_points, error)
       if (all(new%contact_points /= [2, 3, 5])) call input_error(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3 or 5')
@@ -120,6 +122,28 @@ contains
          call input_error(error, group, 'dilation_slip has no meaning without a '// &
          'dilation_angle above 0')
    end subroutine read_slip
+
+   !> Fracture energies and softening.
+   subroutine read_fracture(error, group, new)
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(group_type), intent(in) :: group    !< of the input
+      type(joint_type), intent(inout) :: new   !< with its strength and stiffness
+      real(wp) :: energy
+
+      energy = unset
+      call get(group, 'fracture_energy', energy, error)
+      call require(error, group, 'fracture_energy', [energy])
+      if (allocated(error)) return
+      new%fracture_energy = energy
+      new%shear_fracture_energy = 10*energy
+      call get(group, 'shear_fracture_energy', new%shear_fracture_energy, error)
+      call get(group, 'softening', new%softening, error)
+      if (.not. min(new%cohesion, new%tensile_strength) > 0.0_wp) call input_error(error, group, &
+         'a joint of law = '//quoted(trim(new%law))//' needs cohesion and tensile_strength above 0')
+      if (.not. new%normal_stiffness > 0.0_wp) call input_error(error, group, &
+         'a joint of law = '//quoted(trim(new%law))//' needs normal_stiffness_per_area: how '// &
+         'far it opens up to its strength follows from that')
+   end subroutine read_fracture
 
    !> Asperities of Plesha.
    subroutine read_asperities(error, group, new)

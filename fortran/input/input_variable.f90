@@ -29,7 +29,7 @@ module dda_input_variable
       logical :: required = .false.
       character(len=16) :: usual = ''    !< default, where it is a word
       character(len=8) :: switch = ''    !< variable on which it depends, if any
-      character(len=32) :: needs = ''    !< values of that variable that it belongs to
+      character(len=64) :: needs = ''    !< values of that variable that it belongs to
    end type variable_type
 
 end module dda_input_variable

@@ -40,6 +40,9 @@ module dda_material
       real(wp) :: strength_reduction = 1.0_wp !< divides that of Barton and Bandis
       real(wp) :: asperity_angle = 0.0_wp   !< of Plesha, before any wear, degrees
       real(wp) :: asperity_wear = 0.0_wp    !< of Plesha, by the work of slip, m²/J
+      real(wp) :: fracture_energy = 0.0_wp  !< in tension, N/m
+      real(wp) :: shear_fracture_energy = 0.0_wp !< N/m
+      character(len=16) :: softening = 'linear'  !< or exponential
       real(wp) :: restitution = -1.0_wp     !< of impacts, 0 … 1; negative: not prescribed
       real(wp) :: damping = 0.0_wp          !< normal dashpot of a contact, N s/m per metre
       integer :: contact_points = 2         !< of an overlap of two edges: 2, 3 or 5

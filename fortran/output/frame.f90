@@ -17,7 +17,8 @@ module dda_frame
    integer, parameter :: at_once = 512       !< blocks, vertices or contacts
    integer, parameter :: plain_columns = 9   !< of a contact
    integer, parameter :: law_columns = 12    !< of one under a joint law
-   integer, parameter :: most_columns = 13   !< of one that may be between corners
+   integer, parameter :: point_columns = 13  !< of one that may be between corners
+   integer, parameter :: most_columns = 16   !< of one whose bond may be damaged
 
 contains
 
@@ -26,7 +27,8 @@ contains
       type(simulation_type), intent(in) :: simulation  !< at its present time
 
       contact_columns = merge(plain_columns, law_columns, simulation%laws%plain)
-      if (simulation%laws%pointed) contact_columns = most_columns
+      if (simulation%laws%pointed) contact_columns = point_columns
+      if (simulation%laws%cohesive) contact_columns = most_columns
    end function contact_columns
 
    !> Time, stage; coordinates, rates [6, n]; stresses [3, n]; vertices [2, vertices]; contacts
@@ -107,7 +109,7 @@ contains
 
    !> Vertex and edge from 0, state, bonded, joint from 0; distance, normal force, shear force,
    !> stretch; under a joint law also length, slip path, weakening; with points between corners,
-   !> place.
+   !> place; with cohesive joints, damage and bounds of the fracture energy.
    pure subroutine take_column(contacts, number, first, column)
       type(contacts_type), intent(in) :: contacts  !< of the last step
       integer, intent(in) :: number  !< of the column
@@ -130,6 +132,8 @@ contains
       case (11); column = contacts%slip_path(first:last)
       case (12); column = contacts%weakened(first:last)
       case (13); column = contacts%place(first:last)
+      case (14); column = contacts%weakened(first:last)
+      case (15:16); column = contacts%spent(number - 14, first:last)
       end select
    end subroutine take_column
 

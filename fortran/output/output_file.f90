@@ -112,7 +112,13 @@ module dda_output_file
       variable_type('contact_weakened', nf90_double, 'contact', '1', &
          '0 at peak strength, 1 at residual strength'), &
       variable_type('contact_place', nf90_double, 'contact', '1', &
-         'share of the edge that begins at the vertex, before the point that touches')]
+         'share of the edge that begins at the vertex, before the point that touches'), &
+      variable_type('contact_damage', nf90_double, 'contact', '1', &
+         '0 whole bond of a cohesive joint, 1 contact alone'), &
+      variable_type('contact_fracture_energy_lower', nf90_double, 'contact', 'N/m', &
+         'lower bound of the fracture energy spent, per area'), &
+      variable_type('contact_fracture_energy_upper', nf90_double, 'contact', 'N/m', &
+         'upper bound of the fracture energy spent, per area')]
 
    !> Bolts, of models that have some.
    type(variable_type), parameter :: bolt_variables(bolt_columns + 3) = [ &

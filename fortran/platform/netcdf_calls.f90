@@ -25,7 +25,7 @@ module dda_netcdf_calls
 
    !> A variable of a file.
    type :: variable_type
-      character(len=24) :: name
+      character(len=32) :: name
       integer :: kind                   !< nf90_double, …
       character(len=24) :: dimensions   !< their names, the fastest first
       character(len=8) :: units         !< as pint reads them; blank: of each component its own

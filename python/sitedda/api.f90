@@ -496,11 +496,12 @@ contains
    end subroutine vertex_places
 
    !> Contacts of the last step: vertex, edge, state, bonded, joint; gap, normal force, shear force,
-   !> stretch; under joint laws length, slip path, weakening, place.
+   !> stretch; under joint laws length, slip path, weakening, place; with cohesive joints
+   !> damage and bounds of the fracture energy.
    subroutine contact_states(handle, n, who, values, status, message)
       integer(c_int), intent(in) :: handle, n
       integer(c_int), intent(out) :: who(5, n)
-      real(c_double), intent(out) :: values(8, n)
+      real(c_double), intent(out) :: values(11, n)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -527,6 +528,10 @@ contains
                values(6, :) = contacts%slip_path(:n)
                values(7, :) = contacts%weakened(:n)
                values(8, :) = contacts%place(:n)
+            end if
+            if (run%simulation%laws%cohesive) then
+               values(9, :) = contacts%weakened(:n)
+               values(10:11, :) = contacts%spent(:, :n)
             end if
          end associate
       end if

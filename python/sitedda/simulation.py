@@ -434,11 +434,14 @@ class Simulation:
         ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m). Under joint laws:
         ``length`` (m) that a contact stands for, ``slip_path`` (m), ``weakened`` (0 … 1), and
         ``place``, the share of the edge from ``vertex`` on before a point between corners; else 0.
+        With cohesive joints: ``damage`` (0 … 1), ``fracture_energy_lower`` and
+        ``fracture_energy_upper`` (N/m, per area), bounds of what is spent.
         """
         who, values = self._ask_all("contact_states", 3)
         names = ("vertex", "edge", "state", "bonded", "joint")
         more = ("gap", "normal_force", "shear_force", "stretch")
         more += ("length", "slip_path", "weakened", "place")
+        more += ("damage", "fracture_energy_lower", "fracture_energy_upper")
         return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
 
     @property

@@ -118,6 +118,36 @@ CASES = [
         ["friction_angle", "90"],
     ),
     (
+        "bonds without a fracture energy",
+        worn(law="cohesive", cohesion=1e5, tensile_strength=1e5, normal_stiffness_per_area=1e9),
+        "&joint",
+        ["fracture_energy is missing"],
+    ),
+    (
+        "bonds without tension",
+        worn(law="cohesive", cohesion=1e5, fracture_energy=9.0, normal_stiffness_per_area=1e9),
+        "&joint",
+        ["cohesion and tensile_strength above 0"],
+    ),
+    (
+        "bonds without stiffness",
+        worn(law="cohesive", cohesion=1e5, tensile_strength=1e5, fracture_energy=9.0),
+        "&joint",
+        ["needs normal_stiffness_per_area"],
+    ),
+    (
+        "bonds that break at once",
+        worn(
+            law="cohesive",
+            cohesion=1e5,
+            tensile_strength=1e5,
+            fracture_energy=4.0,
+            normal_stiffness_per_area=1e9,
+        ),
+        "&joint",
+        ["fracture_energy = 4 N/m", "stores up to its strength, 5 N/m", "break at once"],
+    ),
+    (
         "asperities steeper than friction",
         worn(asperity_angle=40.0, friction_angle=30.0),
         "&joint",

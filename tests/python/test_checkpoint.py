@@ -116,6 +116,14 @@ LAWS = {
         "asperity_angle": 1.0,
         "asperity_wear": 1e-3,
     },
+    "cohesive": {
+        "law": "cohesive",
+        "friction_angle": 1.0,
+        "cohesion": 2e3,
+        "tensile_strength": 1e3,
+        "fracture_energy": 0.1,
+        "normal_stiffness_per_area": 1e9,
+    },
     "points": {"cohesion": 1e3, "contact_points": 5},
     "barton_bandis": ROUGH | {"friction_angle": 1.0, "max_closure": 1e-3},
 }

@@ -162,6 +162,8 @@ OF_LAWS = {
     "barton_bandis": "friction_angle = 30, jrc = 10, jcs = 1e8, compressive_strength = 1.5e8, "
     "strength_reduction = 1.5",
     "plesha": "friction_angle = 30, asperity_angle = 15, asperity_wear = 1e-5",
+    "cohesive": "friction_angle = 30, cohesion = 4e4, tensile_strength = 2e4, "
+    "fracture_energy = 50, shear_fracture_energy = 80, normal_stiffness_per_area = 1e10",
 }
 
 
@@ -183,7 +185,7 @@ def test_every_law_says_what_of_it_a_factor_divides(factor):
         if law == "barton_bandis":
             assert divided[law] == {"strength_reduction": 1.5 * factor}
             continue
-        of_slip = {"weakening_slip", "dilation_slip", "asperity_wear"}
+        of_slip = {"weakening_slip", "dilation_slip", "asperity_wear", "normal_stiffness_per_area"}
         assert divided[law].keys() == given.keys() - of_slip
         for name, value in divided[law].items():
             if name.endswith("angle"):

@@ -1,0 +1,180 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Cohesive joint: (1 − D) bond + D contact, with a damage D that never falls.
+!>
+!> The bond is linear, k δ.  Its openings g and slips p, those of the friction slider beside it, are
+!> measured by those at its strengths, g_0 = T/k_n and p_0 = c/k_s:  λ² = (⟨g⟩/g_0)² + (p/p_0)².
+!> D begins at λ = 1.  In a mode of its own the traction then falls to 0,
+!>
+!> - linearly, (1 − D) λ = (λ_f − λ)/(λ_f − 1), up to λ_f;
+!> - exponentially, (1 − D) λ = exp[−(λ − 1)/m], m = (λ_f − 1)/2,
+!>
+!> where λ_f = G/e, e the energy of the bond at λ = 1, so that all that is spent is G.  In mixed
+!> mode shares of e add up as G_n/G_I + G_s/G_II = 1.  What is spent is a function of D,
+!> g(D) = ∫ e λ(D)² dD, for each mixture.
+module dda_cohesive
+   use dda_kinds, only: wp, pi
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle
+   use dda_material, only: joint_type
+   implicit none
+   private
+   public :: cohesive_type, new_cohesive
+
+   real(wp), parameter :: nothing = 1.0e-6_wp  !< of the strength: left of exponential softening
+   integer, parameter :: most_steps = 60       !< of Newton's method, which is monotone
+
+   !> Strength, and what it takes to spend it.
+   type, extends(joint_law_type) :: cohesive_type
+      real(wp) :: friction = 0.0_wp   !< tan φ
+      real(wp) :: strengths(2) = 0.0_wp  !< T, c, Pa
+      real(wp) :: energies(2) = 0.0_wp   !< G_I, G_II, N/m
+      logical :: exponential = .false.   !< softening
+   contains
+      procedure :: strength
+      procedure :: reduced
+      procedure :: tension
+      procedure :: damage
+      procedure :: spent
+      procedure :: bond_energy
+   end type cohesive_type
+
+   !> Opening and slip of a bond in one number.
+   type :: mixture_type
+      real(wp) :: measure   !< λ
+      real(wp) :: ultimate  !< λ_f
+      real(wp) :: onset     !< energy at λ = 1, N/m
+   end type mixture_type
+
+contains
+
+   !> The law of a joint material but for its stiffness.
+   pure type(cohesive_type) function new_cohesive(joint) result(law)
+      type(joint_type), intent(in) :: joint  !< as checked
+
+      law%friction = tan(joint%friction_angle*pi/180.0_wp)
+      law%strengths = [joint%tensile_strength, joint%cohesion]
+      law%energies = [joint%fracture_energy, joint%shear_fracture_energy]
+      law%exponential = joint%softening == 'exponential'
+      law%cohesive = .true.
+   end function new_cohesive
+
+   !> Largest shear force of the contact beside the bond, N/m.
+   pure real(wp) function strength(law, state, normal_force)
+      class(cohesive_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+      real(wp), intent(in) :: normal_force         !< compression positive, N/m
+
+      strength = law%friction*max(normal_force, 0.0_wp)
+   end function strength
+
+   !> tan φ, c, T and both fracture energies divided by a factor: openings and slips stay.
+   pure function reduced(law, joint, factor) result(strengths)
+      class(cohesive_type), intent(in) :: law  !< of the joint
+      type(joint_type), intent(in) :: joint    !< that it was made of
+      real(wp), intent(in) :: factor           !< above 0
+      type(strength_type), allocatable :: strengths(:)
+
+      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
+         strength_type('cohesion', joint%cohesion/factor), &
+         strength_type('tensile_strength', joint%tensile_strength/factor), &
+         strength_type('fracture_energy', joint%fracture_energy/factor), &
+         strength_type('shear_fracture_energy', joint%shear_fracture_energy/factor)]
+   end function reduced
+
+   !> Largest tension of a whole bond, N/m.
+   pure real(wp) function tension(law, state)
+      class(cohesive_type), intent(in) :: law      !< of the joint
+      type(joint_state_type), intent(in) :: state  !< of the contact
+
+      tension = law%strengths(1)*state%length
+   end function tension
+
+   !> Damage at an opening and a slip, at least that before.
+   pure real(wp) function damage(law, opening, slip, before)
+      class(cohesive_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: opening, slip    !< m; negative: closed
+      real(wp), intent(in) :: before           !< damage so far
+      type(mixture_type) :: mixture
+      real(wp) :: left
+
+      damage = before
+      mixture = mixture_of(law, opening, slip)
+      if (mixture%measure <= 1.0_wp) return
+      left = max(0.0_wp, mixture%ultimate - mixture%measure)/(mixture%ultimate - 1.0_wp)
+      if (law%exponential) then
+         left = exp(-2*(mixture%measure - 1.0_wp)/(mixture%ultimate - 1.0_wp))
+         if (left < nothing) left = 0.0_wp
+      end if
+      damage = max(before, 1.0_wp - left/mixture%measure)
+   end function damage
+
+   !> Fracture energy spent between two damages in the mode of an opening and a slip, N/m.
+   pure real(wp) function spent(law, opening, slip, from, to)
+      class(cohesive_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: opening, slip    !< m
+      real(wp), intent(in) :: from, to         !< damage
+      type(mixture_type) :: mixture
+
+      spent = 0.0_wp
+      if (.not. to > from) return
+      mixture = mixture_of(law, opening, slip)
+      spent = mixture%onset*(spent_share(law, mixture%ultimate, to) &
+         - spent_share(law, mixture%ultimate, from))
+   end function spent
+
+   !> Energy of the bond beyond that of the contact beside it, but for its friction, N/m.
+   pure real(wp) function bond_energy(law, opening, slip) result(energy)
+      class(cohesive_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: opening, slip    !< m
+
+      energy = 0.5_wp*(law%normal_stiffness*max(opening, 0.0_wp)**2 + law%shear_stiffness*slip**2)
+   end function bond_energy
+
+   !> λ, λ_f and e of an opening and a slip.
+   pure type(mixture_type) function mixture_of(law, opening, slip) result(mixture)
+      class(cohesive_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: opening, slip    !< m
+      real(wp) :: parts(2), onset(2), shares(2)
+
+      associate (stiffness => [law%normal_stiffness, law%shear_stiffness])
+         parts = [max(opening, 0.0_wp), abs(slip)]*stiffness/law%strengths
+         onset = 0.5_wp*law%strengths**2/stiffness
+      end associate
+      mixture%measure = norm2(parts)
+      shares = [1.0_wp, 0.0_wp]
+      if (mixture%measure > 0.0_wp) shares = (parts/mixture%measure)**2
+      mixture%onset = dot_product(shares, onset)
+      mixture%ultimate = 1.0_wp/dot_product(shares, onset/law%energies)
+   end function mixture_of
+
+   !> g(D)/e
+   pure real(wp) function spent_share(law, ultimate, damage) result(share)
+      class(cohesive_type), intent(in) :: law  !< of the joint
+      real(wp), intent(in) :: ultimate, damage
+      real(wp) :: m, measure, left
+
+      if (.not. law%exponential .or. damage >= 1.0_wp) then
+         share = ultimate*damage/(ultimate - damage*(ultimate - 1.0_wp))
+         return
+      end if
+      m = 0.5_wp*(ultimate - 1.0_wp)
+      measure = measure_at(m, damage)
+      left = exp(-(measure - 1.0_wp)/m)
+      share = 1.0_wp + 2*m*(1.0_wp - left) - measure*left
+   end function spent_share
+
+   !> λ of a damage by exponential softening: λ + m ln λ = 1 − m ln(1 − D), by Newton's method.
+   pure real(wp) function measure_at(m, damage) result(measure)
+      real(wp), intent(in) :: m       !< of the softening
+      real(wp), intent(in) :: damage  !< below 1
+      real(wp) :: off
+      integer :: i
+
+      measure = 1.0_wp
+      do i = 1, most_steps
+         off = measure + m*log(measure) - 1.0_wp + m*log(1.0_wp - damage)
+         measure = measure - off/(1.0_wp + m/measure)
+         if (abs(off) <= 4*epsilon(off)*(measure + m)) exit
+      end do
+   end function measure_at
+
+end module dda_cohesive

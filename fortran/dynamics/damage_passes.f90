@@ -1,0 +1,57 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Damage of bonds within a step: solve, take the damage that the solution asks for, solve again.
+!>
+!> A first solve without further damage is the stiffest; each pass opens the bonds more.  Where a
+!> step has one solution the passes converge to it.  They may end anywhere: what a step spends is
+!> right for the damage at which it acted (see `dda_joint_bond`).
+module dda_damage_passes
+   use dda_kinds, only: wp
+   use dda_contact, only: contacts_type
+   use dda_friction, only: laws_type
+   use dda_joint_bond, only: fitting_damage, is_cohesive
+   implicit none
+   private
+   public :: begin_damage, renew_damage
+
+   integer, parameter :: most_passes = 40      !< of a step; brittle ones need more, and jump
+   real(wp), parameter :: same = 1.0e-6_wp     !< damage that differs by less is the same
+
+contains
+
+   !> Bonds act at their damage so far, other contacts as a whole.
+   pure subroutine begin_damage(contacts, laws)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer :: c
+
+      do c = 1, contacts%n
+         contacts%acting_damage(c) = 1.0_wp
+         if (is_cohesive(contacts, laws%slot(contacts%joint(c))%law, c)) &
+            contacts%acting_damage(c) = contacts%weakened(c)
+      end do
+   end subroutine begin_damage
+
+   !> The damage that the solution asks for; `passes` counts how often it has been another one.
+   pure subroutine renew_damage(contacts, laws, passes, settled)
+      type(contacts_type), intent(inout) :: contacts  !< this step's list, evaluated
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(inout) :: passes  !< of this step
+      logical, intent(out) :: settled   !< it is the one at which the bonds have acted
+      real(wp) :: fitting
+      integer :: c
+
+      settled = .true.
+      if (passes == most_passes) return
+      do c = 1, contacts%n
+         associate (law => laws%slot(contacts%joint(c))%law)
+            if (.not. is_cohesive(contacts, law, c)) cycle
+            fitting = fitting_damage(contacts, law, c)
+            if (abs(fitting - contacts%acting_damage(c)) <= same) cycle
+            contacts%acting_damage(c) = fitting
+            settled = .false.
+         end associate
+      end do
+      if (.not. settled) passes = passes + 1
+   end subroutine renew_damage
+
+end module dda_damage_passes
