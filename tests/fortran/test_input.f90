@@ -8,10 +8,17 @@ module test_input
    use dda_errors, only: error_file, error_input, error_type
    use dda_input, only: read_model, read_model_file
    use dda_input_catalogue, only: find_variable
+   use dda_input_boundaries, only: boundary_kinds
    use dda_input_variable, only: variable_type
+   use dda_joint_laws, only: law_slot_type, new_joint_law
+   use dda_material, only: joint_type
+   use dda_record_format, only: known_formats
+   use dda_record_units, only: known_units
+   use dda_scheme, only: integration_names
+   use dda_solver_table, only: solver_names
    use dda_model, only: contact_distance, default_stiffness, half_size, model_type
    use dda_settings, only: amplification_type
-   use dda_text, only: to_text
+   use dda_text, only: joined, to_text
    use models, only: rock
    use record_files, only: remove_scratch, scratch_name, write_scratch
    use testing, only: case, check, check_close, check_fails, check_no_error
@@ -38,6 +45,7 @@ contains
       call settings()
       call defaults()
       call published_defaults()
+      call published_words()
       call substances()
       call edge_joints()
       call generators()
@@ -59,6 +67,51 @@ contains
       call any_cut()
       if (halting) call ieee_set_halting_mode(ieee_invalid, .true.)
    end subroutine input_suite
+
+   !> Words of the schema are those that the engine has, in its order.
+   subroutine published_words()
+      type(law_slot_type) :: slot
+      type(joint_type) :: joint
+      type(variable_type) :: law
+      integer :: first, last
+
+      call case('schema: words')
+      call check(words_of('control', 'solver') == listed(solver_names), 'solvers')
+      call check(words_of('control', 'integration') == listed(integration_names), 'schemes')
+      call check(words_of('stage', 'integration') == listed(integration_names), 'stages')
+      call check(words_of('boundary', 'kind') == listed(boundary_kinds%name), 'boundaries')
+      call check(words_of('motion', 'format') == known_formats, 'formats')
+      call check(words_of('motion', 'unit') == known_units, 'units')
+      law = find_variable('joint', 'law')
+      last = 0
+      do
+         first = last + index(law%allowed(last + 1:), "'")
+         if (first == last) exit
+         last = first + index(law%allowed(first + 1:), "'")
+         joint%law = law%allowed(first + 1:last - 1)
+         call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
+         call check(allocated(slot%law), 'law '//trim(joint%law))
+         if (allocated(slot%law)) deallocate (slot%law)
+      end do
+   end subroutine published_words
+
+   !> Words that the schema allows.
+   function words_of(group, name) result(words)
+      character(len=*), intent(in) :: group, name
+      character(len=:), allocatable :: words
+      type(variable_type) :: variable
+
+      variable = find_variable(group, name)
+      words = trim(variable%allowed)
+   end function words_of
+
+   !> Names in quotes, with commas between.
+   function listed(names) result(words)
+      character(len=*), intent(in) :: names(:)
+      character(len=:), allocatable :: words
+
+      words = "'"//joined(names, "', '")//"'"
+   end function listed
 
    subroutine accept(model, text)
       type(model_type), intent(out) :: model
