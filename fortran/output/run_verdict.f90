@@ -11,6 +11,7 @@ module dda_run_verdict
       of_acceleration, of_strain, of_slip, of_opening, of_penetration, of_penetration_ratio, &
       of_contact_force, of_point_displacement, of_point_velocity, of_point_acceleration, &
       of_point_drift
+   use dda_model, only: half_size
    use dda_point_intensity, only: intensity_type, new_intensity, add_motion, main_axis, &
       arias_intensity
    use dda_response_spectrum, only: low_passed_peak, spectral_acceleration
@@ -23,6 +24,9 @@ module dda_run_verdict
       conclude
 
    real(wp), parameter :: low_share = 0.7_wp  !< of a peak acceleration below 50 Hz: less is said
+
+   !> share of the model's size: less, at its largest, is rounding of a model at rest, measured
+   real(wp), parameter :: rest_share = 1.0e-9_wp
 
    !> A number of the verdict.
    type :: verdict_value_type
@@ -118,9 +122,17 @@ contains
       integer, parameter :: topics(*) = [of_displacement, of_tilt, of_velocity, of_acceleration, &
          of_strain]
       character(len=:), allocatable :: words
+      logical :: rests
       integer :: i
 
+      rests = is_at_rest(simulation)
+      if (rests) then
+         words = 'none, at rest'
+         call add_drawn(verdict, simulation, words)
+         call say(verdict, trim(maxima_table(of_displacement)%name), words)
+      end if
       do i = 1, size(topics)
+         if (rests .and. topics(i) /= of_strain) cycle
          associate (k => topics(i), largest => simulation%maxima%largest, &
             last => simulation%maxima%last)
             if (i > 2 .and. .not. largest(k)%value > 0.0_wp) cycle
@@ -135,6 +147,14 @@ contains
          end associate
       end do
    end subroutine say_blocks
+
+   !> What moved is rounding.
+   pure logical function is_at_rest(simulation)
+      type(simulation_type), intent(in) :: simulation    !< at its present time
+
+      is_at_rest = simulation%maxima%largest(of_displacement)%value <= rest_share*2 &
+         *half_size(simulation%model%blocks)
+   end function is_at_rest
 
    !> How far blocks are at the end from the model as drawn, where the run counts from rest.
    subroutine add_drawn(verdict, simulation, words)
@@ -189,6 +209,7 @@ contains
 
       words = ''
       do i = 1, size(topics)
+         if (is_at_rest(simulation)) exit
          if (.not. simulation%maxima%largest(topics(i))%value > 0.0_wp) cycle
          if (words /= '') words = words//'; '
          words = words//trim(maxima_table(topics(i))%name(len('point_') + 1:))//' '// &
@@ -255,8 +276,10 @@ contains
       type(simulation_type), intent(in) :: simulation    !< at the time of the last
       character(len=:), allocatable :: name, along
       real(wp) :: arias, spectral, period, low
+      logical :: rests
       integer :: i, axis
 
+      rests = is_at_rest(simulation)
       do i = 1, size(verdict%shaken)
          associate (shaken => verdict%shaken(i))
             if (.not. maxval(shaken%acceleration) > 0.0_wp) cycle
@@ -266,12 +289,12 @@ contains
             arias = arias_intensity(shaken, axis)
             low = low_passed_peak(shaken%spectrum(axis))
             call spectral_acceleration(shaken%spectrum(axis), shaken%last(axis), spectral, period)
-            call say(verdict, 'point '//name, along//': PGA '// &
+            if (.not. rests) call say(verdict, 'point '//name, along//': PGA '// &
                short_text(shaken%acceleration(axis))//' m/s², PGV '// &
                short_text(shaken%velocity(axis))//' m/s, Arias '//short_text(arias)//' m/s'// &
                low_peak_text(shaken%acceleration(axis), low))
-            call say(verdict, 'Sa '//name, along//', 5 %: largest '//short_text(spectral)// &
-               ' m/s² at '//short_text(period)//' s')
+            if (.not. rests) call say(verdict, 'Sa '//name, along//', 5 %: largest '// &
+               short_text(spectral)//' m/s² at '//short_text(period)//' s')
             call note(verdict, 'pga_m_s2['//name//']', shaken%acceleration(axis))
             call note(verdict, 'pga_below_50_hz_m_s2['//name//']', low)
             call note(verdict, 'pgv_m_s['//name//']', shaken%velocity(axis))

@@ -231,13 +231,22 @@ def _to_end(options: argparse.Namespace, resume: bool) -> int:
         print(f"sitedda: {words}; to go on: {_resume_command(options)}", file=sys.stderr)
         return 6
     _report(result, options.file, changes, draw=not options.no_plot)
-    if options.report:
-        print(f"page: {result.report()}")
     if getattr(options, "accuracy", False):
-        print(f"\n{result.accuracy(progress=not options.quiet)}")
+        print(f"\n{_with_accuracy(result, not options.quiet)}")
     else:
         print("these figures have no error bars: sitedda accuracy FILE.nml gives them")
+    if options.report:
+        print(f"page: {result.report()}")
     return 0
+
+
+def _with_accuracy(result: Run, progress: bool):
+    """The figures with their bars, kept in the output as well."""
+    from .error_bars import keep_accuracy
+
+    found = result.accuracy(progress=progress)
+    keep_accuracy(found, result.output, result.history.attrs)
+    return found
 
 
 def _resume_command(options: argparse.Namespace) -> str:

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import sitedda
-from sitedda.error_bars import with_bar
+from sitedda.error_bars import kept_accuracy, with_bar
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
 from sitedda.error_bars.horizon import horizon
 from sitedda.error_bars.measure import _figures
 from sitedda.error_bars.variants import Facts
+from sitedda.output import load
 from sitedda.study.quantities import measure, quantities_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -166,9 +167,12 @@ def test_runs_say_it_too(write_input, python_program, tmp_path):
     shown = next(line for line in done.stdout.splitlines() if line.startswith("largest_slip_m"))
     assert str(run.accuracy()["largest_slip_m"]) in shown
     done = python_program("run", str(file), "--accuracy", "-q", "--no-plot", "-o",
-                          str(tmp_path / "o.nc"))  # fmt: skip
+                          str(tmp_path / "o.nc"), "--report")  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert " ± " in done.stdout
+    kept = kept_accuracy(load(tmp_path / "o.nc").attrs)
+    assert str(kept) in done.stdout
+    assert str(kept["largest_slip_m"]) in (tmp_path / "o.html").read_text()
 
 
 def test_what_cannot_be_run_is_one_sentence(write_input, python_program):
@@ -280,3 +284,21 @@ def test_an_ensemble_gives_bands(write_input):
     assert band.high[100] - band.low[100] < 1e-6
     assert "decided until" in str(found)
     assert list(found.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]
+
+
+def test_nothing_that_rounding_leaves_is_told(write_input):
+    rests = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''").replace("1.5,", "0.05,")
+    run = sitedda.run(write_input(rests))
+    said = dict(run.verdict.lines)
+    assert said["displacement"].startswith("none, at rest")
+    assert not {"tilt", "velocity", "acceleration", "points"} & said.keys()
+    assert 0.0 <= run.verdict.values["largest_displacement_m"] < 2e-8
+
+
+def test_studies_say_the_doubts_of_their_runs(write_input):
+    soft = SLIDE.replace("young_modulus = 5e9", "young_modulus = 1e6")
+    table = sitedda.study(write_input(soft), {"contact.normal_stiffness": [4e7, 1e5]},
+                          fixed={"control.duration": 0.02}, workers=1)  # fmt: skip
+    words = [str(one) for one in table.warning.values]
+    assert words[0] == ""
+    assert "penetration: a vertex of block 2 'block' is" in words[1]

@@ -2,6 +2,7 @@
 """How far the figures of a run can be trusted: bars of time step and penalty stiffness."""
 
 from .figures import Accuracy, Figure, with_bar
+from .keeping import keep_accuracy, kept_accuracy
 from .measure import accuracy
 
-__all__ = ["Accuracy", "Figure", "accuracy", "with_bar"]
+__all__ = ["Accuracy", "Figure", "accuracy", "keep_accuracy", "kept_accuracy", "with_bar"]

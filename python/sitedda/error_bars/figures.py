@@ -109,16 +109,23 @@ class Accuracy:
     end: float = math.nan
     bands: dict[str, Band] = field(default_factory=dict)
 
-    def __str__(self) -> str:
-        """A table, and the runs that ended early."""
+    def rows(self) -> list[tuple[str, ...]]:
+        """The figures as texts under their heads, without columns that are blank."""
         rows = [_HEAD, *(_row(figure, self.end) for figure in self.figures.values())]
         kept = [i for i in range(len(_HEAD)) if i < 3 or any(row[i] for row in rows[1:])]
-        widths = [max(len(row[i]) for row in rows) for i in kept]
+        return [tuple(row[i] for i in kept) for row in rows]
+
+    def __str__(self) -> str:
+        """A table, and the runs that ended early."""
+        rows = self.rows()
+        left = (0, rows[0].index("") if "" in rows[0] else -1)
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = [
-            "  ".join(f"{row[i]:{'<' if i in _LEFT else '>'}{w}}"
-                      for i, w in zip(kept, widths, strict=True))
+            "  ".join(
+                f"{cell:{'<' if i in left else '>'}{widths[i]}}" for i, cell in enumerate(row)
+            )
             for row in rows
-        ]  # fmt: skip
+        ]
         lines += [f"run {name}: {words}" for name, words in self.runs.items() if words]
         return "\n".join(line.rstrip() for line in lines)
 
@@ -137,7 +144,6 @@ class Accuracy:
 
 _HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median", "84 %",
          "decided until", "")  # fmt: skip
-_LEFT = (0, len(_HEAD) - 1)  # columns
 
 
 def _row(figure: Figure, end: float) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..building import InputOfRun
 from ..checking import Report, check
+from ..error_bars import kept_accuracy
 from ..errors import SiteddaError
 from ..pictures import draw
 from ..plot import run_picture
@@ -47,7 +48,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
 def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
     page = Page(scene.title or "Untitled run", _lead(scene))
-    page.add("Verdict", Facts(verdict(scene).lines))
+    page.add("Verdict", Facts(verdict(scene).lines), *_sureness(data))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
     found = _amplifications(data)
     caption = "The run as it was asked for: blocks, motions, response spectra and amplification."
@@ -102,6 +103,16 @@ def _checked(scene: Scene, source) -> Report | str:
         return check(InputOfRun(file, text) if text else file)
     except SiteddaError as error:
         return str(error)
+
+
+def _sureness(data) -> list:
+    """The figures with their bars, or that they have none."""
+    found = kept_accuracy(data.attrs)
+    if found is None:
+        return [Paragraph("These figures have no error bars: the command sitedda run --accuracy "
+                          "gives them.")]  # fmt: skip
+    heads, *rows = found.rows()
+    return [Table(heads, rows, "How sure are the figures?")]
 
 
 def check_table(report: Report) -> Table:

@@ -43,6 +43,7 @@ _TOPICS = {
     "add_lost": ("blocks_lost", "first_block_lost_s"),
     "add_damping": ("amplification", "amplification_frequency_hz"),
 }  # fmt: skip
+_DOUBTS = ("strain: block ", "penetration: a vertex ", "bending: ")  # lines of a verdict
 _BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates")
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
 _NEEDS = {"add_damping": _HISTORY}
@@ -226,11 +227,25 @@ def measure(
                     arrays[label] = value
                 else:
                     numbers[label] = float(value)
+        if notes is not None:
+            notes += doubts_of(output.attributes)
         if output.asked_in_vain and notes is None:
             warn_of(output.attributes)
         elif output.asked_in_vain:
             notes.append(lacking(output.attributes))
     return numbers, arrays
+
+
+def doubts_of(attributes: Mapping) -> list[str]:
+    """Sentences of a run's verdict that doubt its figures: of strains, depths and bonds.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Of the output.
+    """
+    lines = str(attributes.get("verdict", "")).splitlines()
+    return [line for line in lines if line.startswith(_DOUBTS)]
 
 
 def _one(output: Output, wanted: Quantity) -> dict:

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures with their bars, kept in the output of the run that they are of."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from ..files import written
+from .figures import Accuracy, Figure
+
+ATTRIBUTE = "accuracy"
+
+
+def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
+    """Write them into an output, as its attribute ``accuracy``, in JSON.
+
+    Parameters
+    ----------
+    found : Accuracy
+    output : Path
+    attributes : dict
+        Of the output as it has been read; gets them as well.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; the output then stays as it was.
+    """
+    import netCDF4
+
+    text = json.dumps(_without_nan(found.to_dict()))
+    with written(output, "a netCDF file") as beside:
+        shutil.copyfile(output, beside)
+        with netCDF4.Dataset(beside, "a") as data:
+            data.setncattr(ATTRIBUTE, text)
+    attributes[ATTRIBUTE] = text
+
+
+def kept_accuracy(attributes: Mapping) -> Accuracy | None:
+    """What an output keeps of it; None if that is nothing.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Of the output.
+    """
+    text = attributes.get(ATTRIBUTE)
+    if not text:
+        return None
+    found = json.loads(text, parse_constant=float)
+    figures = {name: Figure(**_with_nan(values)) for name, values in found["figures"].items()}
+    return Accuracy(figures, found["runs"], _with_nan({"end": found["end_s"]})["end"])
+
+
+def _without_nan(value):
+    """JSON has no such number; null stands for it."""
+    if isinstance(value, dict):
+        return {name: _without_nan(one) for name, one in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def _with_nan(values: dict) -> dict:
+    return {name: math.nan if value is None else value for name, value in values.items()}
