@@ -7,6 +7,7 @@ module dda_model_notes
    use dda_model, only: model_type
    use dda_overburden, only: overburden_type, find_overburden
    use dda_repeated_names, only: find_repeated
+   use dda_softening, only: coarse_points, long_steps
    use dda_text, only: quoted, short_text, to_text
    implicit none
    private
@@ -41,7 +42,25 @@ contains
          call note_weights(model, notes)
       end if
       call note_motions(model, notes)
+      call note_softening(model, notes)
    end function model_notes
+
+   !> Cohesive joints that neither their points nor the steps resolve.
+   subroutine note_softening(model, notes)
+      type(model_type), intent(in) :: model  !< as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=:), allocatable :: words
+      integer :: j
+
+      do j = 1, size(model%joints)
+         if (model%joints(j)%law /= 'cohesive') cycle
+         if (.not. any(model%blocks%joint == j)) cycle
+         words = coarse_points(model, j)
+         if (words /= '') call add(notes, words)
+         words = long_steps(model, j)
+         if (words /= '') call add(notes, words)
+      end do
+   end subroutine note_softening
 
    !> Append a note.
    pure subroutine add(notes, words)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import sitedda
 from sitedda.engine import reduced_joint
 from sitedda.validation.model import (
     block,
@@ -197,3 +198,13 @@ def test_strength_is_divided_and_openings_stay():
     found = reduced_joint(text, 2.0)
     assert found["tensile_strength"] == 5e5 and found["cohesion"] == 1e6
     assert found["fracture_energy"] == 25.0 and found["shear_fracture_energy"] == 250.0
+
+
+def test_what_is_not_resolved_is_said(tmp_path):
+    """Zone EG/T² = 0.3 m; half of 250 kg/m² at T²/2G = 33 GPa/m: Δt < 0.087 ms at χ = ½."""
+    file = tmp_path / "model.nml"
+    for steps, energy, zone, step in ((2000, 60.0, 0, 1), (4000, 60.0, 0, 0), (8000, 6.0, 1, 0)):
+        file.write_text(bar(steps, 8e-5, fracture_energy=energy))
+        notes = str(sitedda.check(file))
+        assert ("the cohesive zone" in notes) == bool(zone)
+        assert ("softens within a step" in notes) == bool(step)
