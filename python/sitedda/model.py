@@ -438,6 +438,9 @@ class Model(Groups):
 
         where = re.escape(str(file))
         message = re.sub(rf"{where}, group &\w+ \(line (\d+)\)", place, message)
+        message = re.sub(
+            r"the &\w+ of line (\d+)", lambda found: f"that of {place(found)}", message
+        )
         return re.sub(rf"^{where}(?=[:,])", "Model", message)
 
     def check(self, **changes):

@@ -246,7 +246,7 @@ def test_bits_of_both_programs_and_of_a_resumed_run(native, tmp_path, same_bits)
 def test_bad_bolts_are_refused(changes, words):
     model = hanging()
     model["bolt"][0](**changes)
-    with pytest.raises(sitedda.InputError, match="group &bolt") as caught:
+    with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as caught:
         sitedda.Simulation(model)
     assert words in str(caught.value)
 

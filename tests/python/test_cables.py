@@ -203,7 +203,7 @@ def test_pictures_know_the_points_of_a_cable():
 def test_bad_cables_are_refused(changes, words):
     model = atwood()
     model["bolt"][0](**changes)
-    with pytest.raises(sitedda.InputError, match="group &bolt") as caught:
+    with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as caught:
         sitedda.Simulation(model)
     assert words in str(caught.value)
 

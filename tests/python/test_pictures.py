@@ -496,7 +496,7 @@ def test_models_and_simulations_show_themselves_in_notebooks(write_input):
         assert "data:image/" in text and "&lt;/script&gt;" in text
         assert EVIL not in text and "<img src=x" not in text
     empty = sitedda.Model("nothing yet", time_step=1e-3)._repr_html_()
-    assert "cannot run yet" in empty and "&amp;control" in empty
+    assert "cannot run yet" in empty and "Model.control" in empty
 
 
 def test_hostile_names_stay_texts_in_pictures_and_exports(run, tmp_path):

@@ -78,6 +78,7 @@ REMADE = {
         "penetration_tolerance": "the input",
         "may_stop": "set in static stages",
         "last_resort": "set in each step",
+        "passes": "counted in each step",
         "most_changes": "set in static steps",
         "relaxes": "set in static stages",
         "closed": "set in each step",

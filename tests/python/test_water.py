@@ -142,6 +142,6 @@ def test_tractions_that_follow_turn_with_the_block(follows):
 def test_bad_loads_are_refused(group, values, words):
     model = block_on_floor()
     model.add(group, **values)
-    with pytest.raises(sitedda.InputError, match=f"group &{group}") as caught:
+    with pytest.raises(sitedda.InputError, match=rf"^Model\.{group}\(…\), ") as caught:
         sitedda.Simulation(model)
     assert words in str(caught.value)
