@@ -95,7 +95,7 @@ contains
             if (found + lifted == 0) exit
             impacts%struck = impacts%struck + found
             call carry_neighbours(impacts, contacts, laws, blocks, step)
-            if (found > 0) call stiffen(impacts, system, blocks, step, impacts%struck == found)
+            if (found > 0) call stiffen(impacts, system, impacts%struck == found)
             call note_rigid_terms(solver)
          end if
          call solve_again(iteration, system, solver, contacts, laws, error)
@@ -104,7 +104,7 @@ contains
       if (round > most_rounds) call fail(error, error_convergence, &
          'impacts with the restitution of their joints find no end')
       if (impacts%struck == 0) return
-      impacts%work = work_of_supports(impacts, system, blocks, step)
+      impacts%work = work_of_supports(impacts, system)
       impacts%lost = loss_of_strains(impacts, system)
    end subroutine resolve_impacts
 
@@ -223,12 +223,11 @@ contains
       end do
    end subroutine carry_neighbours
 
-   !> Blocks that are hit keep their strains in this step, and the velocities of their supports.
-   pure subroutine stiffen(impacts, system, blocks, step, first)
+   !> Blocks that are hit keep their strains in this step, and their places in supports.  A velocity
+   !> that they kept would carry them away where they are hit in step after step.
+   pure subroutine stiffen(impacts, system, first)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
       logical, intent(in) :: first  !< time in this step
       real(wp) :: k
       integer :: b, i
@@ -240,8 +239,6 @@ contains
             k = unyielding_spring(system, b, term%row_a)
             call begin_diagonal(system, b)
             call add_product(system%linear%diagonal(:, :, b), k, term%row_a, term%row_a)
-            system%load(:, b) = system%load(:, b) + k*step%time_step &
-               *dot_product(term%row_a, blocks%velocity(:, b))*term%row_a
          end associate
       end do
       do b = 1, system%linear%n
@@ -266,7 +263,7 @@ contains
    end function yields_else
 
    !> The term holds a block to ground that stays along its row, at the end of the step.  What
-   !> follows a motion acts as ever: a block that kept its velocity would fall behind.
+   !> follows a motion acts as ever: a block that kept its place would fall behind.
    pure logical function is_support(term)
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
@@ -305,11 +302,9 @@ contains
    end function loss_of_strains
 
    !> Work that the supports of blocks that are hit do in a step, by not yielding, J per metre.
-   pure real(wp) function work_of_supports(impacts, system, blocks, step) result(work)
+   pure real(wp) function work_of_supports(impacts, system) result(work)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(step_type), intent(in) :: step  !< the one being taken
       real(wp) :: moved
       integer :: i
 
@@ -319,8 +314,7 @@ contains
             if (.not. is_support(term)) cycle
             if (.not. impacts%stiff(b)) cycle
             moved = dot_product(term%row_a, system%d(:, b))
-            work = work + unyielding_spring(system, b, term%row_a)*(step%time_step &
-               *dot_product(term%row_a, blocks%velocity(:, b)) - moved)*moved
+            work = work - unyielding_spring(system, b, term%row_a)*moved**2
          end associate
       end do
    end function work_of_supports
