@@ -275,3 +275,33 @@ def test_impacts_are_solved_to_the_rounding_of_terms_that_make_rigid(write_input
         run.advance(40000)
         assert run.time == pytest.approx(1.0, rel=1e-9)
         assert abs(run.energies["balance"]) < 1e-6 * MASS * G
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_floor_that_is_hit_in_each_step_stays_in_its_supports(write_input, restitution):
+    """A floor falls on springs that yield by a sag, and swings by two; stones hit it all the time.
+
+    It kept its velocity in each step in which it was hit, and left its supports.
+    """
+    sag, mass, stone = 1e-4, 2500.0 * 8.0 * 0.5, 0.05
+    heights = {i: 0.5 * G * (1e-3 * i) ** 2 for i in range(30, 130)}  # lands in step i
+    groups = [
+        ("control", {"time_step": 1e-3, "duration": 0.2, "gravity": [0.0, -G],
+                     "integration": "midpoint"}),
+        ("contact", {"normal_stiffness": 1e9, "fixed_point_ratio": mass * G / (2 * sag) / 1e9}),
+        ("material", ROCK | {"density": 2500.0}),
+        ("joint", DRY | {"restitution": restitution}),
+        ("block", {"name": "floor", "vertices": rectangle(0.0, -0.5, 8.0, 0.5)}),
+        *(("block", {"name": f"stone_{i}", "vertices": rectangle(0.07 * (i - 29), h, stone, stone)})
+          for i, h in heights.items()),
+        *(("fixed_point", {"block": "floor", "x": x, "y": -0.5}) for x in (0.0, 8.0)),
+    ]  # fmt: skip
+    with sitedda.Simulation(write_input(groups)) as run:
+        height = []
+        while not run.advance(1):
+            height.append(run.coordinates[0, 1] + 0.25)
+        lost = run.energies["impact"]
+    weights = 2500.0 * stone**2 * G
+    load = 1 + weights * len(heights) / (mass * G)  # over that of the floor alone
+    assert -2 * load * sag <= min(height) < -1.5 * sag and max(height) < 0.1 * sag
+    assert 0 < lost <= weights * sum(h + 2 * load * sag for h in heights.values())
