@@ -14,15 +14,13 @@ module dda_displaced_block
 
 contains
 
-   !> Displace the block that the input names, if it names one that is still there.
+   !> Displace the block that the input names.
    subroutine displace_block(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: way(2)
 
       associate (control => simulation%model%control, blocks => simulation%blocks)
          associate (b => control%displaced_block)
-            if (b == 0) return
-            if (blocks%removed(b)) return
             way = control%displaced_by*sqrt(blocks%area(b))
             blocks%position(1:2, b) = blocks%position(1:2, b) + way
             call update_geometry(blocks)

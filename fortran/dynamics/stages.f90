@@ -10,7 +10,6 @@ module dda_stages
    use dda_blocks, only: change_material, place_of, remove_block
    use dda_columns, only: column_count, column_of, name_column
    use dda_contact, only: filter_contacts
-   use dda_contact_search, only: find_contacts
    use dda_crossings, only: part_corners
    use dda_displaced_block, only: displace_block
    use dda_elements, only: match_velocities, set_elements
@@ -99,9 +98,16 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
 
-      if (simulation%model%control%displaced_block == 0) return
+      associate (b => simulation%model%control%displaced_block)
+         if (b == 0) return
+         if (simulation%blocks%removed(b)) then
+            call fail(error, error_input, 'displaced_block of &control is block '// &
+               block_name(simulation, b)//', which is removed before the first dynamic stage')
+            return
+         end if
+      end associate
       call displace_block(simulation)
-      call find_contacts(simulation, error)
+      call evaluate_present(simulation, error)
       if (.not. allocated(error)) call book(simulation, energy_initial, 1.0_wp)
    end subroutine begin_displaced
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .engine import api, checked
-from .errors import SiteddaError
+from .errors import OutputError, SiteddaError
 from .schema import GROUPS, Variable
 
 _VARIABLES = [variable for group in GROUPS.values() for variable in group.variables]
@@ -168,10 +168,15 @@ def input_values(attributes: Mapping) -> dict[str, list[dict]]:
     ----------
     attributes : mapping
         Of the output.
+
+    Raises
+    ------
+    OutputError
+        If they are damaged.
     """
+    if values := str(attributes.get("input_values", "")):
+        return _resolved_groups(values)
     try:
-        if values := str(attributes.get("input_values", "")):
-            return json.loads(values)
         groups = groups_by_name(str(attributes.get("input_text", "")), _BLOCKS)
     except (SiteddaError, ValueError):  # pictures do without
         return {}
@@ -179,3 +184,15 @@ def input_values(attributes: Mapping) -> dict[str, list[dict]]:
         if boundary.get("motion_is") == "within":
             boundary["kind"] = "fixed"
     return groups
+
+
+def _resolved_groups(text: str) -> dict[str, list[dict]]:
+    """Groups in JSON, as the engine writes them."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        found = None
+    whole = isinstance(found, dict) and all(isinstance(groups, list) for groups in found.values())
+    if not whole or any(not isinstance(one, dict) for groups in found.values() for one in groups):
+        raise OutputError("the output is damaged: its attribute input_values")
+    return found

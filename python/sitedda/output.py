@@ -16,6 +16,7 @@ import xarray as xr
 
 from .engine import FILES
 from .errors import OutputError, lacks_memory
+from .input_text import input_values
 from .reading import check_readable
 
 _MOST = 1e37  # of any number: single precision, and squares of larger ones, overflow
@@ -117,7 +118,7 @@ _ALONE = _kinds("""
 """)
 _KNOWN = {name: kind for family in (*_FAMILIES, _ALONE) for name, kind in family.items()}
 _ATTRIBUTES = ("title", "input_text", "input_values", "input_file", "stages", "step_control",
-               "verdict", "complete")  # fmt: skip
+               "verdict", "accuracy", "complete")  # fmt: skip
 
 
 def open_output(file) -> xr.Dataset:
@@ -223,6 +224,10 @@ def _check_structure(data: xr.Dataset) -> None:
     for name in _ATTRIBUTES:
         if not isinstance(data.attrs.get(name, ""), str):
             raise OutputError(f"{_file(data)} is damaged: its attribute {name} is no text")
+    try:
+        input_values(data.attrs)
+    except OutputError:
+        raise OutputError(f"{_file(data)} is damaged: its attribute input_values") from None
 
 
 def _check_numbers(data: xr.Dataset, name) -> None:

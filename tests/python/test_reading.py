@@ -175,6 +175,20 @@ def test_attributes_that_no_run_wrote(main, output, tmp_path):
     assert done.returncode == 5 and "attribute input_text is no text" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("input_values", "{"), ("input_values", "[1]"), ("input_values", '{"joint": [3]}'),
+     ("accuracy", "{"), ("accuracy", '{"figures": {"a": 1}}')],
+)  # fmt: skip
+def test_damaged_json_in_attributes_is_one_error(main, output, tmp_path, name, text):
+    def change(_, attributes):
+        attributes[name] = text
+
+    done = main("report", damage(output, tmp_path / "d.nc", change), "-o", tmp_path / "p.html")
+    assert done.returncode == 5 and f"damaged: its attribute {name}" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1 and not (tmp_path / "p.html").exists()
+
+
 OLD = Path(__file__).parents[1] / "data" / "outputs" / "version_0.1.0.nc"
 SHOWN = {
     "draw": ["-o", "o.png"],

@@ -123,7 +123,7 @@ def test_a_bar_spends_its_fracture_energy(steps, softening):
 
 
 def test_the_bracket_closes():
-    """Ten per cent at 400 steps of this bar: none wider at 2000."""
+    """Each run's fracture energy lies in its bracket, of less than ten per cent at 2000 steps."""
     lower, upper = bracket_of(history(bar(2000, 8e-5)))
     assert (upper - lower) / (60.0 * HEIGHT) < 0.1
 

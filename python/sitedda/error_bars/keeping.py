@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
+from ..errors import OutputError
 from ..files import written
 from .figures import Accuracy, Figure
 
@@ -47,13 +48,21 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
     ----------
     attributes : mapping
         Of the output.
+
+    Raises
+    ------
+    OutputError
+        If it is damaged.
     """
     text = attributes.get(ATTRIBUTE)
     if not text:
         return None
-    found = json.loads(text, parse_constant=float)
-    figures = {name: Figure(**_with_nan(values)) for name, values in found["figures"].items()}
-    return Accuracy(figures, found["runs"], _with_nan({"end": found["end_s"]})["end"])
+    try:
+        found = json.loads(text, parse_constant=float)
+        figures = {name: Figure(**_with_nan(values)) for name, values in found["figures"].items()}
+        return Accuracy(figures, found["runs"], _with_nan({"end": found["end_s"]})["end"])
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        raise OutputError(f"the output is damaged: its attribute {ATTRIBUTE}") from None
 
 
 def _without_nan(value):

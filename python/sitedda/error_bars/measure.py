@@ -73,7 +73,7 @@ def accuracy(
     variants = [finer(facts, times) for times in reversed(STEPS)]
     variants += [stiffer(facts)] if facts.penalty else []
     if facts.is_dynamic:
-        variants += [twin(TWIN, facts.highest), *twins_of(facts, ensemble)]
+        variants += [twin(TWIN, facts.there[0]), *twins_of(facts, ensemble)]
     table = study(
         model, Variants(variants), _with_histories(results), folder=folder, fixed=changes,
         executor=executor, workers=workers, progress=progress, keep=False,

@@ -4,8 +4,11 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+
+import numpy as np
 
 from ..input_text import input_values
 from ..simulation import Simulation
@@ -62,17 +65,14 @@ class Facts:
         Of the time integration.
     penalty : float
         k_n, N/m; 0 where no joint has a penalty: all have a stiffness of their own.
-    highest : int
-        Number of the block whose centroid is highest, from 1.
-    blocks : int
-        How many there are.
+    there : sequence of int
+        Numbers of the blocks that no stage removes, from 1, the highest first.
     """
 
     groups: Mapping
     order: int
     penalty: float
-    highest: int = 1
-    blocks: int = 1
+    there: Sequence[int] = (1,)
 
     @property
     def is_dynamic(self) -> bool:
@@ -98,13 +98,17 @@ def facts_of(model, changes: Mapping) -> Facts:
         groups = input_values({"input_values": simulation.input_values})
         stiffness = simulation.normal_stiffness
         height = simulation.coordinates[:, 1]
+        names = simulation.block_names
     control = next(iter(groups.get("control", [])), {})
     schemes = [control, *(s for s in groups.get("stage", []) if _is_dynamic(s))]
     default = control.get("integration", "dda")
     order = min(_ORDERS.get(s.get("integration", default), 1) for s in schemes)
     own = [_has_stiffness(joint) for joint in groups.get("joint", [])]
     penalty = 0.0 if own and all(own) else stiffness
-    return Facts(groups, order, penalty, int(height.argmax()) + 1, len(height))
+    patterns = [p.strip() for s in groups.get("stage", []) for p in s.get("remove", "").split(",")]
+    gone = [any(fnmatchcase(name, pattern) for pattern in patterns if pattern) for name in names]
+    there = tuple(int(b) + 1 for b in np.argsort(-height, kind="stable") if not gone[b])
+    return Facts(groups, order, penalty, there)
 
 
 def _has_stiffness(joint: Mapping) -> bool:
@@ -167,7 +171,7 @@ def ensemble(facts: Facts, count: int) -> list[Variant]:
     found = []
     for number in range(1, count + 1):
         dice = random.Random(number)
-        block = dice.randint(1, facts.blocks)
+        block = dice.choice(facts.there)
         found.append(twin(f"{ENSEMBLE}{number}", block, dice.choice(signs)))
     return found
 

@@ -28,14 +28,14 @@ def histories(output: Output) -> dict[str, Array]:
     dict of Array
         By ``history_`` and the name of the figure: the largest values, and of each measured point
         the peak acceleration (``history_pga_m_s2[top]``), velocity, and the integral of the
-        Arias intensity.
+        Arias intensity; and the kinetic energy at that time.
     """
     from .quantities import Array
 
     time = output["time"]
     look = np.linspace(time[0], time[-1], LOOKS + 1)
     at = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1
-    found = {}
+    found = {"energy_kinetic": output["energy_kinetic"][at]}  # parts with any motion, not at a peak
     numbers = engine_names("maxima numbers")
     for name, so_far in zip(numbers, output["largest_so_far"][at].T, strict=True):
         if np.isfinite(so_far).any():
