@@ -80,6 +80,11 @@ class Rings:
         away = abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
         return away <= near * np.hypot(*chord.T)
 
+    @property
+    def after(self) -> np.ndarray:
+        """Number of the corner after each, within its polygon."""
+        return self._after
+
     def before(self, values) -> np.ndarray:
         """Values of corners as those of the corner before."""
         return values[self._before]

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cells of a mesh: split until all are convex, small ones merged where the union is convex."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from math import hypot, pi
+
+import numpy as np
+
+_FLAT = 1e-7  # sine of a turn to the right that is rounding
+_SMALL = 0.35  # of the square of the local size: smaller cells join a neighbour
+_DIGITS = 6  # of shares that are compared: rounding decides nothing
+_NEAR = 0.15  # of the local size: a split does not end closer to a corner than this
+
+
+class Cells:
+    """Cells as cycles of nodes, counter-clockwise.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (nodes, 2)
+        m.
+    cycles : list of list of int
+    kinds : sequence of int
+        Only cells of one kind are merged.
+    labels : dict
+        Label of the edges that are outlines, by their nodes, the smaller number first.
+    """
+
+    def __init__(self, nodes, cycles: list[list[int]], kinds: Sequence[int], labels: dict):
+        self.nodes: list[tuple[float, float]] = list(map(tuple, nodes.tolist()))
+        self.cycles, self.kinds, self.labels = cycles, list(kinds), labels
+        self.owner: dict[tuple[int, int], int] = {}
+        for i in range(len(cycles)):
+            self._own(i)
+
+    def _own(self, i: int) -> None:
+        cycle = self.cycles[i]
+        self.owner.update(dict.fromkeys(zip(cycle, cycle[1:] + cycle[:1], strict=True), i))
+
+    def label(self, a: int, b: int):
+        """The label of an edge, or None within a body."""
+        return self.labels.get((min(a, b), max(a, b)))
+
+    def turn(self, a: int, b: int, c: int) -> float:
+        """Sine of the turn to the left from a–b to b–c."""
+        (ax, ay), (bx, by), (cx, cy) = self.nodes[a], self.nodes[b], self.nodes[c]
+        ux, uy, vx, vy = bx - ax, by - ay, cx - bx, cy - by
+        sine = (ux * vy - uy * vx) / (hypot(ux, uy) * hypot(vx, vy) or 1.0)
+        # Beyond a right angle back the sine falls again: such a turn is sharp all the same.
+        return sine if ux * vx + uy * vy >= 0 else (1.0 if sine >= 0 else -1.0)
+
+    def reflex(self, cycle: list[int]) -> list[int]:
+        """Places in a cycle where it turns to the right."""
+        count = len(cycle)
+        return [
+            k
+            for k in range(count)
+            if self.turn(cycle[k - 1], cycle[k], cycle[(k + 1) % count]) < -_FLAT
+        ]
+
+    def area(self, cycle: list[int]) -> float:
+        """m²."""
+        x0, y0 = self.nodes[cycle[0]]
+        shifted = [(x - x0, y - y0) for x, y in map(self.nodes.__getitem__, cycle)]
+        after = shifted[1:] + shifted[:1]
+        return 0.5 * sum(x * yn - y * xn for (x, y), (xn, yn) in zip(shifted, after, strict=True))
+
+    def perimeter(self, cycle: list[int]) -> float:
+        """m."""
+        places = [self.nodes[k] for k in cycle]
+        ends = places[1:] + places[:1]
+        return sum(hypot(x - a, y - b) for (x, y), (a, b) in zip(places, ends, strict=True))
+
+    def roundness(self, cycle: list[int]) -> float:
+        """Area over that of a circle of the same perimeter: 1 at most, 0 of a sliver."""
+        return 4 * pi * self.area(cycle) / self.perimeter(cycle) ** 2
+
+    # --- Splitting -------------------------------------------------------------------------------
+
+    def make_convex(self, local) -> None:
+        """Split cells until none turns to the right; `local` gives the size at a place, m."""
+        waiting = [i for i, cycle in enumerate(self.cycles) if self.reflex(cycle)]
+        while waiting:
+            i = waiting.pop()
+            reflex = self.reflex(self.cycles[i])
+            if reflex and (found := self._best_split(i, reflex, local)):
+                waiting += self._split(i, *found)
+
+    def _best_split(self, i: int, reflex: list[int], local):
+        """From which corner to which, or to which place on an edge, a cell is split best."""
+        cycle = self.cycles[i]
+        size = float(local(np.array([self.nodes[cycle[reflex[0]]]]))[0])
+        best, found = -np.inf, None
+        for k in reflex:
+            for end, place in [*self._corners(cycle, k), *self._edges(cycle, k, _NEAR * size)]:
+                one, other = self._halves(cycle, k, end, place)
+                if min(len(one), len(other)) < 3:
+                    continue
+                worst = min(self._worth(half, place, size) for half in (one, other))
+                worst = round(worst + 0.05 * (place is None), _DIGITS)
+                if worst > best:
+                    best, found = worst, (k, end, place)
+        return found
+
+    def _worth(self, cycle, place, size: float) -> float:
+        """How good a half is: round, not small, with few corners that turn to the right."""
+        nodes = self.nodes
+        self.nodes = [*nodes, place] if place is not None else nodes
+        cycle = [len(nodes) if node < 0 else node for node in cycle]
+        area = self.area(cycle)
+        share = min(1.0, area / (_SMALL * size**2))
+        worth = share * self.roundness(cycle) - len(self.reflex(cycle)) if area > 0 else -np.inf
+        self.nodes = nodes
+        return worth
+
+    @staticmethod
+    def _halves(cycle, k, end, place):
+        """The two cycles of a split from corner k to corner `end` or the edge after it."""
+        turned = cycle[k:] + cycle[:k]
+        at = (end - k) % len(cycle)
+        if place is None:
+            return turned[: at + 1], turned[at:] + turned[:1]
+        return turned[: at + 1] + [-1], [-1] + turned[at + 1 :] + turned[:1]
+
+    def _corners(self, cycle, k):
+        """Corners that can be seen from corner k, not beside it."""
+        count = len(cycle)
+        for end in range(count):
+            if end in (k, (k - 1) % count, (k + 1) % count):
+                continue
+            if self._sees(cycle, k, self.nodes[cycle[end]], (end, (end - 1) % count)):
+                yield end, None
+
+    def _edges(self, cycle, k, near: float):
+        """Places on edges that rays from corner k meet: along both sides, and between them."""
+        count = len(cycle)
+        px, py = self.nodes[cycle[k]]
+        before, after = (self.nodes[cycle[(k + step) % count]] for step in (-1, 1))
+        along = [np.subtract((px, py), before), np.subtract((px, py), after)]
+        along = [way / np.hypot(*way) for way in along]
+        for way in (*along, along[0] + along[1]):
+            best = None
+            for end in range(count):
+                if end in (k, (k - 1) % count):
+                    continue
+                (ax, ay), (bx, by) = self.nodes[cycle[end]], self.nodes[cycle[(end + 1) % count]]
+                ex, ey = bx - ax, by - ay
+                sine = way[0] * ey - way[1] * ex
+                if sine <= 0:  # from within, edges are met from their left
+                    continue
+                t = ((ax - px) * ey - (ay - py) * ex) / sine
+                s = ((ax - px) * way[1] - (ay - py) * way[0]) / sine
+                if t > 0 and 0 < s < 1 and (best is None or t < best[0]):
+                    best = t, s, hypot(ex, ey), end, (ax + s * ex, ay + s * ey)
+            if best and min(best[1], 1 - best[1]) * best[2] > near:
+                yield best[3], best[4]
+
+    def _sees(self, cycle, k, target, beside) -> bool:
+        """Whether the way from corner k to a place crosses no edge and lies within the cell."""
+        count = len(cycle)
+        p = self.nodes[cycle[k]]
+
+        def side(a, b, c) -> float:
+            return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+        for e in range(count):
+            if e in (k, (k - 1) % count, *beside):
+                continue
+            a, b = self.nodes[cycle[e]], self.nodes[cycle[(e + 1) % count]]
+            if side(p, target, a) * side(p, target, b) <= 0 and (
+                side(a, b, p) * side(a, b, target) <= 0
+            ):
+                return False
+        before, after = self.nodes[cycle[k - 1]], self.nodes[cycle[(k + 1) % count]]
+        # At a corner that turns to the right the way must not leave between its sides.
+        return side(p, after, target) > 0 or side(before, p, target) > 0
+
+    def _split(self, i: int, k: int, end: int, place) -> tuple[int, int]:
+        """Split a cell, and say which two it became."""
+        cycle = self.cycles[i]
+        one, other = self._halves(cycle, k, end, place)
+        if place is not None:
+            new = len(self.nodes)
+            self.nodes.append(place)
+            one, other = ([new if node < 0 else node for node in half] for half in (one, other))
+            self._insert(cycle[end], cycle[(end + 1) % len(cycle)], new)
+        self.cycles[i] = one
+        self.cycles.append(other)
+        self.kinds.append(self.kinds[i])
+        self._own(i)
+        self._own(len(self.cycles) - 1)
+        return i, len(self.cycles) - 1
+
+    def _insert(self, a: int, b: int, new: int) -> None:
+        """Put a node on an edge: in the cell beyond it, and in its label."""
+        label = self.labels.pop((min(a, b), max(a, b)), None)
+        if label is not None:
+            self.labels[min(a, new), max(a, new)] = label
+            self.labels[min(new, b), max(new, b)] = label
+        beyond = self.owner.pop((b, a), None)
+        self.owner.pop((a, b))
+        if beyond is not None:
+            cycle = self.cycles[beyond]
+            cycle.insert(cycle.index(b) + 1, new)
+            self._own(beyond)
+
+    # --- Merging ---------------------------------------------------------------------------------
+
+    def merge_small(self, local) -> int:
+        """Merge small cells where the union is convex, the smallest first; how many were."""
+        middles = np.array(
+            [np.mean([self.nodes[k] for k in cycle], axis=0) for cycle in self.cycles]
+        )
+        least = (_SMALL * local(middles) ** 2).tolist()
+        areas = [
+            round(self.area(cycle) / one, _DIGITS)
+            for cycle, one in zip(self.cycles, least, strict=True)
+        ]
+        waiting = [(area, i) for i, area in enumerate(areas) if area < 1]
+        heapq.heapify(waiting)
+        merged = 0
+        while waiting:
+            area, i = heapq.heappop(waiting)
+            if not self.cycles[i] or area != areas[i]:
+                continue
+            into = self._merge(i)
+            if into is None:
+                continue
+            merged += 1
+            areas[into] = round(self.area(self.cycles[into]) / least[into], _DIGITS)
+            if areas[into] < 1:
+                heapq.heappush(waiting, (areas[into], into))
+        return merged
+
+    def _merge(self, i: int) -> int | None:
+        """Merge a cell into the neighbour that makes the roundest convex union."""
+        cycle = self.cycles[i]
+        others = {self.owner.get((b, a)) for a, b in zip(cycle, cycle[1:] + cycle[:1], strict=True)}
+        best, found = -1.0, None
+        for other in sorted(others - {None, i}):
+            if self.kinds[other] == self.kinds[i] and (union := self._union(i, other)):
+                worth = round(self.roundness(union), _DIGITS)
+                if worth > best:
+                    best, found = worth, (other, union)
+        if found is None:
+            return None
+        into, union = found
+        for k in (i, into):
+            cycle = self.cycles[k]
+            for edge in zip(cycle, cycle[1:] + cycle[:1], strict=True):
+                self.owner.pop(edge, None)
+        self.cycles[into], self.cycles[i] = union, []
+        self._own(into)
+        return into
+
+    def _union(self, i: int, other: int) -> list[int] | None:
+        """The cycle around two cells, if it is one convex polygon."""
+        rest, more = self._rest(i, other), self._rest(other, i)
+        if rest is None or more is None:
+            return None
+        union = rest + more
+        if len(set(union)) < len(union) or len(union) < 3 or self.reflex(union):
+            return None
+        return union
+
+    def _rest(self, i: int, other: int) -> list[int] | None:
+        """The nodes of a cell from the end of the edges common with another to their beginning."""
+        cycle = self.cycles[i]
+        count = len(cycle)
+        common = [self.owner.get((cycle[(k + 1) % count], cycle[k])) == other for k in range(count)]
+        starts = [k for k in range(count) if common[k - 1] and not common[k]]
+        if len(starts) != 1:
+            return None
+        turned = cycle[starts[0] :] + cycle[: starts[0]]
+        return turned[: count - sum(common)]

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nodes near outlines moved onto them, so that no small cell is cut off."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from .graphs import Graph
+
+_SHARP = np.radians(19.5)  # outlines turn by more at a corner that a node must meet
+_LEVEL = 1e-6  # of the size: distances that differ by less are equal
+
+
+def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph:
+    """The graph with its nodes near corners and sides of outlines moved onto them.
+
+    Parameters
+    ----------
+    graph : Graph
+    rings : sequence of ndarray, shape (corners, 2)
+        Outlines, m, without their first corner again.
+    corner_share, line_share : float
+        Of the local size: from how far a node is moved to a sharp corner, and to anything else.
+        A corner takes the nearest node, and a node goes to the nearest corner.
+    """
+    nodes = graph.nodes.copy()
+    corners = np.concatenate(rings)
+    sharp = np.concatenate([_turns(ring) for ring in rings]) > _SHARP
+    away, node = cKDTree(nodes).query(corners)
+    reach = np.where(sharp, corner_share, line_share) * graph.local[node]
+    level = np.round(away / (_LEVEL * graph.local[node]))
+    order = np.lexsort((level, ~sharp, node))
+    order = order[(away <= reach)[order]]
+    _, first = np.unique(node[order], return_index=True)
+    taken = order[first]
+    nodes[node[taken]] = corners[taken]
+    free = np.ones(len(nodes), dtype=bool)
+    free[node[taken]] = False
+    sides = shapely.linestrings(
+        np.concatenate([np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])
+    )
+    rest = np.flatnonzero(free)
+    points = shapely.points(nodes[rest])
+    tree = shapely.STRtree(sides)
+    near, side = tree.query(points, predicate="dwithin", distance=line_share * graph.local[rest])
+    gap = shapely.distance(points[near], sides[side])
+    order = np.lexsort((side, np.round(gap / (_LEVEL * graph.local[rest[near]])), near))
+    _, first = np.unique(near[order], return_index=True)
+    near, side = near[order][first], side[order][first]
+    along = shapely.line_locate_point(sides[side], points[near])
+    foot = shapely.line_interpolate_point(sides[side], along)
+    nodes[rest[near]] = shapely.get_coordinates(foot)
+    return Graph(nodes, graph.edges, graph.local)
+
+
+def _turns(ring) -> np.ndarray:
+    """By how much an outline turns at each corner, rad, shape (corners,)."""
+    after, before = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return abs(np.arctan2(cross, (before * after).sum(axis=1)))

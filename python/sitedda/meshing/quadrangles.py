@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shapes with four corners divided along their sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from .graphs import Graph, refuse_many
+
+_STRAIGHT = 1e-9  # sine of a turn that is none
+_SHARPEST = np.radians(40.0)  # corners of shapes that are not divided along their sides
+_FIT = 1e-6  # of a cell: sides that are whole numbers of cells but for rounding
+_UNEVEN = 2.0  # opposite sides may differ by this factor
+
+
+def divided(shape, size: float) -> Graph | None:
+    """Lines between opposite sides of a convex shape with four corners; None for others."""
+    if len(shape.interiors):
+        return None
+    ring = shapely.get_coordinates(shape.exterior)[:-1]
+    after, before = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    lengths = np.hypot(*before.T) * np.hypot(*after.T)
+    turning = abs(cross) > _STRAIGHT * lengths
+    if turning.sum() != 4:
+        return None
+    corners = ring[turning]
+    corners = np.roll(corners, -int(np.lexsort(np.round(corners / size, 6).T)[0]), axis=0)
+    sides = np.roll(corners, -1, axis=0) - corners
+    length = np.hypot(*sides.T)
+    sine = [
+        s[0] * t[1] - s[1] * t[0] for s, t in zip(sides, np.roll(sides, -1, axis=0), strict=True)
+    ]
+    if min(sine / (length * np.roll(length, -1))) < np.sin(_SHARPEST):
+        return None
+    if max(length[:2] / length[2:]) > _UNEVEN or min(length[:2] / length[2:]) < 1 / _UNEVEN:
+        return None
+    counts = np.ceil(np.maximum(length[:2], length[2:]) / size - _FIT).astype(int)
+    counts = np.maximum(1, counts)
+    refuse_many(float(counts.prod()), 1.0)
+    u, v = (np.linspace(0.0, 1.0, count + 1) for count in counts)
+    u, v = (way.ravel()[:, None] for way in np.meshgrid(u, v, indexing="ij"))
+    a, b, c, d = corners
+    nodes = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)
+    number = np.arange(len(nodes)).reshape(counts + 1)
+    edges = np.concatenate(
+        [
+            np.column_stack([number[:-1].ravel(), number[1:].ravel()]),
+            np.column_stack([number[:, :-1].ravel(), number[:, 1:].ravel()]),
+        ]
+    )
+    return Graph(nodes, edges, np.full(len(nodes), size))

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How large cells are at a place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+_GROWTH = 0.25  # of the size with the distance from where it is smaller
+
+
+class Sizes:
+    """The wanted size of the cells of a body.
+
+    Parameters
+    ----------
+    parts : sequence of shapely.Polygon
+    sizes : sequence of float
+        In each of the parts, m.
+    fine : sequence of geometries
+        Near these cells are smaller.
+    fine_size : float, optional
+        m.
+    """
+
+    def __init__(
+        self,
+        parts: Sequence,
+        sizes: Sequence[float],
+        fine: Sequence = (),
+        fine_size: float | None = None,
+    ):
+        self.largest, self.smallest = max(sizes), min([*sizes, *([fine_size] if fine else [])])
+        # A part of the largest size bounds nothing.
+        self._near = [
+            (part, size) for part, size in zip(parts, sizes, strict=True) if size < self.largest
+        ]
+        self._near += [(one, fine_size) for one in fine]
+
+    @property
+    def varies(self) -> bool:
+        """Whether the size is not the same everywhere."""
+        return bool(self._near)
+
+    def bound(self, shape, size: float) -> None:
+        """Let cells be no larger than a size (m) beside a shape."""
+        if size < self.largest:
+            self._near.append((shape, size))
+            self.smallest = min(self.smallest, size)
+
+    def at(self, places) -> np.ndarray:
+        """m, shape (n,), for places, shape (n, 2)."""
+        found = np.full(len(places), self.largest)
+        points = shapely.points(places) if self._near else None
+        for shape, size in self._near:
+            shapely.prepare(shape)
+            found = np.minimum(found, size + _GROWTH * shapely.distance(points, shape))
+        return found
