@@ -172,7 +172,7 @@ class _Body:
             graph = divided(self.shapes[0], self.sizes.largest)
             if graph is not None:
                 return [graph]
-        return [squares(self.domain, self.sizes, self._direction())]
+        return [squares(shapely.multipolygons(self.shapes), self.sizes, self._direction())]
 
     def _direction(self) -> float:
         """Direction of the longest straight side of the body, between 0 and 90°, rad."""
