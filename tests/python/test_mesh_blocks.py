@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from sitedda import InputError
+from sitedda.building import build_blocks, summary
 from sitedda.cutting import Region, Tunnel, cut
 from sitedda.cutting.rings import Rings
 from sitedda.meshing.meshed import Piece, mesh_blocks
@@ -129,6 +130,37 @@ def test_a_block_is_meshed_once():
     one, again = Mesh(blocks="beam_1", size=1.0), Mesh(blocks="beam_*", size=1.0)
     with pytest.raises(InputError, match="mesh 2: 'beam_1' is meshed already by mesh 1"):
         meshed(BEAMS, one, again)
+
+
+SQUARE = [0.0, 0, 20, 0, 20, 20, 0, 20]
+INPUT = [
+    ("material", {"name": "rock", **ROCK}, "line 1"),
+    ("joint", {"name": "side"}, "line 2"),
+    ("region", {"outline": SQUARE}, "line 3"),
+    ("tunnel", {"centre": (10, 10), "width": 6.0}, "line 4"),
+    ("block", {"name": "cap", "vertices": [0, 20, 9, 20, 9, 22, 0, 22]}, "line 5"),
+    ("block", {"name": "rigid", "vertices": [10, 20, 12, 20, 12, 22, 10, 22]}, "line 6"),
+]
+
+
+def test_groups_of_an_input_become_cells():
+    meshes = [
+        ("mesh", {"regions": "rock", "size": 2.0}, "line 7"),
+        ("mesh", {"blocks": "cap", "size": 1.0}, "line 8"),
+    ]
+    built = build_blocks([*INPUT, *meshes], ".")
+    assert built.meshed == [4]
+    assert {block.get("body") for block in built.blocks} == {"rock_1", "cap"}
+    assert "18 cells of cap" in summary(built)
+    alone = build_blocks([*INPUT, ("joint_line", {"points": [0, 10, 20, 10]}, "line 7")], ".")
+    assert not alone.meshed and not any("body" in block for block in alone.blocks)
+
+
+def test_a_ring_that_is_not_meshed_is_refused():
+    with pytest.raises(InputError, match="line 3: a block is a ring .* or mesh it"):
+        build_blocks(INPUT, ".")
+    with pytest.raises(InputError, match="block 'rock_1' is a ring .* or mesh it"):
+        build_blocks([*INPUT, ("mesh", {"blocks": "cap", "size": 1.0}, "line 7")], ".")
 
 
 @pytest.mark.parametrize(
