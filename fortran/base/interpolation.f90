@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Where a time lies in a table.
+!> Tables: where a value lies in one, what it is there, and equal steps of its logarithm.
 module dda_interpolation
    use dda_kinds, only: wp
    implicit none
    private
-   public :: find_interval
+   public :: find_interval, table_value, log_spaced
 
 contains
 
@@ -30,5 +30,28 @@ contains
       share = 1.0_wp
       if (times(last) > times(k)) share = (time - times(k))/(times(last) - times(k))
    end subroutine find_interval
+
+   !> The value of a table at an argument, straight between its rows and constant beyond its ends.
+   pure real(wp) function table_value(arguments, values, argument) result(value)
+      real(wp), intent(in) :: arguments(:)  !< ascending
+      real(wp), intent(in) :: values(:)     !< of each of them
+      real(wp), intent(in) :: argument      !< any
+      real(wp) :: share
+      integer :: k, last
+
+      call find_interval(arguments, min(max(argument, arguments(1)), arguments(size(arguments))), &
+         k, last, share)
+      value = values(k) + share*(values(last) - values(k))
+   end function table_value
+
+   !> Numbers from a first to a last one, equally spaced in their logarithm.
+   pure function log_spaced(first, last, n) result(list)
+      real(wp), intent(in) :: first, last  !< above 0
+      integer, intent(in) :: n             !< 2 at least
+      real(wp) :: list(n)
+      integer :: i
+
+      list = [(first*(last/first)**(real(i, wp)/(n - 1)), i=0, n - 1)]
+   end function log_spaced
 
 end module dda_interpolation

@@ -25,6 +25,7 @@
 module dda_damping
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type, error_input, fail
+   use dda_interpolation, only: log_spaced
    use dda_free_memory, only: require_for_blas
    use dda_nonnegative, only: nonnegative_least_squares
    use dda_text, only: to_text
@@ -176,9 +177,9 @@ contains
       real(wp) :: matrix(samples*n, n), right(samples*n), weight(n), own(n), omega(samples*n)
       integer :: l, kept
 
-      own = 2.0_wp*pi*logspace(damping%band(1)/beyond, min(beyond*damping%band(2), &
+      own = 2.0_wp*pi*log_spaced(damping%band(1)/beyond, min(beyond*damping%band(2), &
          limit/(2.0_wp*pi)), n)
-      omega = 2.0_wp*pi*logspace(damping%band(1), damping%band(2), samples*n)
+      omega = 2.0_wp*pi*log_spaced(damping%band(1), damping%band(2), samples*n)
       do l = 1, n
          matrix(:, l) = own(l)*(omega + 2.0_wp*damping%ratio*own(l))/(own(l)**2 + omega**2)
       end do
@@ -203,19 +204,9 @@ contains
 
       misfit = huge(1.0_wp)
       if (damping%n == 0 .or. sum(damping%weight) >= 1.0_wp) return
-      frequency = logspace(damping%band(1), damping%band(2), size(frequency))
+      frequency = log_spaced(damping%band(1), damping%band(2), size(frequency))
       factor = modulus_factor(damping, 2.0_wp*pi*frequency)
       misfit = maxval(abs(0.5_wp*aimag(factor)/real(factor)/damping%ratio - 1.0_wp))
    end function misfit_of
-
-   !> Numbers from a first to a last one, equally spaced in their logarithm.
-   pure function logspace(first, last, n) result(list)
-      real(wp), intent(in) :: first, last  !< above 0
-      integer, intent(in) :: n             !< 2 at least
-      real(wp) :: list(n)
-      integer :: i
-
-      list = [(first*(last/first)**(real(i, wp)/(n - 1)), i=0, n - 1)]
-   end function logspace
 
 end module dda_damping

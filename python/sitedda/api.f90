@@ -14,6 +14,7 @@ module api
    use dda_energy, only: energy_terms, energy_values
    use dda_baseline, only: baseline_type, motion_curve_type, make_motion_curve
    use dda_blocks, only: stress_of
+   use dda_branches, only: branches_type, curve_type, fit_branches, set_body
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
    use dda_input_boundaries, only: boundary_kinds
@@ -44,6 +45,8 @@ module api
       amplification_roots, steady_type, steady_weights, step_for_damping, theta_for_damping
    use dda_running_maxima, only: take_residuals
    use dda_simulation, only: end_of_run, summary, ending
+   use dda_shear_column, only: shear_column_type, shear_state_type, begin_column, shake_column, &
+      end_accelerations, energy_balance
    use dda_site_response, only: response_peak_type, amplification_peak
    use dda_start, only: set_rates
    use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, find_peak
@@ -62,6 +65,7 @@ module api
    public :: check_run, mode_shapes, transfer_of, first_mode_penalty, shift_penalty
    public :: read_ground_motion
    public :: scheme_numbers, scheme_vibration, scheme_steady, scheme_for_damping, body_of
+   public :: soil_branches, shake_soil
    public :: spectrum_of, amplification_of, peak_of, oscillator_peaks_of
    public :: hear_python, stop_engine
    public :: engine_version, engine_commit, engine_names, parse_input, parsed_input, &
@@ -1080,6 +1084,113 @@ contains
       numbers = [damping%unrelaxed, damping%misfit, damping%band]
       call report(error, status, message)
    end subroutine body_of
+
+   !> Branches of a soil from its curves over the strain (m rows), by Masing's rules or with the
+   !> damping given, and a damping ratio of small strains: strains, moduli over that of small
+   !> strains and shares that slip; strain from which the body of small strains slips, its cap,
+   !> largest relative error of the modulus, largest error of the damping ratio.
+   subroutine soil_branches(m, strain, reduction, damping, masing, ratio, reference, n, branches, &
+      numbers, status, message)
+      integer(c_int), intent(in) :: m, n, masing
+      real(c_double), intent(in) :: strain(m), reduction(m), damping(m), ratio, reference
+      real(c_double), intent(out) :: branches(n, 3), numbers(4)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(branches_type) :: fitted
+
+      branches = 0.0_c_double
+      numbers = 0.0_c_double
+      call fit_branches(curve_type(strain, reduction, damping), n, masing /= 0, ratio, reference, &
+         fitted, error)
+      if (.not. allocated(error)) then
+         branches(:, 1) = fitted%strain
+         branches(:, 2) = fitted%modulus
+         branches(:, 3) = fitted%slipping
+         numbers = [fitted%body_strain, fitted%body_cap, fitted%misfit]
+      end if
+      call report(error, status, message)
+   end subroutine soil_branches
+
+   !> A column of cells (thickness, density, modulus), of soils with branches and a damping ratio of
+   !> small strains, whose body slips from a strain on.  Its base has an acceleration at each step,
+   !> or an outcrop of the half-space has it (density times velocity above 0).  Each `every`th step:
+   !> accelerations and displacements of the nodes, strains and stresses of the cells; the energies
+   !> at the end, iterations of each step.
+   subroutine shake_soil(cells, layers, soil, soils, n, branches, ratio, limit, reference, &
+      dashpot, time_step, steps, base, every, kept, acceleration, displacement, strain, stress, &
+      energy, iterations, status, message)
+      integer(c_int), intent(in) :: cells, soils, n, steps, every, kept
+      real(c_double), intent(in) :: layers(3, cells), branches(n, 3, soils), ratio(soils), &
+         limit(soils), reference, dashpot, time_step, base(steps + 1)
+      integer(c_int), intent(in) :: soil(cells)
+      real(c_double), intent(out) :: acceleration(cells + 1, kept), displacement(cells + 1, kept), &
+         strain(cells, kept), stress(cells, kept), energy(5)
+      integer(c_int), intent(out) :: iterations(steps)
+      integer(c_int), intent(out) :: status
+      character(len=2048), intent(out) :: message
+      type(error_type), allocatable :: error
+      type(shear_column_type) :: column
+      type(shear_state_type) :: state
+      real(c_double) :: velocity, change
+      integer :: i
+
+      call take_column(layers, soil, branches, ratio, limit, reference, dashpot, column, error)
+      acceleration = 0.0_c_double
+      displacement = 0.0_c_double
+      strain = 0.0_c_double
+      stress = 0.0_c_double
+      iterations = 0
+      velocity = 0.0_c_double
+      if (.not. allocated(error)) then
+         call begin_column(column, state)
+         acceleration(:, 1) = end_accelerations(column, state, base(1), 0.0_c_double)
+      end if
+      do i = 1, steps
+         if (mod(i, 256) == 0 .and. .not. allocated(error)) call fail_if_stopped(error)
+         if (allocated(error)) exit
+         change = 0.5_c_double*time_step*(base(i) + base(i + 1))
+         call shake_column(column, time_step, velocity + 0.5_c_double*change, state, error)
+         velocity = velocity + change
+         iterations(i) = state%iterations
+         if (mod(i, every) /= 0) cycle
+         associate (k => i/every + 1)
+            acceleration(:, k) = end_accelerations(column, state, base(i + 1), velocity)
+            displacement(:, k) = state%displacement
+            strain(:, k) = state%strain
+            stress(:, k) = state%stress
+         end associate
+      end do
+      energy = 0.0_c_double
+      if (.not. allocated(error)) energy = energy_balance(column, state)
+      call report(error, status, message)
+   end subroutine shake_soil
+
+   !> The column of `shake_soil`.
+   subroutine take_column(layers, soil, branches, ratio, limit, reference, dashpot, column, error)
+      real(c_double), intent(in) :: layers(:,:), branches(:,:,:), ratio(:), limit(:), &
+         reference, dashpot
+      integer(c_int), intent(in) :: soil(:)
+      type(shear_column_type), intent(out) :: column
+      type(error_type), allocatable, intent(inout) :: error
+      integer :: s
+
+      column%thickness = layers(1, :)
+      column%density = layers(2, :)
+      column%modulus = layers(3, :)
+      column%soil = soil
+      column%dashpot = dashpot
+      allocate (column%branches(size(ratio)))
+      do s = 1, size(ratio)
+         associate (own => column%branches(s))
+            own%n = size(branches, 1)
+            own%strain = branches(:, 1, s)
+            own%modulus = branches(:, 2, s)
+            own%slipping = branches(:, 3, s)
+            if (.not. allocated(error)) call set_body(own, ratio(s), reference, limit(s), error)
+         end associate
+      end do
+   end subroutine take_column
 
    subroutine engine_version(text)
       character(len=32), intent(out) :: text

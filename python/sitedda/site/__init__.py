@@ -2,23 +2,33 @@
 """Site response as it is practised: columns under motions, equivalent-linear soil, DDA beside."""
 
 from .beside import Beside, beside
-from .curves import SoilCurves, darendeli, hyperbolic
+from .branches import Branches
+from .compare import Analyses, analyses
+from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz
 from .equivalent_linear import EquivalentLinear, equivalent_linear
 from .intensity import Intensity, intensity
+from .nonlinear import NonlinearResponse, nonlinear
 from .response import ColumnResponse
 from .surface import Surface, surface
 
 __all__ = [
+    "Analyses",
     "Beside",
+    "Branches",
     "ColumnResponse",
     "EquivalentLinear",
     "Intensity",
+    "NonlinearResponse",
     "SoilCurves",
     "Surface",
+    "analyses",
     "beside",
     "darendeli",
     "equivalent_linear",
+    "gqh",
     "hyperbolic",
     "intensity",
+    "mkz",
+    "nonlinear",
     "surface",
 ]

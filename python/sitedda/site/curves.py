@@ -112,6 +112,86 @@ def hyperbolic(
     return SoilCurves(_STRAINS, reduction, np.minimum(damping, 0.999), "hyperbolic")
 
 
+def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilCurves:
+    """The modified hyperbola G/G_max = 1/(1 + β(γ/γ_r)^s), with the damping of Masing's rules.
+
+    Parameters
+    ----------
+    reference_strain : float
+        γ_r, dimensionless.
+    beta : float
+        β.
+    power : float
+        s, at most 1, so that the stress never falls.
+
+    Returns
+    -------
+    SoilCurves
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+
+    References
+    ----------
+    Matasovic, N. & Vucetic, M. (1993). Cyclic characterization of liquefiable sands. Journal of
+    Geotechnical Engineering 119(11), 1805-1822.
+    """
+    reference = float(positive("reference_strain", reference_strain))
+    factor, exponent = float(positive("beta", beta)), float(positive("power", power))
+    if exponent > 1:
+        raise ValueError(f"power must be in 0 < s <= 1, or the stress falls, got {exponent:g}")
+    return _by_masing(lambda strain: 1 / (1 + factor * (strain / reference) ** exponent), "MKZ")
+
+
+def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
+    """Quadratic/hyperbolic backbone with a shear strength, and the damping of Masing's rules.
+
+    τ/τ_max = 2x/[1 + x + √((1 + x)² − 4θx)] with x = γ/γ_r and
+    θ = θ₁ + θ₂ θ₄ x^θ₅/(θ₃^θ₅ + θ₄ x^θ₅), which must nowhere be above 1.
+
+    Parameters
+    ----------
+    reference_strain : float
+        γ_r = τ_max/G_max: the shear strength over the modulus at small strain.
+    theta : array_like, shape (5,)
+        θ₁ … θ₅.
+
+    Returns
+    -------
+    SoilCurves
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or θ above 1 at a strain.
+
+    References
+    ----------
+    Groholski, D. R. et al. (2016). Simplified model for small-strain nonlinearity and strength in
+    1D seismic site response analysis. Journal of Geotechnical and Geoenvironmental Engineering
+    142(9), 04016042.
+    """
+    reference = float(positive("reference_strain", reference_strain))
+    fit = np.array(theta, dtype=float)
+    if fit.shape != (5,) or not np.all(np.isfinite(fit)):
+        raise ValueError(f"theta must be five finite numbers, got {theta!r}")
+
+    def reduction(strain):
+        x = strain / reference
+        grown = fit[3] * x ** fit[4]
+        share = fit[0] + fit[1] * grown / (fit[2] ** fit[4] + grown)
+        if not np.all(share <= 1):
+            raise ValueError(
+                f"theta gives {np.max(share):g} at a strain of "
+                f"{100 * first_of(strain, ~(share <= 1)):.3g} %: it must stay at 1 or below"
+            )
+        return 2 / (1 + x + np.sqrt((1 + x) ** 2 - 4 * share * x))
+
+    return _by_masing(reduction, "GQ/H")
+
+
 def darendeli(
     mean_stress: float,
     plasticity_index: float = 0.0,
@@ -168,6 +248,24 @@ def darendeli(
     damping = (least + (0.6329 - 0.00566 * log_cycles) * reduction**0.1 * masing) / 100
     damping = np.maximum.accumulate(damping)  # the polynomial would fall again at large strain
     return SoilCurves(_STRAINS, reduction, np.clip(damping, 0.0, 0.999), "Darendeli (2001)")
+
+
+def _by_masing(reduction, name: str) -> SoilCurves:
+    """Curves of a function G/G_max of the strain, with the damping of Masing's rules.
+
+    D = (2/π) [2 ∫τ dγ/(τγ) − 1], integrated on 60 strains between two of the table.
+    """
+    fine = np.concatenate(
+        [_STRAINS[:1] * np.logspace(-3, 0, 181)[:-1], np.logspace(-6, -1.5, 90 * 60 + 1)]
+    )
+    stress = fine * reduction(fine)
+    work = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (stress[1:] + stress[:-1]) / 2)])
+    work += fine[0] * stress[0] / 2
+    damping = 2 / np.pi * (2 * work / (stress * fine) - 1)
+    damping = np.maximum(damping[180::60], 0.0)
+    return SoilCurves(
+        _STRAINS, np.minimum(reduction(_STRAINS), 1.0), np.minimum(damping, 0.999), name
+    )
 
 
 def _masing(ratio: NDArray[np.float64]) -> NDArray[np.float64]:

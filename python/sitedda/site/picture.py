@@ -63,6 +63,87 @@ def response_figure(response) -> Figure:
     return figure
 
 
+def nonlinear_figure(response) -> Figure:
+    """Motions, spectra, profiles and the loop of the largest strain of a column that yields.
+
+    Parameters
+    ----------
+    response : NonlinearResponse
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(12.5, 7.2), layout="constrained")
+    axes = figure.subplot_mosaic(
+        [["motion"] * 4, ["spectra", "acceleration", "strain", "loop"]], height_ratios=[1, 1.7]
+    )
+    time, ground = response.time, response.motion.acceleration
+    axes["motion"].plot(time, response.acceleration(), color=COLUMN, lw=0.8, label="surface")
+    axes["motion"].plot(time, ground, color=REFERENCE, lw=0.8, label="reference motion")
+    axes["motion"].set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(0, time[-1]))
+    axes["motion"].legend(frameon=False, ncols=2, loc="upper right")
+    _site_panels(axes, {"nonlinear": response})
+    figure.suptitle(response.words, fontsize=10)
+    return figure
+
+
+def analyses_figure(analyses) -> Figure:
+    """Spectra, profiles and the loop of the largest strain by three analyses.
+
+    Parameters
+    ----------
+    analyses : Analyses
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure = Figure(figsize=(12.5, 4.8), layout="constrained")
+    axes = figure.subplot_mosaic([["spectra", "acceleration", "strain", "loop"]])
+    _site_panels(axes, analyses.responses)
+    figure.suptitle(analyses.nonlinear.words, fontsize=10)
+    return figure
+
+
+_ANALYSES = {
+    "linear": ("#009e73", ":"),
+    "equivalent-linear": (BLOCKS, "--"),
+    "nonlinear": (COLUMN, "-"),
+}
+
+
+def _site_panels(axes, responses) -> None:
+    """Spectra, profiles and the loop of the nonlinear one, by the names of their analyses."""
+    last = responses["nonlinear"]
+    step, depth = last.motion.time_step, last.column.depth
+    spectra = axes["spectra"]
+    ground = spectral_acceleration(last.motion.acceleration, step, PERIODS)
+    spectra.semilogx(PERIODS, ground, color=REFERENCE, label="reference")
+    for name, response in responses.items():
+        color, style = _ANALYSES[name]
+        spectra.semilogx(PERIODS, response.spectrum(PERIODS), color=color, ls=style, label=name)
+        profile = response.profile()
+        axes["acceleration"].plot(profile.acceleration, profile.depth, color=color, ls=style)
+        axes["strain"].plot(100 * profile.strain, profile.middle, color=color, ls=style)
+    spectra.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
+    spectra.legend(frameon=False, fontsize=8)
+    axes["acceleration"].set(xlabel="peak acceleration (m/s²)", xlim=(0, None))
+    axes["strain"].set(xlabel="peak shear strain (%)", xscale="log")
+    for name in ("acceleration", "strain"):
+        axes[name].set(ylabel="depth (m)", ylim=(depth, 0))
+    _loop(axes["loop"], last)
+
+
+def _loop(axes, response) -> None:
+    """Stress over strain of the cell that is strained most."""
+    kept = response.histories
+    most = int(np.abs(kept.strain).max(axis=1).argmax())
+    axes.plot(100 * kept.strain[most], kept.stress[most] / 1e3, color=COLUMN, lw=0.6)
+    at = (kept.interfaces[most] + kept.interfaces[most + 1]) / 2
+    axes.set(xlabel="shear strain (%)", ylabel="shear stress (kPa)", title=f"at {at:.3g} m depth")
+
+
 def beside_figure(beside) -> Figure:
     """A run of blocks and its column in one picture.
 

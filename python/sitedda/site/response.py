@@ -23,8 +23,45 @@ if TYPE_CHECKING:
 _KINDS = ("outcrop", "within")
 
 
+class SurfaceMotion:
+    """What follows from accelerations at a depth, for every kind of response of a column."""
+
+    motion: Motion
+
+    def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
+        """Acceleration at a depth (m), m/s², shape (samples,)."""
+        raise NotImplementedError
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times of the samples, s."""
+        return self.motion.time_step * np.arange(self.motion.acceleration.size)
+
+    def spectrum(
+        self, periods: ArrayLike, depth: float = 0.0, damping: float = 0.05
+    ) -> NDArray[np.float64]:
+        """Pseudo-spectral acceleration at natural periods (s, shape (n,)), m/s²."""
+        return self._spectral(self.acceleration(depth), periods, damping)
+
+    def intensity(self, depth: float = 0.0) -> Intensity:
+        """Arias intensity, D5–95 and the rest at a depth (m)."""
+        return intensity(self.acceleration(depth), self.motion.time_step)
+
+    def _spectral(self, acceleration, periods: ArrayLike, damping: float) -> NDArray[np.float64]:
+        return spectral_acceleration(acceleration, self.motion.time_step, periods, damping)
+
+
+def motion_words(column: Column, bottom: float, kind: str) -> str:
+    """What the reference motion of a response is."""
+    if not isinstance(column.base, HalfSpace) and bottom == column.depth:
+        return f"motion of the rigid base at {bottom:g} m depth"
+    if kind == "outcrop":
+        return f"outcrop motion (twice the upgoing wave) at {bottom:g} m depth"
+    return f"within motion (up- and downgoing waves) at {bottom:g} m depth"
+
+
 @dataclass(frozen=True)
-class ColumnResponse:
+class ColumnResponse(SurfaceMotion):
     """How a column moves under a ground motion.
 
     Linear in the frequency domain (SHAKE); the samples behind the record's end, as many as its own,
@@ -67,11 +104,6 @@ class ColumnResponse:
         column.cut_at([depth])
         ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
         return cls(column, ground, depth, kind, scheme)
-
-    @property
-    def time(self) -> NDArray[np.float64]:
-        """Times of the samples, s."""
-        return self.motion.time_step * np.arange(self.motion.acceleration.size)
 
     def _waves(self, frequencies: ArrayLike) -> Waves:
         if self.scheme is None:
@@ -131,18 +163,6 @@ class ColumnResponse:
         found = self._histories(depths.ravel(), part, 2)
         return found.reshape(*depths.shape, -1)
 
-    def spectrum(
-        self, periods: ArrayLike, depth: float = 0.0, damping: float = 0.05
-    ) -> NDArray[np.float64]:
-        """Pseudo-spectral acceleration at natural periods (s, shape (n,)), m/s²."""
-        return spectral_acceleration(
-            self.acceleration(depth), self.motion.time_step, periods, damping
-        )
-
-    def intensity(self, depth: float = 0.0) -> Intensity:
-        """Arias intensity, D5–95 and the rest at a depth (m)."""
-        return intensity(self.acceleration(depth), self.motion.time_step)
-
     def profile(self) -> xr.Dataset:
         """Peaks over depth.
 
@@ -182,12 +202,7 @@ class ColumnResponse:
     @property
     def words(self) -> str:
         """What the reference motion is."""
-        rigid = not isinstance(self.column.base, HalfSpace)
-        if rigid and self.bottom == self.column.depth:
-            return f"motion of the rigid base at {self.bottom:g} m depth"
-        if self.kind == "outcrop":
-            return f"outcrop motion (twice the upgoing wave) at {self.bottom:g} m depth"
-        return f"within motion (up- and downgoing waves) at {self.bottom:g} m depth"
+        return motion_words(self.column, self.bottom, self.kind)
 
     @property
     def convention(self) -> str:

@@ -1,0 +1,226 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Stress, tangent and energies of branches (`dda_branches`) in a step of the midpoint rule, in
+!> simple shear; everything over the small-strain modulus G.
+!>
+!> A branch that slips returns to its cap at the end of the step, e₁ = clip(e₀ + Δγ, ±γ_j), and acts
+!> with the mean of both ends; a recoverable one acts with its mean over the step, (1/Δγ) ∫ clip dγ.
+!> So a step loses
+!>
+!>     Σ F_j g_j ½ (e₀ + e₁) (Δγ − Δe) ≥ 0
+!>
+!> and stores the rest, exactly, and what acts is the derivative of a convex function of Δγ.
+!>
+!> The body of small strains, σ = r Σ (Y_l e − ζ_l) with the mechanisms of `dda_damping`, takes the
+!> part Δe of Δγ that keeps |σ₁| within its cap and acts with the mean of both ends, too.
+module dda_branch_law
+   use dda_kinds, only: wp
+   use dda_branches, only: branches_type
+   implicit none
+   private
+   public :: answer_type, respond, respond_body, keep_branches, keep_body, stored_by_branches, &
+      stored_by_body
+
+   !> What a strain point answers to a change of its strain.
+   type :: answer_type
+      real(wp) :: acting = 0.0_wp   !< stress that acts in the step, over G
+      real(wp) :: tangent = 0.0_wp  !< its derivative by Δγ
+      real(wp) :: end = 0.0_wp      !< stress at the end of the step, over G
+      real(wp) :: loss = 0.0_wp     !< of the step, J/m³ over G
+   end type answer_type
+
+contains
+
+   !> The answer of branches.
+   pure type(answer_type) function respond(branches, elastic, strain, change) result(answer)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: elastic(:)  !< [n] e₀ of the branches that slip
+      real(wp), intent(in) :: strain      !< γ₀
+      real(wp), intent(in) :: change      !< Δγ
+
+      call add_slipping(branches, elastic, change, answer)
+      call add_recoverable(branches, strain, change, answer)
+   end function respond
+
+   !> What slips of the branches.
+   pure subroutine add_slipping(branches, elastic, change, answer)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: elastic(:)           !< [n] e₀
+      real(wp), intent(in) :: change               !< Δγ
+      type(answer_type), intent(inout) :: answer   !< gets it
+      real(wp) :: after, mean, modulus
+      integer :: j
+
+      do j = 1, branches%n
+         modulus = branches%slipping(j)*branches%modulus(j)
+         after = clip(elastic(j) + change, branches%strain(j))
+         mean = 0.5_wp*(elastic(j) + after)
+         answer%acting = answer%acting + modulus*mean
+         answer%end = answer%end + modulus*after
+         answer%loss = answer%loss + modulus*mean*(change - (after - elastic(j)))
+         if (abs(elastic(j) + change) < branches%strain(j)) answer%tangent = answer%tangent &
+            + 0.5_wp*modulus
+      end do
+   end subroutine add_slipping
+
+   !> What is recoverable of the branches.
+   pure subroutine add_recoverable(branches, strain, change, answer)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: strain               !< γ₀
+      real(wp), intent(in) :: change               !< Δγ
+      type(answer_type), intent(inout) :: answer   !< gets it
+      real(wp) :: mean, modulus
+      integer :: j
+
+      do j = 1, branches%n
+         modulus = (1.0_wp - branches%slipping(j))*branches%modulus(j)
+         if (modulus <= 0.0_wp) cycle
+         associate (limit => branches%strain(j))
+            mean = mean_of_clip(strain, change, limit)
+            answer%acting = answer%acting + modulus*mean
+            answer%end = answer%end + modulus*clip(strain + change, limit)
+            answer%tangent = answer%tangent + modulus &
+               *recoverable_tangent(strain, change, limit, mean)
+         end associate
+      end do
+   end subroutine add_recoverable
+
+   !> e₁ of the branches that slip.
+   pure subroutine keep_branches(branches, change, elastic)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: change               !< Δγ
+      real(wp), intent(inout) :: elastic(:)        !< [n] e₀, becomes e₁
+
+      elastic = clip(elastic + change, branches%strain)
+   end subroutine keep_branches
+
+   !> Stored by branches, J/m³ over G.
+   pure real(wp) function stored_by_branches(branches, elastic, strain) result(energy)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: elastic(:)           !< [n] of those that slip
+      real(wp), intent(in) :: strain               !< γ
+      real(wp) :: within
+      integer :: j
+
+      energy = 0.0_wp
+      do j = 1, branches%n
+         associate (share => branches%slipping(j))
+            within = min(abs(strain), branches%strain(j))
+            energy = energy + branches%modulus(j)*(0.5_wp*share*elastic(j)**2 &
+               + (1.0_wp - share)*within*(abs(strain) - 0.5_wp*within))
+         end associate
+      end do
+   end function stored_by_branches
+
+   !> The answer of the body of small strains, and the part of the change that it takes.
+   pure subroutine respond_body(branches, memory, strain, change, time_step, answer, taken)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
+      real(wp), intent(in) :: strain               !< e₀
+      real(wp), intent(in) :: change               !< Δγ
+      real(wp), intent(in) :: time_step            !< Δt, s
+      type(answer_type), intent(out) :: answer     !< of the body
+      real(wp), intent(out) :: taken               !< Δe
+      real(wp) :: before, relaxing, stiffness, weight, h
+      integer :: l
+
+      taken = change
+      if (branches%body%n == 0) return
+      associate (body => branches%body)
+         before = 0.0_wp
+         relaxing = 0.0_wp
+         stiffness = 0.0_wp
+         do l = 1, body%n
+            h = 0.5_wp*body%omega(l)*time_step
+            weight = body%weight(l)*strain - memory(l)
+            before = before + body%unrelaxed*weight
+            relaxing = relaxing - body%unrelaxed*2.0_wp*h/(1.0_wp + h)*weight
+            stiffness = stiffness + body%unrelaxed*body%weight(l)/(1.0_wp + h)
+         end do
+      end associate
+      answer%end = clip(before + relaxing + stiffness*change, branches%body_cap)
+      answer%tangent = 0.5_wp*stiffness
+      if (abs(before + relaxing + stiffness*change) >= branches%body_cap) then
+         taken = (answer%end - before - relaxing)/stiffness
+         answer%tangent = 0.0_wp
+      end if
+      answer%acting = 0.5_wp*(before + answer%end)
+      answer%loss = answer%acting*(change - taken)
+   end subroutine respond_body
+
+   !> Take the mechanisms to the end of a step; what they lose, J/m³ over G.
+   pure subroutine keep_body(branches, strain, taken, time_step, memory, loss)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: strain               !< e₀
+      real(wp), intent(in) :: taken                !< Δe
+      real(wp), intent(in) :: time_step            !< Δt, s
+      real(wp), intent(inout) :: memory(:)         !< [mechanisms] ζ, becomes that of the end
+      real(wp), intent(out) :: loss                !< J/m³ over G
+      real(wp) :: h, more
+      integer :: l
+
+      loss = 0.0_wp
+      associate (body => branches%body)
+         do l = 1, body%n
+            h = 0.5_wp*body%omega(l)*time_step
+            more = (2.0_wp*h*(body%weight(l)*strain - memory(l)) + h*body%weight(l)*taken) &
+               /(1.0_wp + h)
+            loss = loss + body%unrelaxed*more**2/(body%weight(l)*body%omega(l)*time_step)
+            memory(l) = memory(l) + more
+         end do
+      end associate
+   end subroutine keep_body
+
+   !> Stored by the springs of the body, J/m³ over G.
+   pure real(wp) function stored_by_body(branches, memory, strain) result(energy)
+      type(branches_type), intent(in) :: branches  !< fitted
+      real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
+      real(wp), intent(in) :: strain               !< e
+
+      associate (body => branches%body)
+         energy = 0.5_wp*body%unrelaxed*sum((body%weight(:body%n)*strain - memory(:body%n))**2 &
+            /body%weight(:body%n))
+      end associate
+   end function stored_by_body
+
+   !> A strain within its limit.
+   elemental real(wp) function clip(strain, limit)
+      real(wp), intent(in) :: strain, limit  !< any; ≥ 0
+
+      clip = max(-limit, min(limit, strain))
+   end function clip
+
+   !> Mean of clip(γ, ±limit) from γ₀ to γ₀ + Δγ, without differences of large numbers.
+   elemental real(wp) function mean_of_clip(strain, change, limit) result(mean)
+      real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, its cap
+      real(wp) :: low, high, inner_low, inner_high
+
+      low = min(strain, strain + change)
+      high = max(strain, strain + change)
+      if (high <= limit .and. low >= -limit) then
+         mean = 0.5_wp*(low + high)
+      else if (low >= limit .or. high <= -limit) then
+         mean = sign(limit, low + high)
+      else
+         inner_low = max(low, -limit)
+         inner_high = min(high, limit)
+         mean = ((inner_high - inner_low)*0.5_wp*(inner_high + inner_low) &
+            + limit*((high - inner_high) - (inner_low - low)))/(high - low)
+      end if
+   end function mean_of_clip
+
+   !> Derivative of that mean by Δγ: (clip(γ₁) − mean)/Δγ, which tends to half of the slope.
+   elemental real(wp) function recoverable_tangent(strain, change, limit, mean) result(tangent)
+      real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, its cap
+      real(wp), intent(in) :: mean                   !< of the step
+
+      if (abs(strain) <= limit .and. abs(strain + change) <= limit) then
+         tangent = 0.5_wp
+      else if (abs(strain) >= limit .and. abs(strain + change) >= limit &
+         .and. (strain > 0.0_wp .eqv. strain + change > 0.0_wp)) then
+         tangent = 0.0_wp
+      else
+         tangent = (clip(strain + change, limit) - mean)/change
+      end if
+   end function recoverable_tangent
+
+end module dda_branch_law

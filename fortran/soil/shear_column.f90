@@ -1,0 +1,346 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> A column of soil that yields, under shear waves from below: cells of one strain between nodes.
+!>
+!> The midpoint rule, v₁ = 2Δu/Δt − v₀, with what acts in the middle of the step:
+!>
+!>     M (v₁ − v₀)/Δt + Bᵀ τ(Δγ) = f .
+!>
+!> M is the mean of the lumped and the consistent mass, which makes the error of waves of the order
+!> (kh)⁴.  The base has the given acceleration, or stands on a half-space, where a dashpot ρ v takes
+!> the velocity that an outcrop would have, f = ρ v (v_outcrop − Δu/Δt).  Each step is the least of
+!> a convex function but for the damping of small strains: Newton's method, and half steps of it
+!> while the residual grows.  The work at the base is what is stored, moves and is lost, exactly.
+module dda_shear_column
+   use dda_kinds, only: wp
+   use dda_branches, only: branches_type
+   use dda_branch_law, only: answer_type, respond, respond_body, keep_branches, keep_body, &
+      stored_by_branches, stored_by_body
+   use dda_errors, only: error_type, error_convergence, fail
+   use dda_text, only: to_text
+   implicit none
+   private
+   public :: shear_column_type, shear_state_type, begin_column, shake_column, end_accelerations, &
+      energy_balance
+
+   integer, parameter :: most_iterations = 100
+   integer, parameter :: most_halvings = 12
+   real(wp), parameter :: tolerance = 1.0e-11_wp  !< of forces, over the largest in the step
+
+   !> A column, from the surface downwards.
+   type :: shear_column_type
+      real(wp), allocatable :: thickness(:)   !< [cells] h, m
+      real(wp), allocatable :: density(:)     !< [cells] ρ, kg/m³
+      real(wp), allocatable :: modulus(:)     !< [cells] G of small strains, Pa
+      integer, allocatable :: soil(:)         !< [cells] which of the soils
+      type(branches_type), allocatable :: branches(:)  !< [soils]
+      real(wp) :: dashpot = 0.0_wp            !< ρ v of the half-space, Pa s/m; 0: given motion
+   end type shear_column_type
+
+   !> Its state.
+   type :: shear_state_type
+      real(wp), allocatable :: displacement(:), velocity(:)  !< [cells+1] m, m/s
+      real(wp), allocatable :: strain(:)      !< [cells] γ
+      real(wp), allocatable :: stress(:)      !< [cells] τ at the end of the step, Pa
+      real(wp), allocatable :: body_strain(:) !< [cells] e of the body of small strains
+      real(wp), allocatable :: elastic(:,:)   !< [branches,cells] e of the branches that slip
+      real(wp), allocatable :: memory(:,:)    !< [mechanisms,cells] ζ
+      real(wp) :: reaction = 0.0_wp           !< force on the base in the last step, Pa
+      real(wp) :: work = 0.0_wp               !< at the base, J/m²
+      real(wp) :: slipped = 0.0_wp            !< lost by what slips, J/m²
+      real(wp) :: damped = 0.0_wp             !< lost by the mechanisms of small strains, J/m²
+      integer :: iterations = 0               !< of the last step
+   end type shear_state_type
+
+   !> What the cells answer in a step.
+   type :: cells_type
+      real(wp), allocatable :: stress(:)   !< [cells] that acts, Pa
+      real(wp), allocatable :: tangent(:)  !< [cells] its derivative by Δγ, Pa
+   end type cells_type
+
+contains
+
+   !> At rest.
+   subroutine begin_column(column, state)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_state_type), intent(out) :: state  !< of the column, at rest
+      integer :: n
+
+      n = size(column%thickness)
+      allocate (state%displacement(n + 1), state%velocity(n + 1), state%strain(n), &
+         state%stress(n), state%body_strain(n), source=0.0_wp)
+      allocate (state%elastic(maxval(column%branches%n), n), &
+         state%memory(max(1, maxval(column%branches%body%n)), n), source=0.0_wp)
+   end subroutine begin_column
+
+   !> Take one step.
+   subroutine shake_column(column, time_step, base, state, error)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      real(wp), intent(in) :: time_step  !< Δt, s
+      !> mean velocity of the base in the step, or of an outcrop of the half-space, m/s
+      real(wp), intent(in) :: base
+      type(shear_state_type), intent(inout) :: state  !< of the column
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      type(cells_type) :: cells
+      real(wp), dimension(size(state%velocity)) :: d, residual, load
+      real(wp) :: size_of, before
+      integer :: i
+
+      load = 2.0_wp/time_step*mass_times(column, state%velocity)
+      load(size(load)) = load(size(load)) + column%dashpot*base
+      d = time_step*state%velocity
+      if (column%dashpot <= 0.0_wp) d(size(d)) = time_step*base
+      call answer(column, state, time_step, d, cells)
+      call weigh(column, time_step, load, cells, d, residual, size_of)
+      do i = 1, most_iterations
+         before = maxval(abs(residual))
+         if (before <= tolerance*size_of) exit
+         call improve(column, state, time_step, load, cells, d, residual, size_of)
+      end do
+      state%iterations = i
+      if (maxval(abs(residual)) > tolerance*size_of) then
+         call fail(error, error_convergence, 'a step of the column does not converge in '// &
+            to_text(most_iterations)//' iterations: try a smaller time_step')
+         return
+      end if
+      call keep(column, state, time_step, base, d, cells, load)
+   end subroutine shake_column
+
+   !> One iteration of Newton's method, halved while the residual grows.
+   subroutine improve(column, state, time_step, load, cells, d, residual, size_of)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_state_type), intent(in) :: state      !< at the start of the step
+      real(wp), intent(in) :: time_step                !< Δt, s
+      real(wp), intent(in) :: load(:)                  !< [nodes] Pa
+      type(cells_type), intent(inout) :: cells         !< at d
+      real(wp), intent(inout) :: d(:)                  !< [nodes] Δu, m
+      real(wp), intent(inout) :: residual(:)           !< [nodes] Pa
+      real(wp), intent(inout) :: size_of               !< largest force, Pa
+      real(wp) :: way(size(d)), from(size(d)), before, factor
+      integer :: halving
+
+      call solve(column, time_step, cells%tangent, residual, way)
+      from = d
+      before = maxval(abs(residual))
+      factor = 1.0_wp
+      do halving = 0, most_halvings
+         d = from + factor*way
+         call answer(column, state, time_step, d, cells)
+         call weigh(column, time_step, load, cells, d, residual, size_of)
+         if (maxval(abs(residual)) < before .or. maxval(abs(residual)) <= tolerance*size_of) exit
+         factor = 0.5_wp*factor
+      end do
+   end subroutine improve
+
+   !> What the cells answer to increments of the nodes.
+   subroutine answer(column, state, time_step, d, cells)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_state_type), intent(in) :: state      !< at the start of the step
+      real(wp), intent(in) :: time_step                !< Δt, s
+      real(wp), intent(in) :: d(:)                     !< [nodes] Δu, m
+      type(cells_type), intent(inout) :: cells         !< gets it
+      type(answer_type) :: soil, body
+      real(wp) :: change, taken
+      integer :: i
+
+      if (.not. allocated(cells%stress)) allocate (cells%stress(size(d) - 1), &
+         cells%tangent(size(d) - 1))
+      do i = 1, size(d) - 1
+         change = (d(i) - d(i + 1))/column%thickness(i)
+         associate (branches => column%branches(column%soil(i)))
+            soil = respond(branches, state%elastic(:, i), state%strain(i), change)
+            call respond_body(branches, state%memory(:, i), state%body_strain(i), change, &
+               time_step, body, taken)
+         end associate
+         cells%stress(i) = column%modulus(i)*(soil%acting + body%acting)
+         cells%tangent(i) = column%modulus(i)*(soil%tangent + body%tangent)
+      end do
+   end subroutine answer
+
+   !> Residual forces, and the largest of the forces.
+   pure subroutine weigh(column, time_step, load, cells, d, residual, size_of)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      real(wp), intent(in) :: time_step        !< Δt, s
+      real(wp), intent(in) :: load(:), d(:)    !< [nodes] Pa; Δu, m
+      type(cells_type), intent(in) :: cells    !< at d
+      real(wp), intent(out) :: residual(:)     !< [nodes] Pa
+      real(wp), intent(out) :: size_of         !< Pa
+      integer :: n
+
+      n = size(cells%stress)
+      residual = load - 2.0_wp/time_step**2*mass_times(column, d)
+      residual(n + 1) = residual(n + 1) - column%dashpot/time_step*d(n + 1)
+      size_of = max(maxval(abs(load)), maxval(abs(cells%stress)))
+      residual(:n) = residual(:n) - cells%stress
+      residual(2:) = residual(2:) + cells%stress
+      if (column%dashpot <= 0.0_wp) residual(n + 1) = 0.0_wp
+   end subroutine weigh
+
+   !> The change of Δu that the tangents give, by elimination from the surface down.
+   pure subroutine solve(column, time_step, tangent, residual, way)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      real(wp), intent(in) :: time_step     !< Δt, s
+      real(wp), intent(in) :: tangent(:)    !< [cells] Pa
+      real(wp), intent(in) :: residual(:)   !< [nodes] Pa
+      real(wp), intent(out) :: way(:)       !< [nodes] m
+      real(wp) :: diagonal(size(way)), beside(size(tangent))
+      integer :: n
+
+      n = size(tangent)
+      call mass_matrix(column, diagonal, beside)
+      diagonal = 2.0_wp/time_step**2*diagonal
+      beside = 2.0_wp/time_step**2*beside - tangent/column%thickness
+      diagonal(:n) = diagonal(:n) + tangent/column%thickness
+      diagonal(2:) = diagonal(2:) + tangent/column%thickness
+      diagonal(n + 1) = diagonal(n + 1) + column%dashpot/time_step
+      if (column%dashpot <= 0.0_wp) then
+         diagonal(n + 1) = 1.0_wp
+         beside(n) = 0.0_wp
+      end if
+      call solve_tridiagonal(diagonal, beside, residual, way)
+   end subroutine solve
+
+   !> A symmetric positive definite matrix of three diagonals.
+   pure subroutine solve_tridiagonal(diagonal, beside, right, x)
+      real(wp), intent(inout) :: diagonal(:)  !< [n], is used up
+      real(wp), intent(in) :: beside(:)       !< [n-1]
+      real(wp), intent(in) :: right(:)        !< [n]
+      real(wp), intent(out) :: x(:)           !< [n]
+      integer :: i
+
+      x = right
+      do i = 2, size(x)
+         associate (factor => beside(i - 1)/diagonal(i - 1))
+            diagonal(i) = diagonal(i) - factor*beside(i - 1)
+            x(i) = x(i) - factor*x(i - 1)
+         end associate
+      end do
+      x(size(x)) = x(size(x))/diagonal(size(x))
+      do i = size(x) - 1, 1, -1
+         x(i) = (x(i) - beside(i)*x(i + 1))/diagonal(i)
+      end do
+   end subroutine solve_tridiagonal
+
+   !> M, the mean of lumped and consistent mass.
+   pure subroutine mass_matrix(column, diagonal, beside)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      real(wp), intent(out) :: diagonal(:), beside(:)  !< [nodes], [cells] kg/m²
+      integer :: n
+
+      n = size(beside)
+      associate (mass => column%density*column%thickness)
+         beside = mass/12.0_wp
+         diagonal = 0.0_wp
+         diagonal(:n) = 5.0_wp/12.0_wp*mass
+         diagonal(2:) = diagonal(2:) + 5.0_wp/12.0_wp*mass
+      end associate
+   end subroutine mass_matrix
+
+   !> M x.
+   pure function mass_times(column, x) result(product_of)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      real(wp), intent(in) :: x(:)   !< [nodes]
+      real(wp) :: product_of(size(x)), diagonal(size(x)), beside(size(x) - 1)
+
+      call mass_matrix(column, diagonal, beside)
+      product_of = diagonal*x
+      product_of(:size(beside)) = product_of(:size(beside)) + beside*x(2:)
+      product_of(2:) = product_of(2:) + beside*x(:size(beside))
+   end function mass_times
+
+   !> Take the state to the end of a step.
+   subroutine keep(column, state, time_step, base, d, cells, load)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_state_type), intent(inout) :: state  !< of the column
+      real(wp), intent(in) :: time_step      !< Δt, s
+      real(wp), intent(in) :: base           !< velocity of base or outcrop, m/s
+      real(wp), intent(in) :: d(:), load(:)  !< [nodes] Δu, m; Pa
+      type(cells_type), intent(in) :: cells  !< at d
+      real(wp) :: force(size(d))
+      integer :: i, n
+
+      n = size(cells%stress)
+      if (column%dashpot > 0.0_wp) then
+         state%reaction = column%dashpot*(base - d(n + 1)/time_step)
+      else
+         force = 2.0_wp/time_step**2*mass_times(column, d) - load
+         state%reaction = force(n + 1) - cells%stress(n)
+      end if
+      state%work = state%work + state%reaction*d(n + 1)
+      do i = 1, n
+         call keep_cell(column, state, i, (d(i) - d(i + 1))/column%thickness(i), time_step)
+      end do
+      state%velocity = 2.0_wp/time_step*d - state%velocity
+      state%displacement = state%displacement + d
+   end subroutine keep
+
+   !> Take a cell to the end of a step.
+   subroutine keep_cell(column, state, i, change, time_step)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_state_type), intent(inout) :: state  !< of the column
+      integer, intent(in) :: i            !< number of the cell
+      real(wp), intent(in) :: change      !< Δγ
+      real(wp), intent(in) :: time_step   !< Δt, s
+      type(answer_type) :: soil, body
+      real(wp) :: loss, taken
+
+      associate (branches => column%branches(column%soil(i)), g => column%modulus(i), &
+         memory => state%memory(:, i), h => column%thickness(i))
+         soil = respond(branches, state%elastic(:, i), state%strain(i), change)
+         call respond_body(branches, memory, state%body_strain(i), change, time_step, body, taken)
+         call keep_body(branches, state%body_strain(i), taken, time_step, memory, loss)
+         call keep_branches(branches, change, state%elastic(:branches%n, i))
+         state%body_strain(i) = state%body_strain(i) + taken
+         state%strain(i) = state%strain(i) + change
+         state%stress(i) = g*(soil%end + body%end)
+         state%slipped = state%slipped + g*h*(soil%loss + body%loss)
+         state%damped = state%damped + g*h*loss
+      end associate
+   end subroutine keep_cell
+
+   !> Accelerations of the nodes at the end of a step, by the forces there.
+   function end_accelerations(column, state, base, outcrop) result(acceleration)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_state_type), intent(in) :: state  !< of the column
+      real(wp), intent(in) :: base     !< acceleration of a base that is moved, m/s²
+      real(wp), intent(in) :: outcrop  !< velocity of an outcrop of the half-space, m/s
+      real(wp) :: acceleration(size(state%velocity))
+      real(wp), dimension(size(acceleration)) :: diagonal, force
+      real(wp) :: beside(size(state%strain))
+      integer :: n
+
+      n = size(beside)
+      force = 0.0_wp
+      force(:n) = -state%stress
+      force(2:) = force(2:) + state%stress
+      call mass_matrix(column, diagonal, beside)
+      if (column%dashpot > 0.0_wp) then
+         force(n + 1) = force(n + 1) + column%dashpot*(outcrop - state%velocity(n + 1))
+      else
+         force(n) = force(n) - beside(n)*base
+         force(n + 1) = base
+         diagonal(n + 1) = 1.0_wp
+         beside(n) = 0.0_wp
+      end if
+      call solve_tridiagonal(diagonal, beside, force, acceleration)
+   end function end_accelerations
+
+   !> Work at the base, kinetic and stored energy, lost by what slips and by damping, J/m².
+   function energy_balance(column, state) result(energy)
+      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_state_type), intent(in) :: state  !< of the column
+      real(wp) :: energy(5), stored
+      integer :: i
+
+      stored = 0.0_wp
+      do i = 1, size(state%strain)
+         associate (soil => column%soil(i))
+            stored = stored + column%modulus(i)*column%thickness(i)*(stored_by_branches( &
+               column%branches(soil), state%elastic(:, i), state%strain(i)) &
+               + stored_by_body(column%branches(soil), state%memory(:, i), state%body_strain(i)))
+         end associate
+      end do
+      energy = [state%work, 0.5_wp*dot_product(state%velocity, mass_times(column, &
+         state%velocity)), stored, state%slipped, state%damped]
+   end function energy_balance
+
+end module dda_shear_column

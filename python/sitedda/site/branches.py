@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Soil with a memory: branches in parallel that slip or recover, fitted to curves of a soil."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import not_negative, positive
+from ..engine import api, checked
+from .curves import SoilCurves
+
+DAMPING_CURVES = ("target", "masing")
+
+
+@dataclass(frozen=True)
+class Branches:
+    """How a soil is represented: branch j has the modulus g_j G and yields at γ_j.
+
+    A share F_j of it slips, the rest recovers its strain with the same cap; so modulus *and*
+    damping curve are met.  Small strains have a damping ratio that does not depend on frequency,
+    by a body whose stress is capped, so that it fades where the soil yields (``docs/site.md``).
+
+    Attributes
+    ----------
+    strain, modulus, slipping : ndarray, shape (branches,)
+        γ_j, g_j, F_j; the sum of the g_j is 1 less what the body of small strains holds.
+    least_damping : float
+        Damping ratio at small strains.
+    body_strain, body_cap : float
+        Strain from which that body slips, and its cap over G.
+    misfit : (float, float)
+        Between strains of 0.001 and 1 %: largest relative error of the modulus, and largest error
+        of the damping ratio (0 by Masing's rules, where it follows from the modulus).
+    """
+
+    strain: NDArray[np.float64]
+    modulus: NDArray[np.float64]
+    slipping: NDArray[np.float64]
+    least_damping: float
+    body_strain: float
+    body_cap: float
+    misfit: tuple[float, float]
+
+    @classmethod
+    def of(
+        cls,
+        curves: SoilCurves,
+        branches: int = 40,
+        damping_curve: str = "target",
+        least_damping: float | None = None,
+        reference_frequency: float = 1.0,
+    ) -> Branches:
+        """Fit branches to curves.
+
+        Parameters
+        ----------
+        curves : SoilCurves
+        branches : int
+            2 … 200; the misfit falls with their number.
+        damping_curve : {'target', 'masing'}
+            The damping ratio of the curves, or what Masing's rules make of their moduli.
+        least_damping : float, optional
+            At small strains; by default the least of the curves, by Masing's rules none.
+        reference_frequency : float
+            Hz, at which the given modulus holds.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range.
+        """
+        if damping_curve not in DAMPING_CURVES:
+            raise ValueError(
+                f"damping_curve must be one of {', '.join(DAMPING_CURVES)}, got {damping_curve!r}"
+            )
+        if not 2 <= int(branches) <= 200:
+            raise ValueError(f"branches must be in 2 … 200, got {branches!r}")
+        if least_damping is None:
+            least_damping = float(curves.damping[0]) if damping_curve == "target" else 0.0
+        ratio = float(not_negative("least_damping", least_damping))
+        fitted, numbers = checked(
+            *api.soil_branches(
+                curves.strain,
+                curves.reduction,
+                curves.damping,
+                damping_curve == "masing",
+                ratio,
+                float(positive("reference_frequency", reference_frequency)),
+                int(branches),
+            )
+        )
+        body_strain, body_cap, modulus, damping = map(float, numbers)
+        return cls(*fitted.T, ratio, body_strain, body_cap, (modulus, damping))
+
+    def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
+        """G/G_max of the branches at shear strains above 0; their shape."""
+        at = positive("strain", strain)[..., None]
+        branches = np.sum(self.modulus * np.minimum(1.0, self.strain / at), -1)
+        at = at[..., 0]
+        return branches + (1 - self.modulus.sum()) * np.minimum(at, self.body_strain) / at
+
+    def damping_at(self, strain: ArrayLike) -> NDArray[np.float64]:
+        """Damping ratio of closed loops of the branches, with that of small strains."""
+        at = positive("strain", strain)[..., None]
+        slipped = self.slipping * self.modulus * self.strain * np.maximum(at - self.strain, 0.0)
+        at, least = at[..., 0], self.least_damping
+        lost = 2 * np.sum(slipped, -1) + np.pi * least * np.minimum(at, self.body_strain) ** 2
+        if least:
+            lost = lost + 2 * self.body_cap * np.maximum(at - self.body_strain, 0.0)
+        return lost / (np.pi * at**2 * self.reduction_at(strain))

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One site by three analyses: linear, equivalent-linear and nonlinear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..column import Column
+from .curves import SoilCurves
+from .equivalent_linear import EquivalentLinear, equivalent_linear
+from .motion import Motion
+from .nonlinear import NonlinearResponse, nonlinear
+from .response import ColumnResponse, SurfaceMotion
+
+_PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of the table
+
+
+@dataclass(frozen=True)
+class Analyses:
+    """A site by three analyses.
+
+    Attributes
+    ----------
+    linear : ColumnResponse
+    fitted : EquivalentLinear
+    nonlinear : NonlinearResponse
+    """
+
+    linear: ColumnResponse
+    fitted: EquivalentLinear
+    nonlinear: NonlinearResponse
+
+    @property
+    def responses(self) -> dict[str, SurfaceMotion]:
+        """The responses by the names of their analyses."""
+        return {
+            "linear": self.linear,
+            "equivalent-linear": self.fitted.response,
+            "nonlinear": self.nonlinear,
+        }
+
+    def __str__(self) -> str:
+        responses = self.responses
+        lines = [f"{'':24s}" + "".join(f"{name:>19s}" for name in responses)]
+
+        def row(name, values, unit):
+            lines.append(f"{name:24s}" + "".join(f"{v:19.4g}" for v in values) + f" {unit}")
+
+        parts = list(responses.values())
+        row("surface PGA", [np.abs(r.acceleration()).max() for r in parts], "m/s²")
+        for period in _PERIODS:
+            row(f"surface Sa({period:g} s)", [r.spectrum([period])[0] for r in parts], "m/s²")
+        profiles = [r.profile() for r in parts]
+        row("largest shear strain", [100 * float(p.strain.max()) for p in profiles], "%")
+        row("largest shear stress", [float(p.stress.max()) / 1e3 for p in profiles], "kPa")
+        return "\n".join([self.nonlinear.words, *lines, "", str(self.nonlinear)])
+
+    def plot(self):
+        """Spectra, profiles and loops side by side; a matplotlib.figure.Figure."""
+        from .picture import analyses_figure
+
+        return analyses_figure(self)
+
+
+def analyses(
+    column: Column,
+    curves: Sequence[SoilCurves | None],
+    motion,
+    time_step: float | None = None,
+    *,
+    kind: str = "outcrop",
+    **options,
+) -> Analyses:
+    """Put linear, equivalent-linear and nonlinear response of a site side by side.
+
+    Parameters
+    ----------
+    column, curves, motion, time_step, kind
+        As for :func:`nonlinear`; the linear column has the least damping ratios of the curves.
+    **options
+        Of :func:`nonlinear`.
+
+    Returns
+    -------
+    Analyses
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+    ConvergenceError
+        If an iteration or a step does not converge.
+    """
+    ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
+    fitted = equivalent_linear(column, curves, ground, kind=kind)
+    found = nonlinear(column, curves, ground, kind=kind, **options)
+    small = equivalent_linear(column, curves, _faint(ground), kind=kind).response.column
+    return Analyses(ColumnResponse.of(small, ground, kind=kind), fitted, found)
+
+
+def _faint(motion: Motion) -> Motion:
+    """The motion so small that no soil softens."""
+    return Motion(1e-9 * motion.acceleration, motion.time_step, motion.length)

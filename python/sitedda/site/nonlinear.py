@@ -1,0 +1,442 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A column of soil that yields, step by step in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import positive
+from ..column import Column, HalfSpace
+from ..damping import ConstantRatio
+from ..engine import api, checked
+from ..signals import running_integral
+from .branches import Branches
+from .curves import SoilCurves
+from .motion import Motion
+from .response import SurfaceMotion, motion_words
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_CELLS_A_WAVE = 12  # of the highest frequency, at the velocity of small strains
+_STEPS_A_PERIOD = 40
+_FEWEST_CELLS = 2  # of a layer
+_MOST_CELLS = 100_000
+_PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of the figures
+_LOOSE = 0.05  # relative difference of two resolutions from which on a figure does not converge
+
+
+@dataclass(frozen=True)
+class Histories:
+    """What a run of the column keeps, at the samples of the motion.
+
+    Attributes
+    ----------
+    interfaces : ndarray, shape (cells + 1,)
+        Depths of the nodes, m, from the surface down.
+    acceleration, displacement : ndarray, shape (cells + 1, samples)
+        Of the nodes, m/s² and m.
+    strain, stress : ndarray, shape (cells, samples)
+        Shear of the cells, dimensionless and Pa.
+    energy : dict of str to float
+        J/m²: ``work`` at the base, and what it became, ``kinetic``, ``stored``, ``slipped`` (lost
+        by the branches) and ``damped`` (lost by the damping of small strains).
+    iterations : ndarray of int, shape (steps,)
+    """
+
+    interfaces: NDArray[np.float64]
+    acceleration: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    strain: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    energy: dict[str, float]
+    iterations: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class NonlinearResponse(SurfaceMotion):
+    """How a column of yielding soil moves under a ground motion.
+
+    Attributes
+    ----------
+    column : Column
+        With the moduli of small strains.
+    motion : Motion
+        Of the base.
+    kind : {'outcrop', 'within'}
+        What the motion is.
+    branches : tuple of Branches or None, one for each layer
+        None: the layer is linear.
+    histories : Histories
+    coarse : Histories or None
+        The same in cells and steps of twice the size.
+    """
+
+    column: Column
+    motion: Motion
+    kind: str
+    branches: tuple[Branches | None, ...]
+    histories: Histories
+    coarse: Histories | None
+
+    @property
+    def bottom(self) -> float:
+        """Depth of the motion, m."""
+        return self.column.depth
+
+    def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
+        """Acceleration at a depth (m), m/s², shape (samples,)."""
+        return self._of_nodes(self.histories.acceleration, depth)
+
+    def velocity(self, depth: float = 0.0) -> NDArray[np.float64]:
+        """Velocity at a depth (m), m/s, shape (samples,); from rest."""
+        return running_integral(self.acceleration(depth), self.motion.time_step)
+
+    def displacement(self, depth: float = 0.0) -> NDArray[np.float64]:
+        """Displacement relative to the reference motion, m, shape (samples,)."""
+        step = self.motion.time_step
+        ground = running_integral(running_integral(self.motion.acceleration, step), step)
+        return self._of_nodes(self.histories.displacement, depth) - ground
+
+    def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
+        """Shear strain of the cells at a depth or depths (m), shape (..., samples)."""
+        return self.histories.strain[self._cells(depth)]
+
+    def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
+        """Shear stress of the cells at a depth or depths (m), Pa, shape (..., samples)."""
+        return self.histories.stress[self._cells(depth)]
+
+    def _of_nodes(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
+        nodes = self.histories.interfaces
+        at = self._inside(depth)
+        k = int(np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2))
+        share = (at - nodes[k]) / (nodes[k + 1] - nodes[k])
+        return values[k] + share * (values[k + 1] - values[k])
+
+    def _cells(self, depth: ArrayLike) -> NDArray[np.int64]:
+        found = np.searchsorted(self.histories.interfaces, self._inside(depth), side="right") - 1
+        return np.clip(found, 0, self.histories.strain.shape[0] - 1)
+
+    def _inside(self, depth: ArrayLike) -> NDArray[np.float64]:
+        at = np.asarray(depth, dtype=float)
+        if not np.all((at >= 0) & (at <= self.column.depth * (1 + 1e-9))):
+            raise ValueError(f"depth must be in 0 … {self.column.depth:g} m, got {depth!r}")
+        return at
+
+    def profile(self) -> xr.Dataset:
+        """Peaks over depth, as :meth:`ColumnResponse.profile`, of the nodes and cells."""
+        import xarray as xr
+
+        kept, step = self.histories, self.motion.time_step
+        ground = running_integral(running_integral(self.motion.acceleration, step), step)
+        velocity = running_integral(kept.acceleration, step)
+
+        def peaks(name, values, unit):
+            return (name, np.abs(values).max(axis=1), {"units": unit})
+
+        nodes = kept.interfaces
+        return xr.Dataset(
+            {
+                "acceleration": peaks("depth", kept.acceleration, "m/s^2"),
+                "velocity": peaks("depth", velocity, "m/s"),
+                "displacement": peaks("depth", kept.displacement - ground, "m"),
+                "strain": peaks("middle", kept.strain, "1"),
+                "stress": peaks("middle", kept.stress, "Pa"),
+            },
+            coords={
+                "depth": ("depth", nodes, {"units": "m"}),
+                "middle": ("middle", (nodes[:-1] + nodes[1:]) / 2, {"units": "m"}),
+            },
+            attrs={"motion": self.words},
+        )
+
+    @property
+    def figures(self) -> dict[str, tuple[float, float]]:
+        """Figures of the surface, each with what cells and steps of twice the size change in it.
+
+        ``pga`` (m/s²), ``strain`` (largest of all cells), ``sa_0.1`` … ``sa_1`` (5 %, m/s²); nan
+        as change where the coarse run was left out.
+        """
+        fine = self._figures(self.histories)
+        if self.coarse is None:
+            return {name: (value, float("nan")) for name, value in fine.items()}
+        coarse = self._figures(self.coarse)
+        return {name: (value, abs(value - coarse[name])) for name, value in fine.items()}
+
+    def _figures(self, kept: Histories) -> dict[str, float]:
+        surface = kept.acceleration[0]
+        spectrum = self._spectral(surface, _PERIODS, 0.05)
+        return {
+            "pga": float(np.abs(surface).max()),
+            "strain": float(np.abs(kept.strain).max()),
+            **{f"sa_{p:g}": float(sa) for p, sa in zip(_PERIODS, spectrum, strict=True)},
+        }
+
+    @property
+    def loose(self) -> list[str]:
+        """Names of the figures that cells and steps of twice the size change by more than 5 %."""
+        return [n for n, (value, change) in self.figures.items() if change > _LOOSE * abs(value)]
+
+    @property
+    def beyond(self) -> dict[int, float]:
+        """Largest strains of the layers (from 1) that are strained beyond the end of their curves.
+
+        There a soil flows at the stress that its branches reach.
+        """
+        ends = np.cumsum([0.0, *(layer.thickness for layer in self.column.layers)])
+        layer = np.searchsorted(ends, self.histories.interfaces[:-1] + 1e-9 * ends[-1]) - 1
+        most = np.abs(self.histories.strain).max(axis=1)
+        found = {}
+        for i, soil in enumerate(self.branches):
+            largest = float(most[layer == i].max())
+            if soil is not None and largest > soil.strain[-1]:
+                found[i + 1] = largest
+        return found
+
+    @property
+    def words(self) -> str:
+        """What the reference motion is."""
+        return motion_words(self.column, self.bottom, self.kind)
+
+    def __str__(self) -> str:
+        lines = [self.words, _fits([b for b in self.branches if b is not None])]
+        for name, (value, change) in self.figures.items():
+            unit = " %" if name == "strain" else " m/s²"
+            scale = 100 if name == "strain" else 1
+            bar = "" if np.isnan(change) else f" ± {scale * change:.2g}"
+            lines.append(f"{_LABELS.get(name, _period(name)):22s}{scale * value:9.4g}{bar}{unit}")
+        if self.loose:
+            lines.append(
+                f"does not converge with cells and steps: {', '.join(map(_label, self.loose))}; "
+                "small strains that are hardly damped pass on the noise of yielding. Give the soil "
+                "a damping ratio at small strains, or trust longer periods"
+            )
+        if self.beyond:
+            layers = ", ".join(f"layer {i} {100 * most:.3g} %" for i, most in self.beyond.items())
+            lines.append(
+                f"strains beyond the ends of the curves, where the soil flows: {layers}; give "
+                "curves with a shear strength (gqh) that reach them"
+            )
+        return "\n".join(filter(None, lines))
+
+    def plot(self):
+        """Surface and reference motion, spectra, profiles, and the loop of the largest strain.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from .picture import nonlinear_figure
+
+        return nonlinear_figure(self)
+
+
+_LABELS = {"pga": "surface PGA", "strain": "largest strain"}
+
+
+def _fits(soils: list[Branches]) -> str:
+    """How well branches fit their curves, the worst of all soils; '' if there are none."""
+    if not soils:
+        return ""
+    modulus, damping = np.max([soil.misfit for soil in soils], axis=0)
+    words = f"{soils[0].strain.size} branches, moduli within {100 * modulus:.2g} %"
+    if damping:
+        words += f", damping ratios within {100 * damping:.2g} points"
+    return f"{words} (strains of .001 to 1 %)"
+
+
+def _period(name: str) -> str:
+    return f"surface Sa({name.removeprefix('sa_')} s)"
+
+
+def _label(name: str) -> str:
+    return _LABELS.get(name, _period(name))
+
+
+def nonlinear(
+    column: Column,
+    curves: Sequence[SoilCurves | None],
+    motion,
+    time_step: float | None = None,
+    *,
+    kind: str = "outcrop",
+    damping_curve: str = "target",
+    branches: int = 40,
+    highest_frequency: float = 25.0,
+    reference_frequency: float = 1.0,
+    compare: bool = True,
+) -> NonlinearResponse:
+    """Shake a column whose soil yields, in time.
+
+    Cells of one strain, the midpoint rule, :class:`Branches` for each layer; small strains are
+    damped at all frequencies alike by the least ratio of the curves, which fades as the modulus
+    does (by Masing's rules: by the ratio of the layer).
+
+    Parameters
+    ----------
+    column : Column
+        With the moduli at small strain, n layers; on a rigid base or a half-space.
+    curves : sequence of SoilCurves or None, length n
+        Of each layer; None leaves it linear, with its own damping ratio.
+    motion : xarray.Dataset, Motion or array_like, shape (samples,)
+        Of the base: as :func:`sitedda.read_record` returns it, or ground acceleration, m/s².
+    time_step : float, optional
+        s between samples of an array.
+    kind : {'outcrop', 'within'}
+        What the motion is; a motion within moves the base as it is given.
+    damping_curve : {'target', 'masing'}
+        See :meth:`Branches.of`.
+    branches : int
+        For each soil.
+    highest_frequency : float
+        Hz, for which cells (12 a wave of small strains) and steps (40 a period) are small enough.
+    reference_frequency : float
+        Hz, at which the given moduli hold.
+    compare : bool
+        Run once more in cells and steps of twice the size, so that figures have a bar.
+
+    Returns
+    -------
+    NonlinearResponse
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, or a linear layer's damping is no ratio.
+    ConvergenceError
+        If a step does not converge.
+    """
+    if len(curves) != len(column.layers):
+        raise ValueError(f"{len(column.layers)} layers need as many curves, not {len(curves)}")
+    if kind not in ("outcrop", "within"):
+        raise ValueError(f"kind must be one of outcrop, within, got {kind!r}")
+    highest = float(positive("highest_frequency", highest_frequency))
+    ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
+    reference = float(positive("reference_frequency", reference_frequency))
+    ratios = [_own_ratio(i, column) for i in range(len(curves))]
+    soils = tuple(
+        None
+        if curve is None
+        else Branches.of(
+            curve, branches, damping_curve, None if damping_curve == "target" else ratio, reference
+        )
+        for curve, ratio in zip(curves, ratios, strict=True)
+    )
+    run = _Run(column, soils, ground, kind, reference)
+    fine = run.at(highest)
+    coarse = run.at(highest / 2) if compare else None
+    return NonlinearResponse(column, ground, kind, soils, fine, coarse)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Runs of one column under one motion."""
+
+    column: Column
+    soils: tuple[Branches | None, ...]
+    motion: Motion
+    kind: str
+    reference: float
+
+    def at(self, highest: float) -> Histories:
+        """Resolved up to a frequency, Hz."""
+        cells = [_cells(layer, highest) for layer in self.column.layers]
+        if sum(cells) > _MOST_CELLS:
+            raise ValueError(
+                f"{sum(cells)} cells are more than {_MOST_CELLS}: lower highest_frequency, or "
+                "make layers thicker"
+            )
+        layers = [
+            (layer.thickness / n, layer.density, layer.shear_modulus)
+            for layer, n in zip(self.column.layers, cells, strict=True)
+            for _ in range(n)
+        ]
+        every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * self.motion.time_step)))
+        ground = self.motion.acceleration
+        base = np.interp(
+            np.arange((ground.size - 1) * every + 1) / every, np.arange(ground.size), ground
+        )
+        *kept, energy, iterations = checked(
+            *api.shake_soil(
+                np.array(layers).T,
+                np.repeat(np.arange(1, len(cells) + 1), cells),
+                self._branches(),
+                *self._bodies(),
+                self.reference,
+                self._dashpot(),
+                self.motion.time_step / every,
+                base,
+                every,
+                ground.size,
+            )
+        )
+        acceleration, displacement, strain, stress = kept
+        names = ("work", "kinetic", "stored", "slipped", "damped")
+        return Histories(
+            np.cumsum([0.0, *(thickness for thickness, _, _ in layers)]),
+            acceleration,
+            displacement,
+            -strain,  # depth grows downwards
+            -stress,
+            dict(zip(names, map(float, energy), strict=True)),
+            iterations,
+        )
+
+    def _branches(self) -> NDArray[np.float64]:
+        """Branches of all layers, shape (most, 3, layers); those left over have no modulus."""
+        most = max(1 if soil is None else soil.strain.size for soil in self.soils)
+        found = np.zeros((most, 3, len(self.soils)), order="F")
+        found[:, 0, :] = 1e30  # a strain that is never reached
+        for i, soil in enumerate(self.soils):
+            if soil is None:
+                found[0, 1:, i] = self._relaxed(i), 1.0
+            else:
+                found[: soil.strain.size, :, i] = np.array(
+                    [soil.strain, soil.modulus, soil.slipping]
+                ).T
+        return found
+
+    def _relaxed(self, i: int) -> float:
+        """What the body of a linear layer leaves of its modulus to the branch beside it."""
+        ratio = _own_ratio(i, self.column)
+        if ratio == 0:
+            return 1.0
+        body = ConstantRatio(ratio, self.reference).body
+        return body.unrelaxed * (1 - body.weight.sum())
+
+    def _bodies(self) -> tuple[list[float], list[float]]:
+        """Damping ratios of small strains, and strains from which their bodies slip."""
+        ratios, limits = [], []
+        for i, soil in enumerate(self.soils):
+            ratios.append(_own_ratio(i, self.column) if soil is None else soil.least_damping)
+            limits.append(np.finfo(float).max if soil is None else soil.body_strain)
+        return ratios, limits
+
+    def _dashpot(self) -> float:
+        base = self.column.base
+        if self.kind == "within" or not isinstance(base, HalfSpace):
+            return 0.0
+        return base.density * base.shear_velocity
+
+
+def _own_ratio(i: int, column: Column) -> float:
+    """The damping ratio of a layer, which must not depend on frequency."""
+    own = column.layers[i].damping
+    if isinstance(own, ConstantRatio):
+        own = own.ratio
+    if not isinstance(own, float):
+        raise ValueError(
+            f"layer {i + 1} has a damping that depends on frequency: in steps of time a layer "
+            "needs one ratio"
+        )
+    return own
+
+
+def _cells(layer, highest: float) -> int:
+    wave = layer.shear_velocity / highest
+    return max(_FEWEST_CELLS, int(np.ceil(_CELLS_A_WAVE * layer.thickness / wave * (1 - 1e-9))))

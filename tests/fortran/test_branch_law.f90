@@ -1,0 +1,190 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Branches of a soil: their fit, and energies and tangents of single steps.
+module test_branch_law
+   use dda_kinds, only: wp, pi
+   use dda_branches, only: branches_type, curve_type, fit_branches, loop_damping, relaxed_modulus, &
+      secant_ratio
+   use dda_branch_law, only: answer_type, respond, respond_body, keep_branches, keep_body, &
+      stored_by_branches, stored_by_body
+   use dda_errors, only: error_type
+   use dda_text, only: to_text
+   use models, only: random_vector, sow
+   use testing, only: case, check, check_close, check_no_error
+   implicit none
+   private
+   public :: branch_law_suite
+
+   integer, parameter :: rows = 101
+   real(wp), parameter :: reference = 1.0e-3_wp  !< γ_r of the hyperbola
+
+   !> A strain point, and what it has stored, lost and taken in.
+   type :: point_type
+      real(wp) :: elastic(200) = 0.0_wp
+      real(wp) :: memory(16) = 0.0_wp
+      real(wp) :: strain = 0.0_wp
+      real(wp) :: body = 0.0_wp
+      real(wp) :: stress = 0.0_wp   !< that acted in the last step
+      real(wp) :: work = 0.0_wp
+      real(wp) :: lost = 0.0_wp
+      real(wp) :: least = 0.0_wp    !< loss of a step
+   end type point_type
+
+contains
+
+   subroutine branch_law_suite()
+      call backbone()
+      call loops(.true., 0.0_wp)
+      call loops(.false., 0.01_wp)
+      call losses()
+      call tangents()
+   end subroutine branch_law_suite
+
+   !> A hyperbola with a damping ratio of 1 % and, beyond it, half of that of Masing's rules.
+   subroutine make(masing, least, branches)
+      logical, intent(in) :: masing
+      real(wp), intent(in) :: least
+      type(branches_type), intent(out) :: branches
+      type(error_type), allocatable :: error
+      type(curve_type) :: curve
+      integer :: i
+
+      curve%strain = [(10.0_wp**(-7.0_wp + 6.0_wp*(i - 1)/(rows - 1)), i=1, rows)]
+      curve%reduction = 1.0_wp/(1.0_wp + curve%strain/reference)
+      curve%damping = least + 0.5_wp*masing_ratio(curve%strain/reference)
+      call fit_branches(curve, 40, masing, least, 1.0_wp, branches, error)
+      call check_no_error(error, 'fitted')
+   end subroutine make
+
+   !> Of a hyperbola, over γ/γ_r.
+   elemental real(wp) function masing_ratio(x) result(ratio)
+      real(wp), intent(in) :: x
+
+      ratio = 2.0_wp/pi*(2.0_wp*(1.0_wp + 1.0_wp/x)*(1.0_wp - log(1.0_wp + x)/x) - 1.0_wp)
+      if (x < 1.0e-3_wp) ratio = 2.0_wp*x/(3.0_wp*pi)
+   end function masing_ratio
+
+   !> Loaded once, they follow G_s/G, with any damping curve; small strains have all of G.
+   subroutine backbone()
+      type(branches_type) :: branches
+      type(point_type) :: point
+      real(wp) :: x
+      integer :: i
+
+      call case('backbone of branches')
+      call make(.false., 0.0_wp, branches)
+      call check_close(sum(branches%modulus), 1.0_wp, 'all of the modulus', absolute=1.0e-14_wp)
+      call check(all(branches%modulus >= 0.0_wp), 'no negative modulus')
+      call check(all(branches%slipping >= 0.0_wp .and. branches%slipping <= 1.0_wp), 'shares')
+      do i = 1, 2000
+         call step(branches, 1.0e-5_wp, 1.0_wp, point)
+         x = (point%strain - 0.5e-5_wp)/reference
+         call check(abs(point%stress/(reference*x/(1.0_wp + x)) - 1.0_wp) <= 0.005_wp, &
+            'stress at x = '//to_text(x))
+      end do
+   end subroutine backbone
+
+   !> Closed loops at 1 Hz, driven by a sine, against the curves and the closed form of the fit.
+   subroutine loops(masing, least)
+      logical, intent(in) :: masing
+      real(wp), intent(in) :: least
+      integer, parameter :: steps = 2000
+      real(wp), parameter :: amplitude(4) = [1.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
+      type(branches_type) :: branches
+      type(point_type) :: point
+      real(wp) :: ratio, wanted, before, next
+      integer :: a, i
+
+      call case('loops of branches, least ratio '//to_text(least))
+      call make(masing, least, branches)
+      do a = 1, size(amplitude)
+         point = point_type()
+         do i = 1, 12*steps
+            next = amplitude(a)*sin(2.0_wp*pi*i/steps)
+            if (i == 11*steps + 1) before = point%work
+            call step(branches, next - point%strain, 1.0_wp/steps, point)
+         end do
+         ratio = (point%work - before)/(2.0_wp*pi*amplitude(a)**2 &
+            *sum(secant_ratio(branches, amplitude(a:a))))
+         wanted = least + merge(1.0_wp, 0.5_wp, masing)*masing_ratio(amplitude(a)/reference)
+         call check_close(ratio, wanted, 'damping ratio at '//to_text(amplitude(a)), &
+            absolute=0.003_wp)
+         call check_close(ratio, sum(loop_damping(branches, amplitude(a:a))), &
+            'closed form at '//to_text(amplitude(a)), absolute=0.0015_wp)
+      end do
+   end subroutine loops
+
+   !> Random paths: work is what is stored and lost, and no step gains.
+   subroutine losses()
+      type(branches_type) :: branches
+      type(point_type) :: point
+      real(wp) :: change(1), stored
+      integer :: i, path
+
+      call case('losses of branches')
+      call make(.false., 0.02_wp, branches)
+      call sow(7)
+      do path = 1, 20
+         point = point_type()
+         do i = 1, 2000
+            change = random_vector(1)
+            call step(branches, change(1)**5*10.0_wp**(-mod(path, 4) - 1), 0.003_wp, point)
+         end do
+         stored = stored_by_branches(branches, point%elastic, point%strain) &
+            + stored_by_body(branches, point%memory, point%body)
+         call check(point%least >= -1.0e-18_wp, 'no step gains')
+         call check_close(stored + point%lost, point%work, 'work', absolute=1.0e-12_wp*point%lost)
+         call check(abs(point%stress) <= 1.0_wp*reference, 'stress is bounded')
+      end do
+   end subroutine losses
+
+   !> Tangents are derivatives of what acts.
+   subroutine tangents()
+      type(branches_type) :: branches
+      type(point_type) :: point
+      type(answer_type) :: low, high, soil, body
+      real(wp) :: change(1), taken, slope
+      real(wp), parameter :: h = 1.0e-12_wp
+      integer :: i, wrong
+
+      call case('tangents of branches')
+      call make(.false., 0.02_wp, branches)
+      call sow(11)
+      wrong = 0
+      do i = 1, 500
+         change = 2.0e-3_wp*random_vector(1)**3
+         soil = respond(branches, point%elastic, point%strain, change(1))
+         low = respond(branches, point%elastic, point%strain, change(1) - h)
+         high = respond(branches, point%elastic, point%strain, change(1) + h)
+         slope = (high%acting - low%acting)/(2.0_wp*h)
+         if (abs(slope - soil%tangent) > 1.0e-3_wp) wrong = wrong + 1
+         call respond_body(branches, point%memory, point%body, change(1), 0.01_wp, body, taken)
+         call respond_body(branches, point%memory, point%body, change(1) + h, 0.01_wp, high, taken)
+         call respond_body(branches, point%memory, point%body, change(1) - h, 0.01_wp, low, taken)
+         slope = (high%acting - low%acting)/(2.0_wp*h)
+         if (abs(slope - body%tangent) > 1.0e-3_wp) wrong = wrong + 1
+         call step(branches, change(1), 0.01_wp, point)
+      end do
+      call check(wrong <= 2, 'tangents, but at kinks')
+   end subroutine tangents
+
+   !> Take a step.
+   subroutine step(branches, change, time_step, point)
+      type(branches_type), intent(in) :: branches
+      real(wp), intent(in) :: change, time_step
+      type(point_type), intent(inout) :: point
+      type(answer_type) :: soil, body
+      real(wp) :: taken, damped
+
+      soil = respond(branches, point%elastic, point%strain, change)
+      call respond_body(branches, point%memory, point%body, change, time_step, body, taken)
+      call keep_body(branches, point%body, taken, time_step, point%memory, damped)
+      call keep_branches(branches, change, point%elastic(:branches%n))
+      point%body = point%body + taken
+      point%strain = point%strain + change
+      point%stress = soil%acting + body%acting
+      point%work = point%work + point%stress*change
+      point%lost = point%lost + soil%loss + body%loss + damped
+      point%least = min(point%least, soil%loss, body%loss, damped)
+   end subroutine step
+
+end module test_branch_law
