@@ -17,36 +17,36 @@ module dda_branch_law
    use dda_branches, only: branches_type
    implicit none
    private
-   public :: answer_type, respond, respond_body, keep_branches, keep_body, stored_by_branches, &
+   public :: response_type, respond, respond_body, keep_branches, keep_body, stored_by_branches, &
       stored_by_body
 
-   !> What a strain point answers to a change of its strain.
-   type :: answer_type
+   !> Response of a strain point to a change of its strain.
+   type :: response_type
       real(wp) :: acting = 0.0_wp   !< stress that acts in the step, over G
       real(wp) :: tangent = 0.0_wp  !< its derivative by Δγ
       real(wp) :: end = 0.0_wp      !< stress at the end of the step, over G
       real(wp) :: loss = 0.0_wp     !< of the step, J/m³ over G
-   end type answer_type
+   end type response_type
 
 contains
 
-   !> The answer of branches.
-   pure type(answer_type) function respond(branches, elastic, strain, change) result(answer)
+   !> The response of branches.
+   pure type(response_type) function respond(branches, elastic, strain, change) result(response)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: elastic(:)  !< [n] e₀ of the branches that slip
       real(wp), intent(in) :: strain      !< γ₀
       real(wp), intent(in) :: change      !< Δγ
 
-      call add_slipping(branches, elastic, change, answer)
-      call add_recoverable(branches, strain, change, answer)
+      call add_slipping(branches, elastic, change, response)
+      call add_recoverable(branches, strain, change, response)
    end function respond
 
    !> What slips of the branches.
-   pure subroutine add_slipping(branches, elastic, change, answer)
+   pure subroutine add_slipping(branches, elastic, change, response)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: elastic(:)           !< [n] e₀
       real(wp), intent(in) :: change               !< Δγ
-      type(answer_type), intent(inout) :: answer   !< gets it
+      type(response_type), intent(inout) :: response   !< gets it
       real(wp) :: after, mean, modulus
       integer :: j
 
@@ -54,20 +54,20 @@ contains
          modulus = branches%slipping(j)*branches%modulus(j)
          after = clip(elastic(j) + change, branches%strain(j))
          mean = 0.5_wp*(elastic(j) + after)
-         answer%acting = answer%acting + modulus*mean
-         answer%end = answer%end + modulus*after
-         answer%loss = answer%loss + modulus*mean*(change - (after - elastic(j)))
-         if (abs(elastic(j) + change) < branches%strain(j)) answer%tangent = answer%tangent &
+         response%acting = response%acting + modulus*mean
+         response%end = response%end + modulus*after
+         response%loss = response%loss + modulus*mean*(change - (after - elastic(j)))
+         if (abs(elastic(j) + change) < branches%strain(j)) response%tangent = response%tangent &
             + 0.5_wp*modulus
       end do
    end subroutine add_slipping
 
    !> What is recoverable of the branches.
-   pure subroutine add_recoverable(branches, strain, change, answer)
+   pure subroutine add_recoverable(branches, strain, change, response)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: strain               !< γ₀
       real(wp), intent(in) :: change               !< Δγ
-      type(answer_type), intent(inout) :: answer   !< gets it
+      type(response_type), intent(inout) :: response   !< gets it
       real(wp) :: mean, modulus
       integer :: j
 
@@ -76,9 +76,9 @@ contains
          if (modulus <= 0.0_wp) cycle
          associate (limit => branches%strain(j))
             mean = mean_of_clip(strain, change, limit)
-            answer%acting = answer%acting + modulus*mean
-            answer%end = answer%end + modulus*clip(strain + change, limit)
-            answer%tangent = answer%tangent + modulus &
+            response%acting = response%acting + modulus*mean
+            response%end = response%end + modulus*clip(strain + change, limit)
+            response%tangent = response%tangent + modulus &
                *recoverable_tangent(strain, change, limit, mean)
          end associate
       end do
@@ -111,14 +111,14 @@ contains
       end do
    end function stored_by_branches
 
-   !> The answer of the body of small strains, and the part of the change that it takes.
-   pure subroutine respond_body(branches, memory, strain, change, time_step, answer, taken)
+   !> The response of the body of small strains, and the part of the change that it takes.
+   pure subroutine respond_body(branches, memory, strain, change, time_step, response, taken)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
       real(wp), intent(in) :: strain               !< e₀
       real(wp), intent(in) :: change               !< Δγ
       real(wp), intent(in) :: time_step            !< Δt, s
-      type(answer_type), intent(out) :: answer     !< of the body
+      type(response_type), intent(out) :: response     !< of the body
       real(wp), intent(out) :: taken               !< Δe
       real(wp) :: before, relaxing, stiffness, weight, h
       integer :: l
@@ -137,14 +137,14 @@ contains
             stiffness = stiffness + body%unrelaxed*body%weight(l)/(1.0_wp + h)
          end do
       end associate
-      answer%end = clip(before + relaxing + stiffness*change, branches%body_cap)
-      answer%tangent = 0.5_wp*stiffness
+      response%end = clip(before + relaxing + stiffness*change, branches%body_cap)
+      response%tangent = 0.5_wp*stiffness
       if (abs(before + relaxing + stiffness*change) >= branches%body_cap) then
-         taken = (answer%end - before - relaxing)/stiffness
-         answer%tangent = 0.0_wp
+         taken = (response%end - before - relaxing)/stiffness
+         response%tangent = 0.0_wp
       end if
-      answer%acting = 0.5_wp*(before + answer%end)
-      answer%loss = answer%acting*(change - taken)
+      response%acting = 0.5_wp*(before + response%end)
+      response%loss = response%acting*(change - taken)
    end subroutine respond_body
 
    !> Take the mechanisms to the end of a step; what they lose, J/m³ over G.

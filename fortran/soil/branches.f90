@@ -36,7 +36,7 @@ module dda_branches
    real(wp), parameter :: first_reduction = 0.998_wp !< G_s/G at which branches begin
    real(wp), parameter :: body_reduction = 0.75_wp   !< G_s/G at which the body begins to slip
    real(wp), parameter :: least_strain = 1.0e-7_wp  !< of a branch
-   real(wp), parameter :: judged(2) = [1.0e-5_wp, 1.0e-2_wp] !< strains over which misfits count
+   real(wp), parameter :: misfit_range(2) = [1.0e-5_wp, 1.0e-2_wp] !< strains of the misfits
 
    !> Curves of a soil over the shear strain, straight in the logarithm of the strain.
    type :: curve_type
@@ -81,7 +81,7 @@ contains
       call fit_moduli(branches, strain, at(curve, curve%reduction, strain))
       allocate (branches%slipping(n), source=1.0_wp)
       if (.not. masing) call fit_loops(branches, strain, at(curve, curve%damping, strain))
-      call judge(branches, curve, masing)
+      call find_misfits(branches, curve, masing)
    end subroutine fit_branches
 
    !> The body of a damping ratio, which slips from a strain on.
@@ -206,19 +206,26 @@ contains
       branches%slipping = min(1.0_wp, unknown(:branches%n))
    end subroutine fit_loops
 
-   !> Largest misfits over the strains that count; with Masing's rules of the modulus alone.
-   subroutine judge(branches, curve, masing)
+   !> Largest misfits over the strains that count and that the curve has; with Masing's rules of the
+   !> modulus alone.
+   subroutine find_misfits(branches, curve, masing)
       type(branches_type), intent(inout) :: branches  !< fitted
       type(curve_type), intent(in) :: curve           !< that it is to have
       logical, intent(in) :: masing                   !< the damping is not the curve's
-      real(wp) :: strain(301)
+      real(wp) :: strain(301), low, high
 
-      strain = log_spaced(judged(1), judged(2), size(strain))
+      low = max(misfit_range(1), curve%strain(1))
+      high = min(misfit_range(2), last_strain(curve))
+      if (low >= high) then
+         low = curve%strain(1)
+         high = last_strain(curve)
+      end if
+      strain = log_spaced(low, high, size(strain))
       branches%misfit(1) = maxval(abs(secant_ratio(branches, strain) &
          /at(curve, curve%reduction, strain) - 1.0_wp))
       if (.not. masing) branches%misfit(2) = maxval(abs(loop_damping(branches, strain) &
          - at(curve, curve%damping, strain)))
-   end subroutine judge
+   end subroutine find_misfits
 
    !> The strain at which branches begin.
    pure real(wp) function first_strain(curve) result(first)

@@ -13,7 +13,7 @@
 module dda_shear_column
    use dda_kinds, only: wp
    use dda_branches, only: branches_type
-   use dda_branch_law, only: answer_type, respond, respond_body, keep_branches, keep_body, &
+   use dda_branch_law, only: response_type, respond, respond_body, keep_branches, keep_body, &
       stored_by_branches, stored_by_body
    use dda_errors, only: error_type, error_convergence, fail
    use dda_text, only: to_text
@@ -41,6 +41,7 @@ module dda_shear_column
       real(wp), allocatable :: displacement(:), velocity(:)  !< [cells+1] m, m/s
       real(wp), allocatable :: strain(:)      !< [cells] γ
       real(wp), allocatable :: stress(:)      !< [cells] τ at the end of the step, Pa
+      real(wp), allocatable :: largest(:,:)   !< [2,cells] |γ| and |τ| (Pa) of all steps so far
       real(wp), allocatable :: body_strain(:) !< [cells] e of the body of small strains
       real(wp), allocatable :: elastic(:,:)   !< [branches,cells] e of the branches that slip
       real(wp), allocatable :: memory(:,:)    !< [mechanisms,cells] ζ
@@ -50,12 +51,6 @@ module dda_shear_column
       real(wp) :: damped = 0.0_wp             !< lost by the mechanisms of small strains, J/m²
       integer :: iterations = 0               !< of the last step
    end type shear_state_type
-
-   !> What the cells answer in a step.
-   type :: cells_type
-      real(wp), allocatable :: stress(:)   !< [cells] that acts, Pa
-      real(wp), allocatable :: tangent(:)  !< [cells] its derivative by Δγ, Pa
-   end type cells_type
 
 contains
 
@@ -68,6 +63,7 @@ contains
       n = size(column%thickness)
       allocate (state%displacement(n + 1), state%velocity(n + 1), state%strain(n), &
          state%stress(n), state%body_strain(n), source=0.0_wp)
+      allocate (state%largest(2, n), source=0.0_wp)
       allocate (state%elastic(maxval(column%branches%n), n), &
          state%memory(max(1, maxval(column%branches%body%n)), n), source=0.0_wp)
    end subroutine begin_column
@@ -80,109 +76,95 @@ contains
       real(wp), intent(in) :: base
       type(shear_state_type), intent(inout) :: state  !< of the column
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      type(cells_type) :: cells
       real(wp), dimension(size(state%velocity)) :: d, residual, load
-      real(wp) :: size_of, before
+      real(wp), dimension(size(state%strain)) :: stress, tangent
+      real(wp) :: scale
       integer :: i
 
       load = 2.0_wp/time_step*mass_times(column, state%velocity)
       load(size(load)) = load(size(load)) + column%dashpot*base
       d = time_step*state%velocity
       if (column%dashpot <= 0.0_wp) d(size(d)) = time_step*base
-      call answer(column, state, time_step, d, cells)
-      call weigh(column, time_step, load, cells, d, residual, size_of)
-      do i = 1, most_iterations
-         before = maxval(abs(residual))
-         if (before <= tolerance*size_of) exit
-         call improve(column, state, time_step, load, cells, d, residual, size_of)
+      call evaluate(column, state, time_step, load, d, stress, tangent, residual, scale)
+      do i = 0, most_iterations - 1
+         if (all(abs(residual) <= tolerance*scale)) exit
+         call newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
       end do
       state%iterations = i
-      if (maxval(abs(residual)) > tolerance*size_of) then
-         call fail(error, error_convergence, 'a step of the column does not converge in '// &
-            to_text(most_iterations)//' iterations: try a smaller time_step')
+      if (.not. all(abs(residual) <= tolerance*scale)) then  ! NaN does not converge, either
+         call fail(error, error_convergence, 'the column does not converge in '// &
+            to_text(most_iterations)//' iterations')
          return
       end if
-      call keep(column, state, time_step, base, d, cells, load)
+      call end_step(column, state, time_step, base, d, stress, load)
    end subroutine shake_column
 
    !> One iteration of Newton's method, halved while the residual grows.
-   subroutine improve(column, state, time_step, load, cells, d, residual, size_of)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
+   subroutine newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
+      type(shear_column_type), intent(in) :: column    !< layers as cells
       type(shear_state_type), intent(in) :: state      !< at the start of the step
       real(wp), intent(in) :: time_step                !< Δt, s
       real(wp), intent(in) :: load(:)                  !< [nodes] Pa
-      type(cells_type), intent(inout) :: cells         !< at d
       real(wp), intent(inout) :: d(:)                  !< [nodes] Δu, m
-      real(wp), intent(inout) :: residual(:)           !< [nodes] Pa
-      real(wp), intent(inout) :: size_of               !< largest force, Pa
-      real(wp) :: way(size(d)), from(size(d)), before, factor
+      real(wp), intent(inout) :: stress(:), tangent(:) !< [cells] at d, Pa
+      real(wp), intent(inout) :: residual(:)           !< [nodes] at d, Pa
+      real(wp), intent(inout) :: scale                 !< largest force, Pa
+      real(wp) :: correction(size(d)), from(size(d)), before, factor
       integer :: halving
 
-      call solve(column, time_step, cells%tangent, residual, way)
+      call solve(column, time_step, tangent, residual, correction)
       from = d
       before = maxval(abs(residual))
       factor = 1.0_wp
       do halving = 0, most_halvings
-         d = from + factor*way
-         call answer(column, state, time_step, d, cells)
-         call weigh(column, time_step, load, cells, d, residual, size_of)
-         if (maxval(abs(residual)) < before .or. maxval(abs(residual)) <= tolerance*size_of) exit
+         d = from + factor*correction
+         call evaluate(column, state, time_step, load, d, stress, tangent, residual, scale)
+         if (maxval(abs(residual)) < max(before, tolerance*scale)) exit
          factor = 0.5_wp*factor
       end do
-   end subroutine improve
+   end subroutine newton_iteration
 
-   !> What the cells answer to increments of the nodes.
-   subroutine answer(column, state, time_step, d, cells)
+   !> Stresses, tangents and residual forces at increments of the nodes, and the largest force.
+   pure subroutine evaluate(column, state, time_step, load, d, stress, tangent, residual, scale)
       type(shear_column_type), intent(in) :: column  !< layers as cells
-      type(shear_state_type), intent(in) :: state      !< at the start of the step
-      real(wp), intent(in) :: time_step                !< Δt, s
-      real(wp), intent(in) :: d(:)                     !< [nodes] Δu, m
-      type(cells_type), intent(inout) :: cells         !< gets it
-      type(answer_type) :: soil, body
+      type(shear_state_type), intent(in) :: state    !< at the start of the step
+      real(wp), intent(in) :: time_step              !< Δt, s
+      real(wp), intent(in) :: load(:), d(:)          !< [nodes] Pa; Δu, m
+      real(wp), intent(out) :: stress(:)             !< [cells] that act, Pa
+      real(wp), intent(out) :: tangent(:)            !< [cells] their derivatives by Δγ, Pa
+      real(wp), intent(out) :: residual(:)           !< [nodes] Pa
+      real(wp), intent(out) :: scale                 !< Pa
+      type(response_type) :: soil, body
       real(wp) :: change, taken
-      integer :: i
+      integer :: i, n
 
-      if (.not. allocated(cells%stress)) allocate (cells%stress(size(d) - 1), &
-         cells%tangent(size(d) - 1))
-      do i = 1, size(d) - 1
+      n = size(stress)
+      do i = 1, n
          change = (d(i) - d(i + 1))/column%thickness(i)
          associate (branches => column%branches(column%soil(i)))
             soil = respond(branches, state%elastic(:, i), state%strain(i), change)
             call respond_body(branches, state%memory(:, i), state%body_strain(i), change, &
                time_step, body, taken)
          end associate
-         cells%stress(i) = column%modulus(i)*(soil%acting + body%acting)
-         cells%tangent(i) = column%modulus(i)*(soil%tangent + body%tangent)
+         stress(i) = column%modulus(i)*(soil%acting + body%acting)
+         tangent(i) = column%modulus(i)*(soil%tangent + body%tangent)
       end do
-   end subroutine answer
-
-   !> Residual forces, and the largest of the forces.
-   pure subroutine weigh(column, time_step, load, cells, d, residual, size_of)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
-      real(wp), intent(in) :: time_step        !< Δt, s
-      real(wp), intent(in) :: load(:), d(:)    !< [nodes] Pa; Δu, m
-      type(cells_type), intent(in) :: cells    !< at d
-      real(wp), intent(out) :: residual(:)     !< [nodes] Pa
-      real(wp), intent(out) :: size_of         !< Pa
-      integer :: n
-
-      n = size(cells%stress)
       residual = load - 2.0_wp/time_step**2*mass_times(column, d)
       residual(n + 1) = residual(n + 1) - column%dashpot/time_step*d(n + 1)
-      size_of = max(maxval(abs(load)), maxval(abs(cells%stress)))
-      residual(:n) = residual(:n) - cells%stress
-      residual(2:) = residual(2:) + cells%stress
+      residual(:n) = residual(:n) - stress
+      residual(2:) = residual(2:) + stress
       if (column%dashpot <= 0.0_wp) residual(n + 1) = 0.0_wp
-   end subroutine weigh
+      scale = max(maxval(abs(load)), maxval(abs(stress)))
+   end subroutine evaluate
 
    !> The change of Δu that the tangents give, by elimination from the surface down.
-   pure subroutine solve(column, time_step, tangent, residual, way)
+   pure subroutine solve(column, time_step, tangent, residual, correction)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       real(wp), intent(in) :: time_step     !< Δt, s
       real(wp), intent(in) :: tangent(:)    !< [cells] Pa
       real(wp), intent(in) :: residual(:)   !< [nodes] Pa
-      real(wp), intent(out) :: way(:)       !< [nodes] m
-      real(wp) :: diagonal(size(way)), beside(size(tangent))
+      real(wp), intent(out) :: correction(:)  !< [nodes] m
+      real(wp) :: diagonal(size(correction)), beside(size(tangent))
       integer :: n
 
       n = size(tangent)
@@ -196,7 +178,7 @@ contains
          diagonal(n + 1) = 1.0_wp
          beside(n) = 0.0_wp
       end if
-      call solve_tridiagonal(diagonal, beside, residual, way)
+      call solve_tridiagonal(diagonal, beside, residual, correction)
    end subroutine solve
 
    !> A symmetric positive definite matrix of three diagonals.
@@ -248,39 +230,39 @@ contains
    end function mass_times
 
    !> Take the state to the end of a step.
-   subroutine keep(column, state, time_step, base, d, cells, load)
+   subroutine end_step(column, state, time_step, base, d, stress, load)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(inout) :: state  !< of the column
       real(wp), intent(in) :: time_step      !< Δt, s
       real(wp), intent(in) :: base           !< velocity of base or outcrop, m/s
       real(wp), intent(in) :: d(:), load(:)  !< [nodes] Δu, m; Pa
-      type(cells_type), intent(in) :: cells  !< at d
+      real(wp), intent(in) :: stress(:)      !< [cells] that acted, Pa
       real(wp) :: force(size(d))
       integer :: i, n
 
-      n = size(cells%stress)
+      n = size(stress)
       if (column%dashpot > 0.0_wp) then
          state%reaction = column%dashpot*(base - d(n + 1)/time_step)
       else
          force = 2.0_wp/time_step**2*mass_times(column, d) - load
-         state%reaction = force(n + 1) - cells%stress(n)
+         state%reaction = force(n + 1) - stress(n)
       end if
       state%work = state%work + state%reaction*d(n + 1)
       do i = 1, n
-         call keep_cell(column, state, i, (d(i) - d(i + 1))/column%thickness(i), time_step)
+         call end_cell(column, state, i, (d(i) - d(i + 1))/column%thickness(i), time_step)
       end do
       state%velocity = 2.0_wp/time_step*d - state%velocity
       state%displacement = state%displacement + d
-   end subroutine keep
+   end subroutine end_step
 
    !> Take a cell to the end of a step.
-   subroutine keep_cell(column, state, i, change, time_step)
+   subroutine end_cell(column, state, i, change, time_step)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(inout) :: state  !< of the column
       integer, intent(in) :: i            !< number of the cell
       real(wp), intent(in) :: change      !< Δγ
       real(wp), intent(in) :: time_step   !< Δt, s
-      type(answer_type) :: soil, body
+      type(response_type) :: soil, body
       real(wp) :: loss, taken
 
       associate (branches => column%branches(column%soil(i)), g => column%modulus(i), &
@@ -292,10 +274,11 @@ contains
          state%body_strain(i) = state%body_strain(i) + taken
          state%strain(i) = state%strain(i) + change
          state%stress(i) = g*(soil%end + body%end)
+         state%largest(:, i) = max(state%largest(:, i), abs([state%strain(i), state%stress(i)]))
          state%slipped = state%slipped + g*h*(soil%loss + body%loss)
          state%damped = state%damped + g*h*loss
       end associate
-   end subroutine keep_cell
+   end subroutine end_cell
 
    !> Accelerations of the nodes at the end of a step, by the forces there.
    function end_accelerations(column, state, base, outcrop) result(acceleration)

@@ -53,7 +53,7 @@ module api
    use dda_stopwatch, only: phase_names, seconds_of
    use dda_diagnostics, only: audit_warning
    use dda_team, only: team_words
-   use dda_text, only: joined
+   use dda_text, only: joined, to_text
    use dda_transfer, only: transfer_type, prepare_transfer, transfer_at, undamped_transfer_at
    use dda_version, only: version, commit
    implicit none
@@ -1115,17 +1115,17 @@ contains
    !> A column of cells (thickness, density, modulus), of soils with branches and a damping ratio of
    !> small strains, whose body slips from a strain on.  Its base has an acceleration at each step,
    !> or an outcrop of the half-space has it (density times velocity above 0).  Each `every`th step:
-   !> accelerations and displacements of the nodes, strains and stresses of the cells; the energies
-   !> at the end, iterations of each step.
+   !> accelerations and displacements of the nodes, strains and stresses of the cells; the largest
+   !> of both in all steps, the energies at the end, iterations of each step.
    subroutine shake_soil(cells, layers, soil, soils, n, branches, ratio, limit, reference, &
       dashpot, time_step, steps, base, every, kept, acceleration, displacement, strain, stress, &
-      energy, iterations, status, message)
+      largest, energy, iterations, status, message)
       integer(c_int), intent(in) :: cells, soils, n, steps, every, kept
       real(c_double), intent(in) :: layers(3, cells), branches(n, 3, soils), ratio(soils), &
          limit(soils), reference, dashpot, time_step, base(steps + 1)
       integer(c_int), intent(in) :: soil(cells)
       real(c_double), intent(out) :: acceleration(cells + 1, kept), displacement(cells + 1, kept), &
-         strain(cells, kept), stress(cells, kept), energy(5)
+         strain(cells, kept), stress(cells, kept), largest(2, cells), energy(5)
       integer(c_int), intent(out) :: iterations(steps)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
@@ -1151,6 +1151,7 @@ contains
          if (allocated(error)) exit
          change = 0.5_c_double*time_step*(base(i) + base(i + 1))
          call shake_column(column, time_step, velocity + 0.5_c_double*change, state, error)
+         if (allocated(error)) error%message = 't = '//to_text(i*time_step)//' s: '//error%message
          velocity = velocity + change
          iterations(i) = state%iterations
          if (mod(i, every) /= 0) cycle
@@ -1162,7 +1163,11 @@ contains
          end associate
       end do
       energy = 0.0_c_double
-      if (.not. allocated(error)) energy = energy_balance(column, state)
+      largest = 0.0_c_double
+      if (.not. allocated(error)) then
+         energy = energy_balance(column, state)
+         largest = state%largest
+      end if
       call report(error, status, message)
    end subroutine shake_soil
 

@@ -4,7 +4,7 @@ module test_branch_law
    use dda_kinds, only: wp, pi
    use dda_branches, only: branches_type, curve_type, fit_branches, loop_damping, relaxed_modulus, &
       secant_ratio
-   use dda_branch_law, only: answer_type, respond, respond_body, keep_branches, keep_body, &
+   use dda_branch_law, only: response_type, respond, respond_body, keep_branches, keep_body, &
       stored_by_branches, stored_by_body
    use dda_errors, only: error_type
    use dda_text, only: to_text
@@ -141,7 +141,7 @@ contains
    subroutine tangents()
       type(branches_type) :: branches
       type(point_type) :: point
-      type(answer_type) :: low, high, soil, body
+      type(response_type) :: low, high, soil, body
       real(wp) :: change(1), taken, slope
       real(wp), parameter :: h = 1.0e-12_wp
       integer :: i, wrong
@@ -172,7 +172,7 @@ contains
       type(branches_type), intent(in) :: branches
       real(wp), intent(in) :: change, time_step
       type(point_type), intent(inout) :: point
-      type(answer_type) :: soil, body
+      type(response_type) :: soil, body
       real(wp) :: taken, damped
 
       soil = respond(branches, point%elastic, point%strain, change)

@@ -201,10 +201,10 @@ def test_a_peak_acceleration_that_does_not_converge_is_said_so():
     column = Column([Layer(20.0, density=2000.0, shear_velocity=300.0)])
     curves = [backbone(3.65e-4)]
     found = nonlinear(column, curves, sine(2.0, 1.0), 0.002, damping_curve="masing")
-    assert "pga" in found.loose
+    assert "pga" in found.unconverged
     assert "does not converge with cells and steps: surface PGA" in str(found)
     quiet = nonlinear(column, curves, sine(2.0, 0.01), 0.002, damping_curve="masing")
-    assert not quiet.loose and "does not converge" not in str(quiet)
+    assert not quiet.unconverged and "does not converge" not in str(quiet)
     alone = nonlinear(column, curves, sine(2.0, 0.01), 0.002, compare=False)
     assert np.isnan(alone.figures["pga"][1])
 
@@ -230,8 +230,39 @@ def test_three_analyses_agree_where_soil_hardly_yields_and_part_where_it_does(re
 def test_strains_beyond_the_curves_are_named():
     column = Column([Layer(10.0, density=1900.0, shear_velocity=150.0)])
     found = nonlinear(column, [darendeli(2e4)], sine(1.0, 6.0), 0.002, compare=False)
-    assert list(found.beyond) == [1]
+    assert list(found.beyond_curves) == [1]
     assert "strains beyond the ends of the curves, where the soil flows: layer 1" in str(found)
+    within = nonlinear(column, [darendeli(2e4)], sine(1.0, 0.1), 0.002, compare=False)
+    assert not within.beyond_curves and "beyond the ends" not in str(within)
+
+
+def test_damping_of_the_half_space_is_said_to_be_left_out():
+    for damping, said in ((0.02, True), (0.0, False)):
+        base = HalfSpace(density=2200.0, shear_velocity=800.0, damping=damping)
+        column = Column([Layer(10.0, density=1900.0, shear_velocity=150.0)], base)
+        found = nonlinear(column, [darendeli(2e4)], sine(1.0, 0.1), 0.002, compare=False)
+        assert ("the damping of the half-space is left out" in str(found)) == said
+
+
+def test_largest_strains_are_those_of_all_steps():
+    """A sample of the motion is 25 steps here; the largest strain lies between two of them."""
+    column = Column([Layer(10.0, density=1900.0, shear_velocity=150.0)])
+    coarse = sine(1.0, 1.0, step=0.025, duration=3.0)
+    fine = np.interp(np.arange(3001) / 25, np.arange(coarse.size), coarse)
+    kept = nonlinear(column, [darendeli(5e4)], coarse, 0.025, compare=False).histories
+    exact = nonlinear(column, [darendeli(5e4)], fine, 0.001, compare=False).histories
+    assert kept.largest_strain == pytest.approx(np.abs(exact.strain).max(axis=1), rel=1e-9)
+    assert kept.largest_stress == pytest.approx(np.abs(exact.stress).max(axis=1), rel=1e-9)
+    assert np.all(kept.largest_strain >= np.abs(kept.strain).max(axis=1))
+    assert kept.largest_strain[-1] > np.abs(kept.strain[-1]).max()
+
+
+def test_misfits_count_within_the_curves():
+    """A table that ends at .1 % says nothing of the strains beyond."""
+    full = backbone(1e-3)
+    kept = full.strain <= 1e-3
+    short = SoilCurves(full.strain[kept], full.reduction[kept], full.damping[kept])
+    assert Branches.of(short).misfit[0] < 0.01
 
 
 @pytest.mark.parametrize(
@@ -242,7 +273,7 @@ def test_strains_beyond_the_curves_are_named():
         ({"branches": 1}, "branches must be in 2 … 200, got 1"),
         ({"damping_curve": "own"}, "damping_curve must be one of target, masing, got 'own'"),
         ({"highest_frequency": 0.0}, "highest_frequency must be finite and positive"),
-        ({"highest_frequency": 1e6}, "cells are more than 100000: lower highest_frequency"),
+        ({"highest_frequency": 1e6}, "values: lower highest_frequency, or shorten the motion"),
     ],
 )
 def test_wrong_arguments_are_named(changes, words):

@@ -32,8 +32,9 @@ class Branches:
     body_strain, body_cap : float
         Strain from which that body slips, and its cap over G.
     misfit : (float, float)
-        Between strains of 0.001 and 1 %: largest relative error of the modulus, and largest error
-        of the damping ratio (0 by Masing's rules, where it follows from the modulus).
+        Between strains of 0.001 and 1 %, as far as the curves go: largest relative error of the
+        modulus, and largest error of the damping ratio (0 by Masing's rules, where it follows from
+        the modulus).
     """
 
     strain: NDArray[np.float64]

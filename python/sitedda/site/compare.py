@@ -10,10 +10,10 @@ import numpy as np
 
 from ..column import Column
 from .curves import SoilCurves
-from .equivalent_linear import EquivalentLinear, equivalent_linear
+from .equivalent_linear import EquivalentLinear, equivalent_linear, small_strain_column
 from .motion import Motion
 from .nonlinear import NonlinearResponse, nonlinear
-from .response import ColumnResponse, SurfaceMotion
+from .response import ColumnResponse, SiteResponse
 
 _PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of the table
 
@@ -34,7 +34,7 @@ class Analyses:
     nonlinear: NonlinearResponse
 
     @property
-    def responses(self) -> dict[str, SurfaceMotion]:
+    def responses(self) -> dict[str, SiteResponse]:
         """The responses by the names of their analyses."""
         return {
             "linear": self.linear,
@@ -97,10 +97,5 @@ def analyses(
     ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
     fitted = equivalent_linear(column, curves, ground, kind=kind)
     found = nonlinear(column, curves, ground, kind=kind, **options)
-    small = equivalent_linear(column, curves, _faint(ground), kind=kind).response.column
-    return Analyses(ColumnResponse.of(small, ground, kind=kind), fitted, found)
-
-
-def _faint(motion: Motion) -> Motion:
-    """The motion so small that no soil softens."""
-    return Motion(1e-9 * motion.acceleration, motion.time_step, motion.length)
+    linear = ColumnResponse.of(small_strain_column(column, curves), ground, kind=kind)
+    return Analyses(linear, fitted, found)

@@ -12,6 +12,8 @@ from ..arguments import first_of, positive
 
 ATMOSPHERE = 101325.0  # Pa
 _STRAINS = np.logspace(-6, -1.5, 91)  # at which formulas are tabulated
+_PARTS = 60  # of their intervals, in integrals of Masing's rules
+_BELOW = 60  # intervals below the table where such integrals begin
 
 
 @dataclass(frozen=True)
@@ -253,18 +255,21 @@ def darendeli(
 def _by_masing(reduction, name: str) -> SoilCurves:
     """Curves of a function G/G_max of the strain, with the damping of Masing's rules.
 
-    D = (2/π) [2 ∫τ dγ/(τγ) − 1], integrated on 60 strains between two of the table.
+    D = (2/π) [2 ∫τ dγ/(τγ) − 1], by the trapezoidal rule on _PARTS strains between two of the
+    table, from _BELOW intervals before it on; the soil is linear up to there.
     """
-    fine = np.concatenate(
-        [_STRAINS[:1] * np.logspace(-3, 0, 181)[:-1], np.logspace(-6, -1.5, 90 * 60 + 1)]
-    )
+    step = np.log(_STRAINS[1] / _STRAINS[0]) / _PARTS
+    number = np.arange(-_BELOW * _PARTS, (_STRAINS.size - 1) * _PARTS + 1)
+    fine = _STRAINS[0] * np.exp(step * number)
     stress = fine * reduction(fine)
-    work = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (stress[1:] + stress[:-1]) / 2)])
-    work += fine[0] * stress[0] / 2
-    damping = 2 / np.pi * (2 * work / (stress * fine) - 1)
-    damping = np.maximum(damping[180::60], 0.0)
+    work = np.cumsum(np.diff(fine) * (stress[1:] + stress[:-1]) / 2)
+    work = fine[0] * stress[0] / 2 + np.concatenate([[0.0], work])
+    damping = (2 / np.pi * (2 * work / (stress * fine) - 1))[_BELOW * _PARTS :: _PARTS]
     return SoilCurves(
-        _STRAINS, np.minimum(reduction(_STRAINS), 1.0), np.minimum(damping, 0.999), name
+        _STRAINS,
+        np.minimum(reduction(_STRAINS), 1.0),
+        np.clip(damping, 0.0, 0.999),
+        name,
     )
 
 

@@ -109,7 +109,7 @@ def equivalent_linear(
     if not 0 < tolerance < 1:
         raise ValueError(f"tolerance must be in 0 < tolerance < 1, got {tolerance!r}")
     ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
-    linear = np.array([layer.damping_at([1.0])[0] for layer in column.layers])
+    linear = _own_damping(column)
     reduction, damping = _properties(curves, np.zeros(len(linear)), linear)
     _, interfaces = column.cut_at([])
     middles = (interfaces[:-1] + interfaces[1:]) / 2
@@ -133,6 +133,17 @@ def equivalent_linear(
         f"the equivalent-linear iteration does not end: after {most_iterations} iterations moduli "
         f"or damping ratios still change by {100 * change:.3g} %; try a larger tolerance"
     )
+
+
+def small_strain_column(column: Column, curves: Sequence[SoilCurves | None]) -> Column:
+    """The column with the moduli and damping ratios that its curves have at small strains."""
+    linear = _own_damping(column)
+    return _with(column, curves, *_properties(curves, np.zeros(len(linear)), linear))
+
+
+def _own_damping(column: Column) -> NDArray[np.float64]:
+    """Damping ratio of each layer at 1 Hz."""
+    return np.array([layer.damping_at([1.0])[0] for layer in column.layers])
 
 
 def _properties(curves, strain, linear):

@@ -18,7 +18,7 @@ from ..signals import running_integral
 from .branches import Branches
 from .curves import SoilCurves
 from .motion import Motion
-from .response import SurfaceMotion, motion_words
+from .response import SiteResponse, motion_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 _CELLS_A_WAVE = 12  # of the highest frequency, at the velocity of small strains
 _STEPS_A_PERIOD = 40
 _FEWEST_CELLS = 2  # of a layer
-_MOST_CELLS = 100_000
+_MOST_VALUES = 50_000_000  # of the motion in steps, or of one of four histories of all cells
 _PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of the figures
-_LOOSE = 0.05  # relative difference of two resolutions from which on a figure does not converge
+_CONVERGED = 0.05  # relative difference of two resolutions up to which a figure converges
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,8 @@ class Histories:
         Of the nodes, m/s² and m.
     strain, stress : ndarray, shape (cells, samples)
         Shear of the cells, dimensionless and Pa.
+    largest_strain, largest_stress : ndarray, shape (cells,)
+        Largest absolute values of all steps, between the samples too.
     energy : dict of str to float
         J/m²: ``work`` at the base, and what it became, ``kinetic``, ``stored``, ``slipped`` (lost
         by the branches) and ``damped`` (lost by the damping of small strains).
@@ -54,12 +56,14 @@ class Histories:
     displacement: NDArray[np.float64]
     strain: NDArray[np.float64]
     stress: NDArray[np.float64]
+    largest_strain: NDArray[np.float64]
+    largest_stress: NDArray[np.float64]
     energy: dict[str, float]
     iterations: NDArray[np.int32]
 
 
 @dataclass(frozen=True)
-class NonlinearResponse(SurfaceMotion):
+class NonlinearResponse(SiteResponse):
     """How a column of yielding soil moves under a ground motion.
 
     Attributes
@@ -145,8 +149,8 @@ class NonlinearResponse(SurfaceMotion):
                 "acceleration": peaks("depth", kept.acceleration, "m/s^2"),
                 "velocity": peaks("depth", velocity, "m/s"),
                 "displacement": peaks("depth", kept.displacement - ground, "m"),
-                "strain": peaks("middle", kept.strain, "1"),
-                "stress": peaks("middle", kept.stress, "Pa"),
+                "strain": ("middle", kept.largest_strain, {"units": "1"}),
+                "stress": ("middle", kept.largest_stress, {"units": "Pa"}),
             },
             coords={
                 "depth": ("depth", nodes, {"units": "m"}),
@@ -159,7 +163,8 @@ class NonlinearResponse(SurfaceMotion):
     def figures(self) -> dict[str, tuple[float, float]]:
         """Figures of the surface, each with what cells and steps of twice the size change in it.
 
-        ``pga`` (m/s²), ``strain`` (largest of all cells), ``sa_0.1`` … ``sa_1`` (5 %, m/s²); nan
+        ``pga`` (at the samples, m/s²), ``strain`` (of all cells and steps), ``sa_0.1`` … ``sa_1``
+        (5 %, m/s²); nan
         as change where the coarse run was left out.
         """
         fine = self._figures(self.histories)
@@ -173,27 +178,28 @@ class NonlinearResponse(SurfaceMotion):
         spectrum = self._spectral(surface, _PERIODS, 0.05)
         return {
             "pga": float(np.abs(surface).max()),
-            "strain": float(np.abs(kept.strain).max()),
+            "strain": float(kept.largest_strain.max()),
             **{f"sa_{p:g}": float(sa) for p, sa in zip(_PERIODS, spectrum, strict=True)},
         }
 
     @property
-    def loose(self) -> list[str]:
+    def unconverged(self) -> list[str]:
         """Names of the figures that cells and steps of twice the size change by more than 5 %."""
-        return [n for n, (value, change) in self.figures.items() if change > _LOOSE * abs(value)]
+        return [
+            n for n, (value, change) in self.figures.items() if change > _CONVERGED * abs(value)
+        ]
 
     @property
-    def beyond(self) -> dict[int, float]:
+    def beyond_curves(self) -> dict[int, float]:
         """Largest strains of the layers (from 1) that are strained beyond the end of their curves.
 
         There a soil flows at the stress that its branches reach.
         """
         ends = np.cumsum([0.0, *(layer.thickness for layer in self.column.layers)])
         layer = np.searchsorted(ends, self.histories.interfaces[:-1] + 1e-9 * ends[-1]) - 1
-        most = np.abs(self.histories.strain).max(axis=1)
         found = {}
         for i, soil in enumerate(self.branches):
-            largest = float(most[layer == i].max())
+            largest = float(self.histories.largest_strain[layer == i].max())
             if soil is not None and largest > soil.strain[-1]:
                 found[i + 1] = largest
         return found
@@ -210,14 +216,19 @@ class NonlinearResponse(SurfaceMotion):
             scale = 100 if name == "strain" else 1
             bar = "" if np.isnan(change) else f" ± {scale * change:.2g}"
             lines.append(f"{_LABELS.get(name, _period(name)):22s}{scale * value:9.4g}{bar}{unit}")
-        if self.loose:
+        if self.unconverged:
+            names = ", ".join(map(_label, self.unconverged))
             lines.append(
-                f"does not converge with cells and steps: {', '.join(map(_label, self.loose))}; "
+                f"does not converge with cells and steps: {names}; "
                 "small strains that are hardly damped pass on the noise of yielding. Give the soil "
                 "a damping ratio at small strains, or trust longer periods"
             )
-        if self.beyond:
-            layers = ", ".join(f"layer {i} {100 * most:.3g} %" for i, most in self.beyond.items())
+        if self.kind == "outcrop" and getattr(self.column.base, "damping", 0.0):
+            lines.append("the damping of the half-space is left out")
+        if self.beyond_curves:
+            layers = ", ".join(
+                f"layer {i} {100 * most:.3g} %" for i, most in self.beyond_curves.items()
+            )
             lines.append(
                 f"strains beyond the ends of the curves, where the soil flows: {layers}; give "
                 "curves with a shear strength (gqh) that reach them"
@@ -280,7 +291,8 @@ def nonlinear(
     Parameters
     ----------
     column : Column
-        With the moduli at small strain, n layers; on a rigid base or a half-space.
+        With the moduli at small strain, n layers; on a rigid base or a half-space, whose damping is
+        left out.
     curves : sequence of SoilCurves or None, length n
         Of each layer; None leaves it linear, with its own damping ratio.
     motion : xarray.Dataset, Motion or array_like, shape (samples,)
@@ -346,22 +358,23 @@ class _Run:
     def at(self, highest: float) -> Histories:
         """Resolved up to a frequency, Hz."""
         cells = [_cells(layer, highest) for layer in self.column.layers]
-        if sum(cells) > _MOST_CELLS:
+        every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * self.motion.time_step)))
+        samples = self.motion.acceleration.size
+        if max(sum(cells), every) * samples > _MOST_VALUES:
             raise ValueError(
-                f"{sum(cells)} cells are more than {_MOST_CELLS}: lower highest_frequency, or "
-                "make layers thicker"
+                f"{sum(cells)} cells, {samples} samples and {every} steps for each are more than "
+                f"{_MOST_VALUES} values: lower highest_frequency, or shorten the motion"
             )
         layers = [
             (layer.thickness / n, layer.density, layer.shear_modulus)
             for layer, n in zip(self.column.layers, cells, strict=True)
             for _ in range(n)
         ]
-        every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * self.motion.time_step)))
         ground = self.motion.acceleration
         base = np.interp(
             np.arange((ground.size - 1) * every + 1) / every, np.arange(ground.size), ground
         )
-        *kept, energy, iterations = checked(
+        *kept, largest, energy, iterations = checked(
             *api.shake_soil(
                 np.array(layers).T,
                 np.repeat(np.arange(1, len(cells) + 1), cells),
@@ -383,6 +396,7 @@ class _Run:
             displacement,
             -strain,  # depth grows downwards
             -stress,
+            *largest,
             dict(zip(names, map(float, energy), strict=True)),
             iterations,
         )

@@ -34,17 +34,11 @@ def response_figure(response) -> Figure:
         [["motion", "motion", "motion"], ["spectra", "acceleration", "strain"]],
         height_ratios=[1, 1.7],
     )
-    time, ground = response.time, response.motion.acceleration
-    axes["motion"].plot(time, response.acceleration(), color=COLUMN, lw=0.8, label="surface")
-    axes["motion"].plot(time, ground, color=REFERENCE, lw=0.8, label="reference motion")
-    axes["motion"].set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(0, time[-1]))
-    axes["motion"].legend(frameon=False, ncols=2, loc="upper right")
-    spectra = axes["spectra"]
-    step = response.motion.time_step
+    _motion_panel(axes["motion"], response)
+    spectra, motion = axes["spectra"], response.motion
+    ground = spectral_acceleration(motion.acceleration, motion.time_step, PERIODS)
     spectra.semilogx(PERIODS, response.spectrum(PERIODS), color=COLUMN, label="surface")
-    spectra.semilogx(
-        PERIODS, spectral_acceleration(ground, step, PERIODS), color=REFERENCE, label="reference"
-    )
+    spectra.semilogx(PERIODS, ground, color=REFERENCE, label="reference")
     spectra.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
     spectra.legend(frameon=False)
     profile = response.profile()
@@ -78,11 +72,7 @@ def nonlinear_figure(response) -> Figure:
     axes = figure.subplot_mosaic(
         [["motion"] * 4, ["spectra", "acceleration", "strain", "loop"]], height_ratios=[1, 1.7]
     )
-    time, ground = response.time, response.motion.acceleration
-    axes["motion"].plot(time, response.acceleration(), color=COLUMN, lw=0.8, label="surface")
-    axes["motion"].plot(time, ground, color=REFERENCE, lw=0.8, label="reference motion")
-    axes["motion"].set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(0, time[-1]))
-    axes["motion"].legend(frameon=False, ncols=2, loc="upper right")
+    _motion_panel(axes["motion"], response)
     _site_panels(axes, {"nonlinear": response})
     figure.suptitle(response.words, fontsize=10)
     return figure
@@ -104,6 +94,15 @@ def analyses_figure(analyses) -> Figure:
     _site_panels(axes, analyses.responses)
     figure.suptitle(analyses.nonlinear.words, fontsize=10)
     return figure
+
+
+def _motion_panel(axes, response) -> None:
+    """Surface and reference motion over time."""
+    time, ground = response.time, response.motion.acceleration
+    axes.plot(time, response.acceleration(), color=COLUMN, lw=0.8, label="surface")
+    axes.plot(time, ground, color=REFERENCE, lw=0.8, label="reference motion")
+    axes.set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(0, time[-1]))
+    axes.legend(frameon=False, ncols=2, loc="upper right")
 
 
 _ANALYSES = {
@@ -138,7 +137,7 @@ def _site_panels(axes, responses) -> None:
 def _loop(axes, response) -> None:
     """Stress over strain of the cell that is strained most."""
     kept = response.histories
-    most = int(np.abs(kept.strain).max(axis=1).argmax())
+    most = int(kept.largest_strain.argmax())
     axes.plot(100 * kept.strain[most], kept.stress[most] / 1e3, color=COLUMN, lw=0.6)
     at = (kept.interfaces[most] + kept.interfaces[most + 1]) / 2
     axes.set(xlabel="shear strain (%)", ylabel="shear stress (kPa)", title=f"at {at:.3g} m depth")

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 _KINDS = ("outcrop", "within")
 
 
-class SurfaceMotion:
-    """What follows from accelerations at a depth, for every kind of response of a column."""
+class SiteResponse:
+    """A column under a motion: what follows from its accelerations."""
 
     motion: Motion
 
@@ -61,7 +61,7 @@ def motion_words(column: Column, bottom: float, kind: str) -> str:
 
 
 @dataclass(frozen=True)
-class ColumnResponse(SurfaceMotion):
+class ColumnResponse(SiteResponse):
     """How a column moves under a ground motion.
 
     Linear in the frequency domain (SHAKE); the samples behind the record's end, as many as its own,
