@@ -134,6 +134,9 @@ contains
             linear%mass(:, :, b) = mass_matrix(blocks%inertia(:, b))
          end do
          linear%elastic = blocks%stiffness
+         do b = 1, blocks%n
+            linear%elastic(:, :, b) = blocks%rest_share(b)*blocks%stiffness(:, :, b)
+         end do
          call collect_damping(linear, blocks)
          linear%block_mass = blocks%mass
          linear%origin = model%origin

@@ -12,7 +12,8 @@ module dda_entrance
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge
+   public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge, &
+      enters
 
    !> edges nearer than this are parallel
    real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp
@@ -81,7 +82,6 @@ contains
       integer, intent(in) :: v, w                  !< vertices of two blocks
       real(wp), intent(in) :: tolerance, travel    !< m, see `is_glancing`
       type(corners_type), intent(out) :: corners   !< complete
-      integer, parameter :: before(4) = [3, 3, 1, 1], after(4) = [4, 4, 2, 2]  !< own edges
       logical, parameter :: at_end(4) = [.true., .false., .true., .false.]     !< of the edge
       real(wp) :: along(4, 2), from(4, 2), length(4)
       logical :: past_end(4)
@@ -98,12 +98,38 @@ contains
          corners%overshoot, past_end)
       corners%normal(:, 1) = along(:, 2)
       corners%normal(:, 2) = -along(:, 1)
-      corners%separation = min( &
-         along(:, 1)*along(before, 2) - along(:, 2)*along(before, 1), &
-         along(:, 2)*along(after, 1) - along(:, 1)*along(after, 2))
+      do i = 1, 4
+         corners%separation(i) = separation(blocks, corners%vertex(i), corners%edge(i))
+      end do
       corners%glancing = is_glancing(corners%gap, corners%overshoot, tolerance, travel) &
          .and. (past_end .eqv. at_end)
    end subroutine list_choices
+
+   !> Least sine of the angle between an edge and those of another body at a vertex; of an edge
+   !> within a body −1: it is no side of it.
+   pure real(wp) function separation(blocks, vertex, edge)
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      integer, intent(in) :: vertex, edge      !< of two blocks
+
+      separation = -1.0_wp
+      if (blocks%inner(edge)) return
+      associate (along => blocks%along(:, edge), &
+         before => blocks%along(:, blocks%outline(1, vertex)), &
+         after => blocks%along(:, blocks%outline(2, vertex)))
+         separation = min(along(1)*before(2) - along(2)*before(1), &
+            along(2)*after(1) - along(1)*after(2))
+      end associate
+   end function separation
+
+   !> A vertex on the outline of a body, where cells meet, is no corner: an edge that would enter
+   !> the body does not face it.
+   pure logical function enters(blocks, vertex, edge)
+      type(blocks_type), intent(in) :: blocks  !< present geometry
+      integer, intent(in) :: vertex, edge      !< of two blocks
+
+      enters = blocks%inner(vertex) .or. blocks%inner(blocks%previous(vertex))
+      if (enters) enters = separation(blocks, vertex, edge) < -parallel_sine
+   end function enters
 
    !> The vertex is outside or within the tolerance, can reach the edge in this step, and its foot
    !> lies on the edge within the tolerance of an end.

@@ -71,6 +71,7 @@ contains
       call bound_blocks(blocks, 0.5_wp*reach, box)
       call find_pairs(neighbours, blocks%n, box)
       if (any(blocks%removed)) call drop_removed(neighbours, blocks%removed)
+      if (size(blocks%joined) > 0) call drop_joined(neighbours, blocks)
       call sort_pairs(neighbours, blocks%n)
    end subroutine find_near_pairs
 
@@ -103,6 +104,25 @@ contains
       end do
       neighbours%n_pairs = kept
    end subroutine drop_removed
+
+   !> Only pairs of blocks that are not joined in a body.
+   pure subroutine drop_joined(neighbours, blocks)
+      type(neighbours_type), intent(inout) :: neighbours  !< pairs
+      type(blocks_type), intent(in) :: blocks             !< with their bodies
+      integer :: p, kept
+
+      kept = 0
+      do p = 1, neighbours%n_pairs
+         associate (a => neighbours%pair(1, p), b => neighbours%pair(2, p))
+            associate (own => blocks%joined(blocks%joined_first(a):blocks%joined_first(a + 1) - 1))
+               if (any(own == b)) cycle
+            end associate
+            kept = kept + 1
+            neighbours%pair(:, kept) = [a, b]
+         end associate
+      end do
+      neighbours%n_pairs = kept
+   end subroutine drop_joined
 
    !> Which vertices and which blocks are convex: constants of the run.
    subroutine mark_convex(neighbours, blocks)
@@ -274,10 +294,12 @@ contains
       high = maxval(blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1), 2) + reach
       do v = blocks%first(a), blocks%first(a + 1) - 1
          if (.not. neighbours%convex(v)) cycle
+         if (blocks%inner(v) .and. blocks%inner(blocks%previous(v))) cycle
          if (any(blocks%vertex(:, v) < low) .or. any(blocks%vertex(:, v) > high)) cycle
          n = neighbours%n_probes + 1
          last = neighbours%first_edge(n) - 1
          do e = blocks%first(b), blocks%first(b + 1) - 1
+            if (blocks%inner(e)) cycle
             if (distance_to_edge(blocks, v, e) > reach) cycle
             last = last + 1
             call grow(neighbours%edge, last)

@@ -13,7 +13,7 @@ module dda_energy_budget
    use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
       energy_contact, energy_support, energy_initial, energy_friction, energy_fracture, &
       energy_algorithmic, energy_damping, energy_dilation, energy_geometric, energy_impact, &
-      energy_material
+      energy_material, energy_welded
    use dda_kinematics, only: kinetic_energy
    use dda_material_damping, only: damping_losses, damping_energy
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
@@ -48,14 +48,16 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the one to come
-      real(wp) :: contact, support
+      real(wp) :: contact, support, welded
 
       contact = energy%value(energy_contact)
       support = energy%value(energy_support)
+      welded = energy%value(energy_welded)
       energy%value(energy_contact) = contact_energy(contacts, laws)
       call update_stored(elements, blocks, step, energy)
       call add_energy(energy, energy_geometric, (energy%value(energy_contact) - contact) &
          + (energy%value(energy_support) - support))
+      call add_energy(energy, energy_geometric, energy%value(energy_welded) - welded)
    end subroutine update_geometric
 
    !> Losses and work of the converged step, before its d is added to the coordinates.
@@ -119,7 +121,8 @@ contains
 
       total = 0.0_wp
       do b = first, last
-         total(1) = total(1) + strain_form(blocks%stiffness(:, :, b), d(4:6, b))
+         total(1) = total(1) + blocks%rest_share(b)*strain_form(blocks%stiffness(:, :, b), &
+            d(4:6, b))
          if (.not. step%scheme%chi > 0.5_wp) cycle
          change = momentum_weight(step)*d(:, b) &
             - (velocity_weight(step) + 1.0_wp)*blocks%velocity(:, b)
@@ -387,8 +390,9 @@ contains
 
       energy = 0.0_wp
       do b = first, last
-         energy = energy + 0.5_wp*strain_form(blocks%stiffness(:, :, b), blocks%position(4:6, b)) &
-            + blocks%area(b)*dot_product(blocks%initial_stress(:, b), blocks%position(4:6, b))
+         energy = energy + blocks%rest_share(b)*(0.5_wp*strain_form(blocks%stiffness(:, :, b), &
+            blocks%position(4:6, b)) + blocks%area(b)*dot_product(blocks%initial_stress(:, b), &
+            blocks%position(4:6, b)))
       end do
    end function strain_range
 

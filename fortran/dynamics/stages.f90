@@ -14,8 +14,8 @@ module dda_stages
    use dda_displaced_block, only: displace_block
    use dda_elements, only: match_velocities, set_elements
    use dda_energy, only: energy_type, energy_terms, energy_values, add_energy, total_energy, &
-      energy_kinetic, energy_strain, energy_contact, energy_support, energy_gravity, &
-      energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
+      energy_kinetic, energy_strain, energy_contact, energy_support, energy_welded, &
+      energy_gravity, energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
       energy_removed, energy_changed, energy_initial, energy_zeroed
    use dda_energy_budget, only: start_energy_budget
    use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present, farthest_moved
@@ -228,7 +228,7 @@ contains
       type(energy_type) :: present
       real(wp) :: before
       integer, parameter :: state(*) = [energy_kinetic, energy_strain, energy_contact, &
-         energy_support]
+         energy_support, energy_welded]
 
       call start_energy_budget(present, simulation%blocks, simulation%contacts(simulation%now), &
          simulation%laws, simulation%elements, next_step(simulation))

@@ -124,7 +124,7 @@ contains
       do b = 1, blocks%n
          system%constant(:, :, b) = weight*mass_matrix(blocks%inertia(:, b))
          system%constant(4:6, 4:6, b) = system%constant(4:6, 4:6, b) &
-            + step%scheme%theta*blocks%stiffness(:, :, b)
+            + step%scheme%theta*blocks%rest_share(b)*blocks%stiffness(:, :, b)
       end do
       if (blocks%damps) call add_damping_matrices(blocks, step, system%constant)
       system%constant_step = step
@@ -205,21 +205,22 @@ contains
       do b = first, last
          call set_load(momentum_weight(step), blocks%inertia(:, b), blocks%velocity(:, b), &
             blocks%stiffness(:, :, b), blocks%position(4:6, b), &
-            blocks%area(b), blocks%initial_stress(:, b), system%load(:, b))
+            blocks%area(b), blocks%initial_stress(:, b), blocks%rest_share(b), system%load(:, b))
       end do
    end subroutine assemble_blocks
 
    !> weight × Mv, less the forces of stress on the strains, of one block.
    pure subroutine set_load(weight, inertia, velocity, stiffness, strain, area, initial_stress, &
-      load)
+      share, load)
       real(wp), intent(in) :: weight  !< 1/s
       real(wp), intent(in) :: inertia(4), velocity(6)     !< as in `blocks_type`
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; strains
       real(wp), intent(in) :: area, initial_stress(3)     !< m²; Pa
+      real(wp), intent(in) :: share                       !< of the area that has this strain
       real(wp), intent(out) :: load(6)
 
       load = weight*momentum_of(inertia, velocity)
-      load(4:6) = load(4:6) - (matmul(stiffness, strain) + area*initial_stress)
+      load(4:6) = load(4:6) - share*(matmul(stiffness, strain) + area*initial_stress)
    end subroutine set_load
 
 end module dda_system

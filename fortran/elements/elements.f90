@@ -9,7 +9,7 @@ module dda_elements
    use dda_bolts, only: bolts_type, bolt_columns, new_bolts
    use dda_edge_loads, only: new_edge_loads
    use dda_element, only: element_type
-   use dda_energy, only: energy_type, energy_support
+   use dda_energy, only: energy_type, energy_support, energy_welded
    use dda_fixed_points, only: new_fixed_points
    use dda_free_sides, only: free_sides_type, new_free_sides, follow_column
    use dda_linear_terms, only: linear_terms_type, clear_terms
@@ -18,12 +18,13 @@ module dda_elements
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
    use dda_ties, only: ties_type, new_ties
+   use dda_welds, only: welds_type, new_welds, add_face_stress
    implicit none
    private
    public :: elements_type, set_elements, register, linear_terms_of, &
       add_forces, update_stored, account_elements, revise_elements, bolt_states, accept_elements, &
       match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
-      follow_free_field
+      follow_free_field, body_stress
 
    !> One kind of elements.
    type :: kind_type
@@ -65,6 +66,8 @@ contains
       if (size(model%free_fields) > 0) call register(elements, new_free_sides(model%free_fields))
       if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
+      if (size(model%welds) > 0) call register(elements, new_welds(model%welds, blocks, &
+         model%materials, model%control%plane_strain))
       if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
 
@@ -133,7 +136,7 @@ contains
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
-      energy%value(energy_support) = 0.0_wp
+      energy%value([energy_support, energy_welded]) = 0.0_wp
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%add_stored(blocks, elements%motions, step, energy)
       end do
@@ -148,7 +151,7 @@ contains
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
 
-      energy%value(energy_support) = 0.0_wp
+      energy%value([energy_support, energy_welded]) = 0.0_wp
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%account(blocks, elements%motions, step, d, energy)
       end do
@@ -202,6 +205,24 @@ contains
          end select
       end do
    end function face_forces
+
+   !> What welded faces add to the mean stress of their cells, Pa, in the axes of each cell.
+   function body_stress(elements, blocks) result(stress)
+      type(elements_type), intent(in) :: elements  !< of the model
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      real(wp), allocatable :: stress(:,:)         !< [3,blocks], or of no block without bodies
+      integer :: i
+
+      allocate (stress(3, 0))
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (welds_type)
+            deallocate (stress)
+            allocate (stress(3, blocks%n), source=0.0_wp)
+            call add_face_stress(element, blocks, stress)
+         end select
+      end do
+   end function body_stress
 
    !> Sides take over the step of the column of a free field.
    subroutine follow_free_field(elements, number, block, column, d, force)

@@ -25,6 +25,7 @@ module dda_input
       check_output_times, require_analysis
    use dda_input_stages, only: read_stages
    use dda_input_stop, only: read_stop
+   use dda_input_welds, only: check_bodies
    use dda_material, only: joint_type
    use dda_model, only: model_type, default_stiffness
    use dda_plesha, only: steepest_return
@@ -100,6 +101,7 @@ contains
       if (.not. allocated(error)) call fit_materials(model, groups, error)
       call check_rest(model, groups, error)
       call check_columns(model, groups, error)
+      call check_bodies(model, error)
       if (allocated(error)) return
       if (model%stages(1)%static) call refuse_velocities(file, model, error)
       call read_amplifications(model, groups, error)

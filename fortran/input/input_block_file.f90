@@ -71,7 +71,7 @@ contains
             else
                call add_outline(outlines, found%vertices(:, first:last), &
                   materials(found%material(b)), j, source, found%names(b), &
-                  joints(found%edge_joint(first:last)))
+                  joints(found%edge_joint(first:last)), found%body(b))
             end if
          end associate
       end do

@@ -72,10 +72,12 @@ contains
       character(len=name_length) :: name
       real(wp), allocatable :: values(:)
       integer, allocatable :: joints(:)
-      integer :: m, j, n
+      integer :: m, j, n, body
 
       name = ''
+      body = 0
       call get(group, 'name', name, error)
+      call get(group, 'body', body, error)
       call find_substances(group, model, m, j, error)
       call get_list(group, 'vertices', values, error)
       n = (size(values) + 1)/2
@@ -84,15 +86,16 @@ contains
       if (2*n > size(values)) call input_error(error, group, 'vertices: a value is left out')
       call resolve_edges(group, model, n, j, joints, error)
       if (allocated(error)) return
-      call add_block(group, reshape(values, [2, n]), m, joints, source, name, outlines, error)
+      call add_block(group, reshape(values, [2, n]), m, joints, source, name, body, outlines, error)
    end subroutine read_block
 
    !> A polygon that can be a block: counter-clockwise, simple.
-   subroutine add_block(group, vertices, material, joints, source, name, outlines, error)
+   subroutine add_block(group, vertices, material, joints, source, name, body, outlines, error)
       type(group_type), intent(in) :: group  !< of the input
       real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
       integer, intent(in) :: material, joints(:), source !< positions in the model; of the group
       character(len=*), intent(in) :: name   !< or blank
+      integer, intent(in) :: body            !< that it is a cell of; 0: none
       type(outlines_type), intent(inout) :: outlines         !< gets the block
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: failure
@@ -101,7 +104,7 @@ contains
       if (failure /= '') then
          call input_error(error, group, 'vertices'//failure)
       else
-         call add_outline(outlines, vertices, material, joints(1), source, name, joints)
+         call add_outline(outlines, vertices, material, joints(1), source, name, joints, body)
       end if
    end subroutine add_block
 

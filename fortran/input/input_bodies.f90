@@ -7,6 +7,7 @@ module dda_input_bodies
    use dda_free_memory, only: require_memory, require_for_blas
    use dda_input_blocks, only: read_blocks, is_block_group
    use dda_input_group, only: group_type, input_error
+   use dda_input_welds, only: block_title, weld_cells
    use dda_model, only: model_type
    use dda_neighbours, only: neighbours_type, find_near_pairs
    use dda_outlines, only: outlines_type
@@ -63,6 +64,7 @@ contains
          model%control%plane_strain)
       call stress_by_weight(model, outlines)
       call check_overlap(model, groups, outlines%source, error)
+      call weld_cells(model, groups, outlines, error)
       if (allocated(error)) call name_block_files(error, model)
    end subroutine read_bodies
 
@@ -186,15 +188,6 @@ contains
          end do
       end associate
    end subroutine check_overlap
-
-   !> A block in a message: number and name.
-   pure function block_title(b, name) result(title)
-      integer, intent(in) :: b  !< number of the block
-      character(len=*), intent(in) :: name  !< of the block, or blank
-      character(len=:), allocatable :: title
-
-      title = trim('block '//to_text(b)//' '//name)
-   end function block_title
 
    !> A group in a message: name and line.
    pure function place_name(group) result(name)

@@ -24,7 +24,7 @@ module dda_blocks
    public :: blocks_type, set_blocks, begin_motion, keep_shapes, update_geometry, is_convex
    public :: mass_matrix, momentum_of, change_material, remove_block, place_of, offset_of, &
       shape_matrix, motion_of, reference_of, stress_of, set_damping, begin_memory, has_memory, &
-      memory_strain
+      memory_strain, set_axes
 
    !> All blocks as structure of arrays; vertices of block b are first(b) … first(b+1)−1.
    type :: blocks_type
@@ -37,6 +37,13 @@ module dda_blocks
       integer, allocatable :: material(:)          !< [n]
       integer, allocatable :: joint(:)             !< [vertices] joint material of the edge there
       logical, allocatable :: mixed(:)             !< [n] its edges name different joints
+      integer, allocatable :: body(:)              !< [n] that a cell is part of; 0: none
+      logical, allocatable :: inner(:)             !< [vertices] that edge lies within a body
+      !> [2, vertices] edges of the body's outline, before and after; they may be of other cells
+      integer, allocatable :: outline(:,:)
+      real(wp), allocatable :: rest_share(:)       !< [n] of its area that no welded face has
+      integer, allocatable :: joined_first(:)      !< [n+1] first of a cell's list in `joined`
+      integer, allocatable :: joined(:)            !< later cells of its body that it meets
       real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
@@ -106,6 +113,11 @@ contains
       allocate (blocks%reference(2, vertices), blocks%vertex(2, vertices), &
          blocks%along(2, vertices), blocks%length(vertices))
       allocate (blocks%removed(n), source=.false.)
+      allocate (blocks%body(n), source=0)
+      allocate (blocks%inner(vertices), source=.false.)
+      allocate (blocks%outline(2, vertices))
+      allocate (blocks%rest_share(n), source=1.0_wp)
+      allocate (blocks%joined(0))
       allocate (blocks%mixed(n), blocks%radius(n), blocks%area(n), blocks%mass(n), &
          blocks%inertia(4, n), blocks%stiffness(3, 3, n))
       allocate (blocks%initial_stress(3, n), blocks%axes(2, 2, n), blocks%gradient(2, 2, n))
@@ -195,6 +207,8 @@ contains
       blocks%owner(from:to) = b
       blocks%next(from:to) = [(v + 1, v=from, to - 1), from]
       blocks%previous(from:to) = [to, (v, v=from, to - 1)]
+      blocks%outline(1, from:to) = blocks%previous(from:to)
+      blocks%outline(2, from:to) = [(v, v=from, to)]
       blocks%reference(:, from:to) = polygon - spread(centre, 2, size(polygon, 2))
       blocks%radius(b) = maxval(norm2(blocks%reference(:, from:to), 1))
       blocks%area(b) = area_of(polygon)
@@ -316,7 +330,7 @@ contains
    !> R(θ) and R(θ)(I + ε) of a block.
    pure subroutine set_axes(q, axes, gradient)
       real(wp), intent(in) :: q(6)  !< its coordinates
-      real(wp), intent(out) :: axes(2, 2), gradient(2, 2)
+      real(wp), intent(out) :: axes(2, 2), gradient(2, 2)  !< R(θ), R(θ)(I + ε)
       real(wp) :: c, s
 
       c = cos(q(3))
@@ -429,10 +443,12 @@ contains
       end associate
    end function motion_of
 
-   !> Stress (σx, σy, τxy) of block b in the model's axes, Pa.
-   pure function stress_of(blocks, b) result(stress)
+   !> Stress (σx, σy, τxy) of block b in the model's axes, Pa; of a cell its mean over the area.
+   pure function stress_of(blocks, b, of_faces) result(stress)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< block
+      !> what welded faces add to a cell's, Pa, in its axes
+      real(wp), intent(in), optional :: of_faces(3)
       real(wp) :: stress(3)
       real(wp) :: local(3), tensor(2, 2), r(2, 2)
 
@@ -440,6 +456,7 @@ contains
          blocks%position(4:6, b))/blocks%area(b)
       if (blocks%damps) local = local + matmul(blocks%stiffness(:, :, b), &
          memory_strain(blocks, b))/blocks%area(b)
+      if (present(of_faces)) local = blocks%rest_share(b)*local + of_faces
       r = blocks%axes(:, :, b)
       tensor = reshape([local(1), local(3), local(3), local(2)], [2, 2])
       tensor = matmul(r, matmul(tensor, transpose(r)))

@@ -43,8 +43,9 @@ contains
       column%fixed_points%block = number(column%fixed_points%block)
       call take_boundaries(column, model%boundaries, number)
       column%ties = field%tie
-      allocate (column%free_fields(0), column%loads(0), column%edge_loads(0), column%bolts(0), &
-         column%amplifications(0), column%boundary_edges(0), column%boundary_motions(0))
+      allocate (column%welds(0), column%free_fields(0), column%loads(0), column%edge_loads(0), &
+         column%bolts(0), column%amplifications(0), column%boundary_edges(0), &
+         column%boundary_motions(0))
       column%points = [field%top]
       column%points%block = number(field%top%block)
       column%stages = [(column_stage(model%stages(i), field%block, kept), &

@@ -9,6 +9,7 @@ module dda_model
    use dda_motion, only: motion_type
    use dda_stage, only: stage_type
    use dda_tie, only: tie_type
+   use dda_weld, only: weld_type
    use dda_stop_settings, only: stop_settings_type
    use dda_blocks, only: blocks_type
    use dda_bolt, only: bolt_type
@@ -47,6 +48,7 @@ module dda_model
       type(boundary_type), allocatable :: boundaries(:)  !< that absorb waves
       type(boundary_motion_type), allocatable :: boundary_motions(:)  !< for the output
       type(tie_type), allocatable :: ties(:)         !< of its left with its right side
+      type(weld_type), allocatable :: welds(:)       !< faces of bodies
       type(free_field_type), allocatable :: free_fields(:)  !< at its sides
       type(load_type), allocatable :: loads(:)
       type(edge_load_type), allocatable :: edge_loads(:) !< tractions and water

@@ -21,6 +21,7 @@ module dda_outlines
       real(wp), allocatable :: vertices(:,:)       !< [2, any] counter-clockwise, m
       integer, allocatable :: material(:)          !< number of the material of each
       integer, allocatable :: joint(:)             !< [any] joint of the edge from each vertex
+      integer, allocatable :: body(:)              !< that each is a cell of; 0: none
       integer, allocatable :: source(:)            !< input group that each came from
       character(len=64), allocatable :: name(:)
       real(wp), allocatable :: cover(:)            !< height whose weight stresses each at first, m
@@ -30,12 +31,14 @@ module dda_outlines
 contains
 
    !> Append one polygon.
-   subroutine add_outline(outlines, vertices, material, joint, source, name, edge_joints)
+   subroutine add_outline(outlines, vertices, material, joint, source, name, edge_joints, &
+      body)
       type(outlines_type), intent(inout) :: outlines  !< list
       real(wp), intent(in) :: vertices(:,:)           !< [2, any] counter-clockwise, m
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< '' if it has none
       integer, intent(in), optional :: edge_joints(:) !< [edges] in place of `joint`
+      integer, intent(in), optional :: body           !< that it is a cell of; 0: none
       integer :: n, last
 
       n = outlines%n + 1
@@ -45,6 +48,7 @@ contains
       call grow(outlines%material, n)
       call grow(outlines%joint, last)
       call grow(outlines%source, n)
+      call grow(outlines%body, n)
       call grow(outlines%name, n)
       call grow(outlines%cover, n)
       call grow(outlines%overburden, n)
@@ -54,6 +58,8 @@ contains
       outlines%joint(outlines%n_vertices + 1:last) = joint
       if (present(edge_joints)) outlines%joint(outlines%n_vertices + 1:last) = edge_joints
       outlines%source(n) = source
+      outlines%body(n) = 0
+      if (present(body)) outlines%body(n) = body
       outlines%name(n) = name
       outlines%n = n
       outlines%n_vertices = last

@@ -32,7 +32,7 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
     file : path
     blocks : sequence of dict
         Variables of &block groups: vertices, and where they have them name, material, joint,
-        edge_joints.
+        edge_joints, body.
     reads : sequence of path
         Files that are not to be replaced, as the blocks come from them.
 
@@ -64,6 +64,9 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
         "material": (("block",), "i4", material),
         "edge_joint": (("vertex",), "i4", joint),
     }
+    bodies = [block.get("body", 0) for block in blocks]
+    if any(bodies):
+        numbers["body"] = (("block",), "i4", bodies)
     words = {name: _letters(list_of) for name, list_of in texts.items()}
     with (
         written(file, "a netCDF file", reads) as writing,

@@ -21,7 +21,7 @@ contains
       energy%value(energy_balance) = 0.0_wp
       call case('sums')
       call check_close(total_energy(energy), of('kinetic') + of('strain') + of('contact') &
-         + of('support') + of('gravity'), 'total')
+         + of('support') + of('gravity') + of('welded'), 'total')
       call check_close(balance(energy), total_energy(energy) + of('friction') + of('fracture') &
          + of('algorithmic') + of('kinetic_damping') + of('damping') + of('static') &
          + of('removed') + of('material_damping') + of('yield') + of('impact') - of('changed') &

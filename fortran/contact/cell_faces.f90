@@ -1,0 +1,135 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Faces of the cells of bodies, found with a tolerance in O(n), and which cells do not touch each
+!> other as blocks do.
+module dda_cell_faces
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   use dda_counting_sort, only: counting_sort
+   use dda_growth, only: grow
+   use dda_neighbours, only: neighbours_type, find_near_pairs
+   use dda_polygon, only: distance_to_boundary
+   use dda_weld, only: weld_type, new_weld
+   implicit none
+   private
+   public :: find_faces
+
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< of the smaller radius
+   real(wp), parameter :: near = 0.1_wp  !< of the smaller radius: cells so near are one piece
+
+contains
+
+   !> All faces in the order of their cells; pairs of cells that share a face or a corner, or are
+   !> nearer than a tenth of their radius, are marked as joined.
+   subroutine find_faces(blocks, welds)
+      type(blocks_type), intent(inout) :: blocks  !< with bodies; `joined` is set
+      type(weld_type), allocatable, intent(out) :: welds(:)  !< of all bodies
+      type(neighbours_type) :: found
+      integer, allocatable :: joined(:,:)
+      integer :: p, n, pairs
+
+      allocate (welds(0))
+      if (.not. any(blocks%body > 0)) return
+      call find_near_pairs(found, blocks, near*maxval(blocks%radius, mask=blocks%body > 0))
+      deallocate (welds)
+      allocate (welds(4*blocks%n), joined(2, 8*blocks%n))
+      n = 0
+      pairs = 0
+      do p = 1, found%n_pairs
+         associate (a => found%pair(1, p), b => found%pair(2, p))
+            if (blocks%body(a) == 0 .or. blocks%body(a) /= blocks%body(b)) cycle
+            call add_faces(blocks, a, b, welds, n)
+            if (.not. are_near(blocks, a, b)) cycle
+            pairs = pairs + 1
+            call grow(joined, 2, pairs)
+            joined(:, pairs) = [a, b]
+         end associate
+      end do
+      welds = welds(:n)
+      call keep_joined(blocks, joined(:, :pairs))
+   end subroutine find_faces
+
+   !> Pairs of cells as a list for each first cell.
+   subroutine keep_joined(blocks, joined)
+      type(blocks_type), intent(inout) :: blocks  !< gets the lists
+      integer, intent(in) :: joined(:,:)          !< [2, pairs] first < second
+      integer, allocatable :: order(:)
+
+      call counting_sort(blocks%n, joined(1, :), blocks%joined_first, order)
+      blocks%joined = joined(2, order)
+   end subroutine keep_joined
+
+   !> Append the faces of two cells.
+   subroutine add_faces(blocks, a, b, welds, n)
+      type(blocks_type), intent(in) :: blocks  !< at the start
+      integer, intent(in) :: a, b              !< cells of a body
+      type(weld_type), allocatable, intent(inout) :: welds(:)  !< entries 1 … n count
+      integer, intent(inout) :: n              !< faces
+      type(weld_type), allocatable :: more(:)
+      real(wp) :: small, low, high
+      integer :: e, f
+
+      small = same_place*min(blocks%radius(a), blocks%radius(b))
+      do e = blocks%first(a), blocks%first(a + 1) - 1
+         do f = blocks%first(b), blocks%first(b + 1) - 1
+            call find_overlap(blocks, e, f, small, low, high)
+            if (high - low <= small) cycle
+            if (n == size(welds)) then
+               allocate (more(2*n))
+               more(:n) = welds
+               call move_alloc(more, welds)
+            end if
+            n = n + 1
+            welds(n) = new_weld(blocks, e, f, low, high)
+         end do
+      end do
+   end subroutine add_faces
+
+   !> Where on edge e edge f lies on it, looking the other way, m from its first vertex; no length
+   !> where they do not meet.
+   pure subroutine find_overlap(blocks, e, f, small, low, high)
+      type(blocks_type), intent(in) :: blocks  !< at the start
+      integer, intent(in) :: e, f              !< edges, by their first vertices
+      real(wp), intent(in) :: small            !< m, no distance
+      real(wp), intent(out) :: low, high       !< m
+      real(wp) :: from(2), to(2), normal(2)
+
+      low = 0.0_wp
+      high = 0.0_wp
+      associate (along => blocks%along(:, e), length => blocks%length(e))
+         if (dot_product(along, blocks%along(:, f)) > -0.5_wp) return
+         normal = [along(2), -along(1)]
+         from = blocks%vertex(:, f) - blocks%vertex(:, e)
+         to = blocks%vertex(:, blocks%next(f)) - blocks%vertex(:, e)
+         if (max(abs(dot_product(normal, from)), abs(dot_product(normal, to))) > small) return
+         low = max(0.0_wp, dot_product(along, to))
+         high = min(length, dot_product(along, from))
+      end associate
+   end subroutine find_overlap
+
+   !> Two cells are one piece of a body where they meet or nearly do.
+   pure logical function are_near(blocks, a, b)
+      type(blocks_type), intent(in) :: blocks  !< at the start
+      integer, intent(in) :: a, b              !< cells of a body
+      real(wp) :: reach
+
+      reach = near*min(blocks%radius(a), blocks%radius(b))
+      are_near = reaches(a, b)
+      if (.not. are_near) are_near = reaches(b, a)
+
+   contains
+
+      !> A vertex of one is near the other.
+      pure logical function reaches(one, other) result(found)
+         integer, intent(in) :: one, other  !< cells
+         integer :: v
+
+         associate (outline => blocks%vertex(:, blocks%first(other):blocks%first(other + 1) - 1))
+            do v = blocks%first(one), blocks%first(one + 1) - 1
+               found = distance_to_boundary(outline, blocks%vertex(:, v)) <= reach
+               if (found) return
+            end do
+         end associate
+      end function reaches
+   end function are_near
+
+end module dda_cell_faces

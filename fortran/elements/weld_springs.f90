@@ -1,0 +1,193 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Elasticity of a welded face as springs.
+!>
+!> Ten local numbers of a face are all that its energy depends on: the mean jump [u] and the linear
+!> jump [u]_l of the displacement across it, in axes that turn with its cells, and the strains of
+!> both cells.  With A_f = A_i + A_j, n from cell i to j, h = 2A_f/L and one material
+!>
+!>     ε_f = (A_i ε_i + A_j ε_j)/A_f − (L/A_f) sym(n ⊗ [u]) ,
+!>     W = ½ A_f ε_f·Dε_f + (L/h) (½ μ |[u]|² + E′ |[u]_l|²/6) .
+!>
+!> Isotropy splits the first term into springs on ε_x + ε_y, ε_x − ε_y and γ, so a face is seven
+!> springs with weights that stay.  Between materials each side has its own strain and the face a
+!> displacement u* of its own, the one of least energy: six springs less two that u* takes, and
+!> four on the jumps with harmonic means of the moduli.
+module dda_weld_springs
+   use dda_kinds, only: wp
+   use dda_weld, only: weld_type
+   implicit none
+   private
+   public :: weld_springs_type, springs_of, local_numbers, most_springs, own_strain
+
+   integer, parameter :: local_numbers = 10  !< [u], [u]_l, ε_i, ε_j
+   integer, parameter :: most_springs = 8
+   !> where the strains of both cells stand among the local numbers
+   integer, parameter :: own_strain(3, 2) = reshape([5, 6, 7, 8, 9, 10], [3, 2])
+
+   !> Springs of a face.
+   type :: weld_springs_type
+      integer :: n = 0                                    !< springs
+      real(wp) :: stiffness(most_springs) = 0.0_wp        !< c, per metre of thickness
+      real(wp) :: weight(local_numbers, most_springs) = 0.0_wp  !< w: the stretch is w·q
+   end type weld_springs_type
+
+contains
+
+   !> The springs of a face between materials.
+   pure type(weld_springs_type) function springs_of(weld, moduli) result(springs)
+      type(weld_type), intent(in) :: weld        !< face
+      real(wp), intent(in) :: moduli(3, 3, 2)    !< D of both cells, Pa
+      real(wp) :: shear, stretch, ratio
+
+      if (all(moduli(:, :, 1) == moduli(:, :, 2))) then
+         call add_common_strain(springs, weld, moduli(:, :, 1))
+      else
+         call add_two_strains(springs, weld, moduli)
+      end if
+      shear = harmonic(moduli(3, 3, 1), moduli(3, 3, 2))
+      stretch = harmonic(plate_modulus(moduli(:, :, 1)), plate_modulus(moduli(:, :, 2)))
+      ratio = 0.5_wp*weld%length**2/sum(weld%area)  ! L/h
+      call add_jumps(springs, 0, ratio*shear)
+      call add_jumps(springs, 2, ratio*stretch/3.0_wp)
+   end function springs_of
+
+   !> Springs on both components of a jump.
+   pure subroutine add_jumps(springs, before, stiffness)
+      type(weld_springs_type), intent(inout) :: springs  !< get two more
+      integer, intent(in) :: before         !< local numbers before the jump
+      real(wp), intent(in) :: stiffness     !< N/m per metre of thickness
+      integer :: axis
+
+      do axis = 1, 2
+         springs%n = springs%n + 1
+         springs%stiffness(springs%n) = stiffness
+         springs%weight(:, springs%n) = 0.0_wp
+         springs%weight(before + axis, springs%n) = 1.0_wp
+      end do
+   end subroutine add_jumps
+
+   !> 2ab/(a + b)
+   pure real(wp) function harmonic(a, b)
+      real(wp), intent(in) :: a, b  !< moduli, Pa
+
+      harmonic = a
+      if (a /= b) harmonic = 2.0_wp*a*b/(a + b)
+   end function harmonic
+
+   !> E′ of a body: E in plane stress, E/(1 − ν²) in plane strain.
+   pure real(wp) function plate_modulus(d) result(modulus)
+      real(wp), intent(in) :: d(3, 3)  !< elastic matrix, Pa
+
+      modulus = d(1, 1) - d(1, 2)**2/d(2, 2)
+   end function plate_modulus
+
+   !> sym(n ⊗ u) as a matrix on u: strains ε_x, ε_y, γ of a jump u across a face.
+   pure function across(weld) result(b)
+      type(weld_type), intent(in) :: weld  !< face
+      real(wp) :: b(3, 2)
+
+      associate (nx => weld%along(2), ny => -weld%along(1))
+         b = reshape([nx, 0.0_wp, ny, 0.0_wp, ny, nx], [3, 2])
+      end associate
+   end function across
+
+   !> Combinations of ε_x, ε_y, γ that isotropy separates, and their moduli.
+   pure subroutine separate(d, area, combination, stiffness)
+      real(wp), intent(in) :: d(3, 3), area  !< elastic matrix, Pa; m²
+      real(wp), intent(out) :: combination(3, 3)  !< a column each
+      real(wp), intent(out) :: stiffness(3)  !< N/m per metre of thickness
+
+      combination = reshape([1.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, -1.0_wp, 0.0_wp, &
+         0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+      stiffness = area*[0.5_wp*(d(1, 1) + d(1, 2)), d(3, 3), d(3, 3)]
+   end subroutine separate
+
+   !> Three springs on the one strain of a face.
+   pure subroutine add_common_strain(springs, weld, d)
+      type(weld_springs_type), intent(inout) :: springs  !< get three more
+      type(weld_type), intent(in) :: weld    !< face
+      real(wp), intent(in) :: d(3, 3)        !< elastic matrix, Pa
+      real(wp) :: combination(3, 3)
+
+      associate (k => springs%n)
+         call separate(d, sum(weld%area), combination, springs%stiffness(k + 1:k + 3))
+         springs%weight(:, k + 1:k + 3) = matmul(transpose(strain_of(weld)), combination)
+         k = k + 3
+      end associate
+   end subroutine add_common_strain
+
+   !> ε_f as a matrix on the local numbers.
+   pure function strain_of(weld) result(strain)
+      type(weld_type), intent(in) :: weld  !< face
+      real(wp) :: strain(3, local_numbers)
+      integer :: i, k
+
+      strain = 0.0_wp
+      strain(:, 1:2) = -weld%length/sum(weld%area)*across(weld)
+      do k = 1, 2
+         do i = 1, 3
+            strain(i, own_strain(i, k)) = weld%area(k)/sum(weld%area)
+         end do
+      end do
+   end function strain_of
+
+   !> Springs on the strains of both sides, of which u* takes two.
+   !>
+   !> In √c s = B q + C u* the columns of C are made orthonormal; what is orthogonal to them does
+   !> not depend on u*, and is the energy at the least over u*.
+   pure subroutine add_two_strains(springs, weld, moduli)
+      type(weld_springs_type), intent(inout) :: springs  !< get four more
+      type(weld_type), intent(in) :: weld      !< face
+      real(wp), intent(in) :: moduli(3, 3, 2)  !< D of both cells, Pa
+      real(wp) :: combination(3, 3), stiffness(3), jump(3, 2)
+      real(wp) :: basis(6, 6), on_numbers(6, local_numbers), size_of
+      integer :: side, i, k, n
+
+      on_numbers = 0.0_wp
+      do side = 1, 2
+         call separate(moduli(:, :, side), weld%area(side), combination, stiffness)
+         combination = combination*spread(sqrt(stiffness), 1, 3)
+         associate (rows => [(3*(side - 1) + i, i=1, 3)])
+            on_numbers(rows, own_strain(:, side)) = transpose(combination)
+            jump = weld%length/weld%area(side)*matmul(transpose(combination), across(weld))
+            ! −(u_i − u*) on the first side, (u_j − u*) on the second; [u] = u_i − u_j is shared
+            ! by counting u* from u_j.
+            if (side == 1) on_numbers(rows, 1:2) = -jump
+            basis(rows, 1:2) = merge(1.0_wp, -1.0_wp, side == 1)*jump
+         end associate
+      end do
+      basis(:, 3:6) = 0.0_wp
+      n = 2
+      call orthonormalise(basis, 1, size_of)
+      call orthonormalise(basis, 2, size_of)
+      do i = 1, 6
+         if (n == 6) exit
+         basis(:, n + 1) = 0.0_wp
+         basis(i, n + 1) = 1.0_wp
+         call orthonormalise(basis, n + 1, size_of)
+         if (size_of < 0.3_wp) cycle
+         n = n + 1
+         k = springs%n + 1
+         springs%n = k
+         springs%stiffness(k) = 1.0_wp
+         springs%weight(:, k) = matmul(basis(:, n), on_numbers)
+      end do
+   end subroutine add_two_strains
+
+   !> Column k becomes orthogonal to those before it, of length 1.
+   pure subroutine orthonormalise(basis, k, size_of)
+      real(wp), intent(inout) :: basis(:,:)  !< columns 1 … k − 1 are orthonormal
+      integer, intent(in) :: k               !< column
+      real(wp), intent(out) :: size_of       !< length of what was orthogonal
+      integer :: i, pass
+
+      do pass = 1, 2
+         do i = 1, k - 1
+            basis(:, k) = basis(:, k) - dot_product(basis(:, i), basis(:, k))*basis(:, i)
+         end do
+         if (pass == 1) size_of = norm2(basis(:, k))
+      end do
+      if (size_of > 0.0_wp) basis(:, k) = basis(:, k)/norm2(basis(:, k))
+   end subroutine orthonormalise
+
+end module dda_weld_springs

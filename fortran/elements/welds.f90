@@ -1,0 +1,366 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Welded faces of bodies: springs between cells, at t₀ + θΔt as elasticity of blocks.
+!>
+!> Jumps are measured in axes that turn with the mean rotation of both cells, so that the local
+!> numbers q of a face do not change when its body turns, and forces of a face have no net force and
+!> no net moment: with G = ∂q/∂x, x being the twelve coordinates, the forces are −Gᵀf, f = Σ c w s +
+!> f₀, s = w·q.  f₀ is what acts at q = 0: initial stress, and stress that stays when a material
+!> changes.
+module dda_welds
+   use dda_kinds, only: wp
+   use dda_archive, only: archive_type, archive_values => serialise
+   use dda_blocks, only: blocks_type, place_of, set_axes
+   use dda_element, only: element_type
+   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_welded
+   use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_theta, term_weld
+   use dda_material, only: material_type, elasticity
+   use dda_motion, only: motion_type
+   use dda_scheme, only: step_type
+   use dda_weld, only: weld_type
+   use dda_weld_springs, only: weld_springs_type, springs_of, local_numbers, own_strain
+   implicit none
+   private
+   public :: welds_type, new_welds, add_face_stress
+
+   !> All welded faces.
+   type, extends(element_type) :: welds_type
+      type(weld_type), allocatable :: weld(:)
+      type(weld_springs_type), allocatable :: springs(:)  !< [faces]
+      real(wp), allocatable :: force(:,:)                 !< [local numbers,faces] f₀
+   contains
+      procedure :: add_linear
+      procedure :: add_force
+      procedure :: add_stored
+      procedure :: account
+      procedure :: inherit
+      procedure :: serialise
+   end type welds_type
+
+   !> A face and its cells at a time.
+   type :: view_type
+      real(wp) :: turn(2, 2)           !< R_fᵀ, from the model's axes to those of the face
+      real(wp) :: axes(2, 2, 2)        !< R of both cells
+      real(wp) :: gradient(2, 2, 2)    !< R(I + ε) of both cells
+      real(wp) :: jump(2, 2)           !< [u] and [u]_l in the model's axes, m
+   end type view_type
+
+contains
+
+   !> Welded faces between blocks of these materials, with the initial stress of the blocks.
+   type(welds_type) function new_welds(welds, blocks, materials, plane_strain) result(self)
+      type(weld_type), intent(in) :: welds(:)  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< with their materials
+      type(material_type), intent(in) :: materials(:)  !< of the model
+      logical, intent(in) :: plane_strain              !< else plane stress
+      real(wp) :: moduli(3, 3, 2)
+      integer :: i, k
+
+      self%weld = welds
+      allocate (self%springs(size(welds)), self%force(local_numbers, size(welds)))
+      do i = 1, size(welds)
+         do k = 1, 2
+            moduli(:, :, k) = elasticity(materials(blocks%material(welds(i)%block(k))), &
+               plane_strain)
+         end do
+         self%springs(i) = springs_of(welds(i), moduli)
+         self%force(:, i) = initial_force(welds(i), blocks%initial_stress(:, welds(i)%block))
+      end do
+   end function new_welds
+
+   !> f₀ of initial stresses σ₀: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump, σ_f being
+   !> their mean by area.
+   pure function initial_force(weld, stress) result(force)
+      type(weld_type), intent(in) :: weld    !< face
+      real(wp), intent(in) :: stress(3, 2)   !< of both cells, Pa
+      real(wp) :: force(local_numbers), mean(3)
+      integer :: k
+
+      force = 0.0_wp
+      mean = matmul(stress, weld%area)/sum(weld%area)
+      associate (nx => weld%along(2), ny => -weld%along(1))
+         force(1:2) = -weld%length*[mean(1)*nx + mean(3)*ny, mean(3)*nx + mean(2)*ny]
+      end associate
+      do k = 1, 2
+         force(own_strain(:, k)) = weld%area(k)*mean
+      end do
+   end function initial_force
+
+   !> Both cells of a face are there.
+   pure logical function acts(weld, blocks)
+      type(weld_type), intent(in) :: weld      !< face
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+
+      acts = .not. any(blocks%removed(weld%block))
+   end function acts
+
+   !> Local numbers of a face in the present state.
+   pure function numbers_of(weld, blocks) result(q)
+      type(weld_type), intent(in) :: weld      !< face
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp) :: q(local_numbers)             !< m, strains
+      type(view_type) :: view
+      integer :: k
+
+      view = view_of(weld, blocks, 0.0_wp)
+      q(1:2) = matmul(view%turn, view%jump(:, 1))
+      q(3:4) = matmul(view%turn, view%jump(:, 2))
+      do k = 1, 2
+         q(own_strain(:, k)) = blocks%position(4:6, weld%block(k))
+      end do
+   end function numbers_of
+
+   !> Both cells as they will be a while later at their present rates.
+   pure type(view_type) function view_of(weld, blocks, ahead) result(view)
+      type(weld_type), intent(in) :: weld      !< face
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: ahead            !< s
+      real(wp) :: coordinates(6, 2), angle
+      integer :: k
+
+      associate (half => 0.5_wp*weld%length*weld%along, jump => view%jump)
+         do k = 1, 2
+            associate (b => weld%block(k))
+               coordinates(:, k) = blocks%position(:, b) + ahead*blocks%velocity(:, b)
+               call set_axes(coordinates(:, k), view%axes(:, :, k), view%gradient(:, :, k))
+            end associate
+         end do
+         jump(:, 1) = coordinates(1:2, 1) - coordinates(1:2, 2) &
+            + (matmul(view%gradient(:, :, 1), weld%middle(:, 1)) &
+            - matmul(view%gradient(:, :, 2), weld%middle(:, 2)))
+         jump(:, 2) = matmul(view%gradient(:, :, 1) - view%gradient(:, :, 2), half)
+      end associate
+      angle = 0.5_wp*(coordinates(3, 1) + coordinates(3, 2))
+      view%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
+   end function view_of
+
+   !> G of a face at the middle of a step, as its present rates foresee it: where a body turns by ω,
+   !> what the step adds to q is then right to the third power of ωΔt, and so are its momenta.
+   pure function derivatives_of(weld, blocks, step) result(g)
+      type(weld_type), intent(in) :: weld      !< face
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      real(wp) :: g(local_numbers, 6, 2)
+      type(view_type) :: view
+      real(wp) :: turned(2, 2)
+      integer :: i, k
+
+      view = view_of(weld, blocks, 0.5_wp*step%time_step)
+      ! The axes turn by half of each rotation.
+      turned = 0.5_wp*matmul(view%turn, reshape([view%jump(2, 1), -view%jump(1, 1), &
+         view%jump(2, 2), -view%jump(1, 2)], [2, 2]))
+      g = 0.0_wp
+      do k = 1, 2
+         associate (sign => 3.0_wp - 2.0_wp*k)
+            g(1:2, 1:2, k) = sign*view%turn
+            g(1:2, 3:6, k) = sign*matmul(view%turn, shape_of(view, k, weld%middle(:, k)))
+            g(3:4, 3:6, k) = sign*matmul(view%turn, shape_of(view, k, &
+               0.5_wp*weld%length*weld%along))
+         end associate
+         g(1:2, 3, k) = g(1:2, 3, k) + turned(:, 1)
+         g(3:4, 3, k) = g(3:4, 3, k) + turned(:, 2)
+         do i = 1, 3
+            g(own_strain(i, k), 3 + i, k) = 1.0_wp
+         end do
+      end do
+   end function derivatives_of
+
+   !> What rotation and strains of cell k do to an offset ρ: the last four columns of T.
+   pure function shape_of(view, k, reference) result(shape)
+      type(view_type), intent(in) :: view    !< both cells
+      integer, intent(in) :: k               !< cell, 1 or 2
+      real(wp), intent(in) :: reference(2)   !< ρ, m
+      real(wp) :: shape(2, 4), offset(2)
+
+      offset = matmul(view%gradient(:, :, k), reference)
+      associate (axes => view%axes(:, :, k))
+         shape(:, 1) = [-offset(2), offset(1)]
+         shape(:, 2) = axes(:, 1)*reference(1)
+         shape(:, 3) = axes(:, 2)*reference(2)
+         shape(:, 4) = 0.5_wp*(axes(:, 1)*reference(2) + axes(:, 2)*reference(1))
+      end associate
+   end function shape_of
+
+   !> f = Σ c w s + f₀
+   pure function force_of(springs, before, q) result(force)
+      type(weld_springs_type), intent(in) :: springs     !< of a face
+      real(wp), intent(in) :: before(local_numbers)      !< f₀
+      real(wp), intent(in) :: q(local_numbers)           !< local numbers
+      real(wp) :: force(local_numbers)
+      integer :: i
+
+      force = before
+      do i = 1, springs%n
+         force = force + springs%stiffness(i)*dot_product(springs%weight(:, i), q) &
+            *springs%weight(:, i)
+      end do
+   end function force_of
+
+   !> The springs of all faces.
+   subroutine add_linear(self, blocks, step, terms)
+      class(welds_type), intent(in) :: self            !< elements of this kind
+      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(step_type), intent(in) :: step              !< the one being taken
+      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+      type(linear_term_type) :: term
+      real(wp) :: g(local_numbers, 6, 2)
+      integer :: i, k
+
+      term%kind = term_weld
+      term%instant = at_theta
+      do i = 1, size(self%weld)
+         if (.not. acts(self%weld(i), blocks)) cycle
+         g = derivatives_of(self%weld(i), blocks, step)
+         term%source = i
+         term%block_a = self%weld(i)%block(1)
+         term%block_b = self%weld(i)%block(2)
+         term%place = place_of(blocks, term%block_a, self%weld(i)%middle(:, 1))
+         associate (springs => self%springs(i))
+            do k = 1, springs%n
+               term%coefficient = springs%stiffness(k)
+               term%row_a = matmul(springs%weight(:, k), g(:, :, 1))
+               term%row_b = -matmul(springs%weight(:, k), g(:, :, 2))
+               call add_term(terms, term)
+            end do
+         end associate
+      end do
+   end subroutine add_linear
+
+   !> −Gᵀf of each face.
+   subroutine add_force(self, blocks, motions, step, load)
+      class(welds_type), intent(in) :: self        !< elements of this kind
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
+      real(wp) :: g(local_numbers, 6, 2), force(local_numbers)
+      integer :: i, k
+
+      do i = 1, size(self%weld)
+         if (.not. acts(self%weld(i), blocks)) cycle
+         g = derivatives_of(self%weld(i), blocks, step)
+         force = force_of(self%springs(i), self%force(:, i), numbers_of(self%weld(i), blocks))
+         do k = 1, 2
+            associate (b => self%weld(i)%block(k))
+               load(:, b) = load(:, b) - matmul(force, g(:, :, k))
+            end associate
+         end do
+      end do
+   end subroutine add_force
+
+   !> ½ Σ c s² + f₀·q
+   pure real(wp) function energy_of(springs, before, q) result(energy)
+      type(weld_springs_type), intent(in) :: springs  !< of a face
+      real(wp), intent(in) :: before(local_numbers)   !< f₀
+      real(wp), intent(in) :: q(local_numbers)        !< local numbers
+
+      energy = 0.5_wp*dot_product(force_of(springs, before, q) + before, q)
+   end function energy_of
+
+   !> Energy of all faces.
+   subroutine add_stored(self, blocks, motions, step, energy)
+      class(welds_type), intent(in) :: self        !< elements of this kind
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one to come
+      type(energy_type), intent(inout) :: energy   !< J per metre of thickness
+      real(wp) :: total
+      integer :: i
+
+      total = 0.0_wp
+      do i = 1, size(self%weld)
+         if (.not. acts(self%weld(i), blocks)) cycle
+         total = total + energy_of(self%springs(i), self%force(:, i), &
+            numbers_of(self%weld(i), blocks))
+      end do
+      call add_energy(energy, energy_welded, total)
+   end subroutine add_stored
+
+   !> Energy at the end of the step, and the loss (θ − ½) Σ c Δs² of the scheme.
+   subroutine account(self, blocks, motions, step, d, energy)
+      class(welds_type), intent(in) :: self        !< elements of this kind
+      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy   !< J per metre of thickness
+      real(wp) :: g(local_numbers, 6, 2), q(local_numbers), change(local_numbers)
+      real(wp) :: none(local_numbers), total, loss
+      integer :: i
+
+      none = 0.0_wp
+      total = 0.0_wp
+      loss = 0.0_wp
+      do i = 1, size(self%weld)
+         if (.not. acts(self%weld(i), blocks)) cycle
+         q = numbers_of(self%weld(i), blocks)
+         g = derivatives_of(self%weld(i), blocks, step)
+         associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2))
+            change = matmul(g(:, :, 1), d(:, a)) + matmul(g(:, :, 2), d(:, b))
+         end associate
+         total = total + energy_of(self%springs(i), self%force(:, i), q + change)
+         loss = loss + 2.0_wp*energy_of(self%springs(i), none, change)
+      end do
+      call add_energy(energy, energy_welded, total)
+      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*loss)
+   end subroutine account
+
+   !> Forces stay in the present state, whatever becomes of the moduli.
+   subroutine inherit(self, before, blocks)
+      class(welds_type), intent(inout) :: self   !< elements of this kind
+      class(element_type), intent(in) :: before  !< those of the same type
+      type(blocks_type), intent(in) :: blocks    !< in their present state
+      real(wp) :: q(local_numbers), none(local_numbers)
+      integer :: i
+
+      none = 0.0_wp
+      select type (before)
+      class is (welds_type)
+         do i = 1, size(self%weld)
+            if (same_springs(self%springs(i), before%springs(i))) then
+               self%force(:, i) = before%force(:, i)
+            else
+               q = numbers_of(self%weld(i), blocks)
+               self%force(:, i) = force_of(before%springs(i), before%force(:, i), q) &
+                  - force_of(self%springs(i), none, q)
+            end if
+         end do
+      end select
+   end subroutine inherit
+
+   !> Two faces have the same springs.
+   pure logical function same_springs(one, other)
+      type(weld_springs_type), intent(in) :: one, other  !< of a face
+
+      same_springs = one%n == other%n .and. all(one%stiffness == other%stiffness) &
+         .and. all(one%weight == other%weight)
+   end function same_springs
+
+   !> The forces f₀.
+   subroutine serialise(self, archive)
+      class(welds_type), intent(inout) :: self       !< elements of this kind
+      type(archive_type), intent(inout) :: archive   !< written or read
+
+      call archive_values(archive, self%force)
+   end subroutine serialise
+
+   !> What faces add to the mean stress of their cells, Pa, in the axes of the cell: the forces on
+   !> their strains over their area.
+   pure subroutine add_face_stress(self, blocks, stress)
+      class(welds_type), intent(in) :: self    !< elements of this kind
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(inout) :: stress(:,:)   !< [3,blocks] Pa
+      real(wp) :: force(local_numbers)
+      integer :: i, k
+
+      do i = 1, size(self%weld)
+         if (.not. acts(self%weld(i), blocks)) cycle
+         force = force_of(self%springs(i), self%force(:, i), numbers_of(self%weld(i), blocks))
+         do k = 1, 2
+            associate (b => self%weld(i)%block(k))
+               stress(:, b) = stress(:, b) + force(own_strain(:, k))/blocks%area(b)
+            end associate
+         end do
+      end do
+   end subroutine add_face_stress
+
+end module dda_welds

@@ -1,0 +1,130 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Bodies: cells that are welded at their common faces, so that together they bend.
+!>
+!> A cell is a block whose body has a number.  A face is a piece of an edge that two cells of a body
+!> share.  With the centroids of its cells it spans two triangles; over them acts one strain of the
+!> face, and over the rest of a cell its own (see `dda_weld_springs`).
+module dda_weld
+   use dda_kinds, only: wp
+   use dda_blocks, only: blocks_type
+   implicit none
+   private
+   public :: weld_type, set_welds, new_weld
+
+   !> A welded face, from a to b as the first cell has it, in the reference shapes.
+   type :: weld_type
+      integer :: block(2) = 0            !< its cells
+      integer :: edge(2) = 0             !< that it is a piece of, by their first vertices
+      real(wp) :: length = 0.0_wp        !< L, m
+      real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
+      real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its middle in both cells, m
+      real(wp) :: area(2) = 0.0_wp       !< of its triangles, m²
+   end type weld_type
+
+contains
+
+   !> The face of two edges between two places along the first one, m from its first vertex.
+   pure type(weld_type) function new_weld(blocks, e, f, low, high) result(weld)
+      type(blocks_type), intent(in) :: blocks  !< at the start
+      integer, intent(in) :: e, f              !< edges, by their first vertices
+      real(wp), intent(in) :: low, high        !< m
+      real(wp) :: normal(2), middle(2)
+      integer :: i
+
+      weld%block = blocks%owner([e, f])
+      weld%edge = [e, f]
+      weld%length = high - low
+      weld%along = blocks%along(:, e)
+      middle = blocks%vertex(:, e) + 0.5_wp*(low + high)*weld%along
+      normal = [weld%along(2), -weld%along(1)]
+      do i = 1, 2
+         weld%middle(:, i) = middle - blocks%position(1:2, weld%block(i))
+         weld%area(i) = 0.5_wp*weld%length*abs(dot_product(normal, weld%middle(:, i)))
+      end do
+   end function new_weld
+
+   !> Blocks know which of their area has their own strain, and which of their edges lie within a
+   !> body.
+   pure subroutine set_welds(blocks, welds)
+      type(blocks_type), intent(inout) :: blocks  !< with the bodies of blocks
+      type(weld_type), intent(in) :: welds(:)     !< all faces
+      real(wp), parameter :: nothing = 1.0e-9_wp  !< of an area or a length: rounding
+      real(wp) :: free(size(blocks%owner))
+      integer :: i, k
+
+      blocks%rest_share = 1.0_wp
+      free = blocks%length
+      do i = 1, size(welds)
+         associate (weld => welds(i))
+            do k = 1, 2
+               blocks%rest_share(weld%block(k)) = blocks%rest_share(weld%block(k)) &
+                  - weld%area(k)/blocks%area(weld%block(k))
+               free(weld%edge(k)) = free(weld%edge(k)) - weld%length
+            end do
+         end associate
+      end do
+      where (blocks%rest_share < nothing) blocks%rest_share = 0.0_wp
+      blocks%inner = free < 1.0e-6_wp*blocks%length
+      call find_outlines(blocks, welds)
+   end subroutine set_welds
+
+   !> At each vertex of a body, the edges of its outline: round the vertex, from cell to cell.
+   pure subroutine find_outlines(blocks, welds)
+      type(blocks_type), intent(inout) :: blocks  !< with inner edges
+      type(weld_type), intent(in) :: welds(:)     !< all faces
+      integer, parameter :: most_cells = 64       !< round a vertex
+      integer :: beyond(2, size(blocks%owner)), v, at, turn
+
+      beyond = 0
+      do v = 1, size(welds)
+         call note_ends(blocks, welds(v), beyond)
+      end do
+      do v = 1, size(blocks%owner)
+         if (blocks%body(blocks%owner(v)) == 0) cycle
+         at = v
+         do turn = 1, most_cells
+            if (.not. blocks%inner(blocks%previous(at)) .or. beyond(1, at) == 0) exit
+            at = beyond(1, at)
+         end do
+         blocks%outline(1, v) = blocks%previous(at)
+         at = v
+         do turn = 1, most_cells
+            if (.not. blocks%inner(at) .or. beyond(2, at) == 0) exit
+            at = beyond(2, at)
+         end do
+         blocks%outline(2, v) = at
+      end do
+   end subroutine find_outlines
+
+   !> Vertices of two cells at the ends of their face, where they stand at one place: the one of the
+   !> neighbour before a vertex, and the one after it.
+   pure subroutine note_ends(blocks, weld, beyond)
+      type(blocks_type), intent(in) :: blocks    !< at the start
+      type(weld_type), intent(in) :: weld        !< face
+      integer, intent(inout) :: beyond(:,:)      !< [2, vertices] or 0
+      real(wp), parameter :: near = 1.0e-5_wp    !< of the smaller radius
+      real(wp) :: least
+
+      least = near*minval(blocks%radius(weld%block))
+      associate (e => weld%edge(1), f => weld%edge(2), next => blocks%next)
+         if (meet(e, next(f))) then
+            beyond(2, e) = next(f)
+            beyond(1, next(f)) = e
+         end if
+         if (meet(next(e), f)) then
+            beyond(1, next(e)) = f
+            beyond(2, f) = next(e)
+         end if
+      end associate
+
+   contains
+
+      !> Two vertices stand at one place.
+      pure logical function meet(v, w)
+         integer, intent(in) :: v, w  !< vertices
+
+         meet = norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) <= least
+      end function meet
+   end subroutine note_ends
+
+end module dda_weld

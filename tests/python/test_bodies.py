@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blocks that are cells of bodies, against closed forms and an assembly apart."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+from strain_points import Body
+from test_meshing import CELLS, part
+
+import sitedda
+from sitedda.meshing.body import mesh_body
+
+YOUNG, DENSITY = 1e10, 2500.0
+
+
+def cells_of(box, size, cells="quadrilateral"):
+    """Cells of a box (left, bottom, right, top)."""
+    left, bottom, right, top = box
+    outline = [left, bottom, right, bottom, right, top, left, top]
+    return mesh_body([part(outline, size)], cells).polygons
+
+
+def model_of(bodies, poisson=0.25, young=YOUNG, **control):
+    """Bodies of cells, by their numbers from 1; (polygon, material) stands for a polygon."""
+    model = sitedda.Model()
+    control = {"time_step": 1e-3, "steps": 10, "gravity": [0.0, 0.0]} | control
+    model.control(**({"analysis": "plane_stress"} | control))
+    model.material(name="rock", density=DENSITY, young_modulus=young, poisson_ratio=poisson)
+    model.joint(name="joint", friction_angle=30.0)
+    for number, cells in enumerate(bodies, 1):
+        for cell in cells:
+            polygon, material = cell if isinstance(cell, tuple) else (cell, "rock")
+            model.block(vertices=np.ravel(polygon).tolist(), body=number, material=material)
+    return model
+
+
+@pytest.mark.parametrize("strain", ["plane_stress", "plane_strain"])
+@pytest.mark.parametrize("poisson", [0.0, 0.25, 0.4999])
+@pytest.mark.parametrize("cells", CELLS)
+def test_modes_of_a_free_beam_are_those_of_an_assembly_apart(cells, poisson, strain):
+    polygons = cells_of((0, 0, 6, 1), 0.5, cells)
+    found = sitedda.modes(model_of([polygons], poisson, analysis=strain), count=12).frequency
+    body = Body(polygons, YOUNG, poisson, DENSITY, plane_strain=strain == "plane_strain")
+    values = eigh(body.stiffness().toarray(), body.mass().toarray(), eigvals_only=True)
+    np.testing.assert_allclose(found, np.sqrt(values[3:15]) / (2 * np.pi), rtol=1e-7)
+
+
+def test_faces_that_meet_in_part_are_welded():
+    """A course of long cells on one of short ones: the modes of the independent assembly."""
+    low = [cell for x in range(6) for cell in cells_of((x, 0, x + 1, 1), 1.0)]
+    high = [cell for x in (0, 2.5) for cell in cells_of((x, 1, x + 2.5, 2), 2.5)]
+    found = sitedda.modes(model_of([low[:5] + high]), count=9).frequency
+    body = Body(low[:5] + high, YOUNG, 0.25, DENSITY, plane_strain=False)
+    values = eigh(body.stiffness().toarray(), body.mass().toarray(), eigvals_only=True)
+    np.testing.assert_allclose(found, np.sqrt(values[3:12]) / (2 * np.pi), rtol=1e-7)
+
+
+def test_two_layers_of_contrast_1000_sway_as_in_closed_form():
+    """tan(k₁h) tan(k₂h) = impedance of the upper over the lower one, 4 cells a layer: .3 %."""
+    soft, height = YOUNG / 1000, 4.0
+    low, high = cells_of((0, 0, 1, 4), 1.0), cells_of((0, 4, 1, 8), 1.0)
+    model = model_of([low + [(cell, "soil") for cell in high]], 0.0)
+    model.material(name="soil", density=DENSITY, young_modulus=soft, poisson_ratio=0.0)
+    model.contact(normal_stiffness=1e6 * YOUNG)
+    for number, cell in enumerate(low + high, 1):
+        for x, y in cell:
+            free = {} if y < 1e-9 else {"direction": "y"}
+            model.fixed_point(x=x, y=y, block=str(number), **free)
+    speeds = np.sqrt([YOUNG / 2 / DENSITY, soft / 2 / DENSITY])
+
+    def closed(omega):
+        return np.tan(omega * height / speeds[0]) * np.tan(omega * height / speeds[1]) - (
+            speeds[0] / speeds[1]
+        )
+
+    exact = brentq(closed, 1e-3, (np.pi / 2 - 1e-9) * speeds[1] / height) / (2 * np.pi)
+    assert sitedda.modes(model, count=1).frequency[0] == pytest.approx(exact, rel=3e-3)
+
+
+def test_a_cantilever_rests_with_the_deflection_and_the_stress_of_a_beam():
+    """q l⁴/8EI + q l²/2κGA within 1.5 % at four cells deep; mean stress of the upper half of a
+    metre of it within 5 %."""
+    cells = cells_of((0, 0, 10, 1), 0.25)
+    model = model_of([cells], 0.0, gravity=[0.0, -10.0], steps=None)
+    for number, cell in enumerate(cells, 1):
+        for x, y in cell:
+            if x < 1e-9:
+                model.fixed_point(x=x, y=y, block=str(number))
+    model.measured_point(name="tip", x=10.0, y=0.5)
+    model.contact(normal_stiffness=1e4 * YOUNG)
+    model.stage(name="rest", kind="static")
+    history = model.run().history
+    load = DENSITY * 10.0
+    exact = load * 10**4 / (8 * YOUNG / 12) + load * 10**2 / (2 * 5 / 6 * YOUNG / 2)
+    assert -float(history.displacement[-1, 0, 1]) == pytest.approx(exact, rel=0.015)
+    x, y = history.block_coordinates.values[-1, :, :2].T
+    upper = history.block_stress.values[-1, (y > 0.5) & (abs(x - 5) < 0.5), 0]
+    assert upper.mean() == pytest.approx(load * 5**2 / 2 * 12 * 0.25, rel=0.05)
+
+
+def spinning(step, rate=3.0):
+    """A beam of even polygons that turns about its middle for a third of a second."""
+    cells = cells_of((0, 0, 10, 1), 0.4, "voronoi")
+    model = model_of([], time_step=step, steps=round(1 / (3 * step)), integration="midpoint")
+    for number, (cell, centre) in enumerate(zip(cells, Body(cells).centres, strict=True)):
+        x, y = (centre - [5.0, 0.5]).tolist()
+        model.material(
+            name=f"m{number}", density=DENSITY, young_modulus=YOUNG, poisson_ratio=0.25,
+            initial_velocity=[-rate * y, rate * x, rate],
+        )  # fmt: skip
+        model.block(vertices=np.ravel(cell).tolist(), body=1, material=f"m{number}")
+    return model
+
+
+def test_a_spinning_body_keeps_its_energy_and_all_is_accounted_for():
+    gained = []
+    for step in (2e-3, 1e-3):
+        history = spinning(step).run().history
+        kinetic = float(history.energy_kinetic[0])
+        assert abs(history.energy_balance.values).max() < 1e-9 * kinetic
+        gained.append(abs(float(history.energy_geometric[-1])) / kinetic)
+        assert float(history.energy_welded.max()) < 1e-3 * kinetic
+        turned = history.block_coordinates.values[-1, :, 2]
+        np.testing.assert_allclose(turned, 1.0, atol=3e-3)
+    assert gained[0] < 1e-5
+    assert gained[1] < 1e-6
+
+
+def sliding(floor, block, steps=1200):
+    """Cells on cells, on a slope of 30°, with faces that do not match."""
+    model = model_of([floor, block], young=1e12, time_step=1e-3, steps=steps,
+                     gravity=[5.0, -10 * np.cos(np.pi / 6)])  # fmt: skip
+    for number, cell in enumerate(floor, 1):
+        for x, y in cell:
+            if y < 1e-9:
+                model.fixed_point(x=x, y=y, block=str(number))
+    model.measured_point(name="block", x=2.0, y=1.5)
+    return model
+
+
+@pytest.mark.parametrize(("size", "cells"), [(3.0, "quadrilateral"), (0.25, "quadrilateral"),
+                                             (0.3, "voronoi")])  # fmt: skip
+def test_a_body_slides_over_the_faces_of_another(size, cells):
+    """Over three corners of cells: no catch, no impact, the path of one rigid block."""
+    floor, block = cells_of((0, 0, 8, 1), 1.0), cells_of((1, 1, 3, 2), size, cells)
+    model = sliding(floor, block)
+    model["joint"][0].friction_angle = 20.0
+    history = model.run().history
+    pull = 5.0 - 10 * np.cos(np.pi / 6) * np.tan(np.radians(20.0))
+    assert float(history.displacement[-1, 0, 0]) == pytest.approx(pull * 1.2**2 / 2, rel=2e-5)
+    assert abs(history.displacement[:, 0, 1].values).max() < 1e-6
+    assert float(history.energy_impact[-1]) == 0.0
+    turnover = float(history.energy_friction[-1])
+    assert abs(history.energy_balance.values).max() < 1e-6 * turnover
+    assert abs(float(history.energy_geometric[-1])) < 1e-6 * turnover
+
+
+def test_bits_of_threads_of_a_resumed_run_and_of_a_block_file(
+    native, tmp_path, same_bits, monkeypatch
+):
+    cells = cells_of((0, 0, 8, 1), 1.0)
+    model = sliding(cells, cells_of((1, 1.01, 3, 2.01), 0.3, "voronoi"), steps=300)
+    model.output(file="out.nc", block_interval=100)
+    file = model.write(tmp_path / "model.nml")
+    whole = sitedda.run(file).history
+    assert whole.block_body.values.tolist() == [1] * 8 + [2] * (whole.sizes["block"] - 8)
+    for threads in ("1", "2"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        assert native("run", file, "-q", folder=tmp_path).returncode == 0
+        same_bits(whole, tmp_path / "out.nc")
+    with sitedda.Simulation(file, tmp_path / "again.nc") as run:
+        run.advance(170)
+        run.checkpoint()
+        run.advance(40)
+    same_bits(whole, sitedda.resume(file, tmp_path / "again.nc").history)
+
+
+def test_materials_change_and_cells_are_removed_between_stages():
+    """Stress stays when moduli change; half of a beam falls when the other half is removed."""
+    left, right = cells_of((0, 0, 2, 1), 0.5), cells_of((2, 0, 4, 1), 0.5)
+    model = model_of([left + right], gravity=[0.0, -10.0], steps=None)
+    for group in model["block"][: len(left)]:
+        group.name = "left"
+    model.material(name="soft", density=DENSITY, young_modulus=YOUNG / 10, poisson_ratio=0.25)
+    for number, cell in enumerate(left, 1):
+        for x, y in cell:
+            if x < 1e-9:
+                model.fixed_point(x=x, y=y, block=str(number))
+    model.measured_point(name="tip", x=3.99, y=0.5, block=str(len(left + right)))
+    model.stage(name="rest", kind="static")
+    model.stage(name="changed", kind="static", change_materials="rock -> soft")
+    model.stage(name="fall", steps=100, remove="left")
+    history = model.run().history
+    stage = history.stage.values
+    place = history.displacement[:, 0, 1].values
+    assert place[stage == 2][-1] == pytest.approx(place[stage == 1][-1], rel=1e-6)
+    fallen = place[-1] - place[stage == 2][-1]
+    assert fallen == pytest.approx(-0.5 * 10 * 0.1**2, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("cells", "more", "words"),
+    [
+        ([[0, 0, 1, 0, 1, 1, 0, 1], [2, 0, 3, 0, 3, 1, 2, 1]], {}, "body 1 is not in one piece"),
+        ([[0, 0, 1, 0, 1, 1, 0.5, 0.2]], {}, "divide it into convex cells"),
+        ([[0, 0, 1, 0, 1, 1, 0, 1]], {"damping_ratio": 0.05}, "which welded faces do not yet"),
+        ([[0, 0, 1, 0, 1, 1, 0, 1], [0.5, 0, 1.5, 0, 1.5, 1, 0.5, 1]], {}, "overlaps block 1"),
+    ],
+)
+def test_what_cannot_be_a_body_is_one_error(cells, more, words):
+    model = model_of([cells])
+    for name, value in more.items():
+        setattr(model["material"][0], name, value)
+    with pytest.raises(sitedda.InputError, match=words):
+        model.run()
