@@ -22,6 +22,7 @@ from .groups import (
     CUT,
     FROM_FILE,
     MASONRY,
+    MESH,
     group_text,
     is_made,
     nearest,
@@ -31,8 +32,11 @@ from .input_text import Found, find_groups
 
 _NAMED = ("material", "joint", "region")  # groups that others name
 _ANY = re.compile(
-    r"^[^!\n]*&(" + "|".join([*CUT, *MASONRY, "polygons"]) + r")\b", re.IGNORECASE | re.MULTILINE
+    r"^[^!\n]*&(" + "|".join([*CUT, *MASONRY, *MESH, "polygons"]) + r")\b",
+    re.IGNORECASE | re.MULTILINE,
 )
+
+_MESH = re.compile(r"^[^!\n]*&mesh\b", re.IGNORECASE | re.MULTILINE)
 
 
 @dataclass
@@ -48,11 +52,14 @@ class Built:
         What was removed, merged or left.
     slivers : list of str
         Blocks that are slivers.
+    meshed : list of int
+        Groups &block, by their place among all groups, that the cells of bodies replace.
     """
 
     blocks: list[dict] = field(default_factory=list)
     messages: list[str] = field(default_factory=list)
     slivers: list[str] = field(default_factory=list)
+    meshed: list[int] = field(default_factory=list)
 
 
 def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
@@ -69,39 +76,75 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     -------
     Built
     """
-    names = {kind: [] for kind in _NAMED}
-    for kind, values, _ in groups:
-        if kind in _NAMED:
-            names[kind].append(values.get("name", getattr(CUT.get(kind), "name", "")))
-    groups = [group for group in groups if is_made(group[0])]
-    for _, values, place in groups:
+    names = _names(groups)
+    made = [group for group in groups if is_made(group[0]) or group[0] in MESH]
+    for _, values, place in made:
         _check_names(names, values, place)
     built, parts = Built(), {name: [] for name in CUT}
     pieces: list[dict] = []
-    first, places = "", {}
-    for name, values, place in groups:
+    meshes, first, places = [], "", {}
+    for name, values, place in made:
         try:
-            if name == "polygons":
+            if name in MESH:
+                meshes.append((MESH[name](**values), place))
+            elif name == "polygons":
                 pieces += _imported(values, folder)
             elif name in MASONRY:
                 pieces += [_block(vars(stone)) for stone in MASONRY[name](**values).blocks()]
             else:
-                made = _parts(name, values, folder)
-                parts[name] += made
-                places |= {id(part): place for part in made}
+                own = _parts(name, values, folder)
+                parts[name] += own
+                places |= {id(part): place for part in own}
                 first = first or place
         except InputError as error:
             raise _placed(place, error) from None
         except TypeError:
             raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
+    cut = None
     if any(parts.values()):
         try:
-            _add_cut(built, parts, next(iter(names["joint"]), ""))
+            cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))
         except InputError as error:
             place = places.get(id(getattr(error, "cause", None)), first)
             raise _placed(place, error) from None
     built.blocks += pieces
+    if meshes:
+        _mesh(built, groups, meshes, cut)
     return built
+
+
+def _mesh(built: Built, groups, meshes, cut) -> None:
+    """Put cells in place of the blocks that are meshed."""
+    from .meshing.meshed import Piece, mesh_blocks
+
+    typed = [i for i, group in enumerate(groups) if group[0] == "block"]
+    pieces = [Piece(block) for block in built.blocks]
+    if cut is not None:
+        for piece, region, holes in zip(pieces, cut.regions, cut.holes, strict=False):
+            piece.region, piece.holes = region, holes
+    pieces += [Piece(groups[i][1]) for i in typed]
+    materials = {values.get("name", ""): values for kind, values, _ in groups if kind == "material"}
+    cells, taken, messages = mesh_blocks(pieces, meshes, materials, _placed)
+    ring = next((p for i, p in enumerate(pieces) if p.holes and i not in taken), None)
+    if ring is not None:
+        raise InputError(
+            f"block {ring.name!r} is a ring around the hole or region with a corner at "
+            f"({ring.holes[0][0][0, 0]:.6g}, {ring.holes[0][0][0, 1]:.6g}); draw a joint that cuts "
+            "it, or mesh it"
+        )
+    count, gone = len(built.blocks), set(taken)
+    built.meshed = [typed[i - count] for i in taken if i >= count]
+    built.blocks = [one for i, one in enumerate(built.blocks) if i not in gone] + cells
+    built.messages += messages
+
+
+def _names(groups) -> dict[str, list[str]]:
+    """The names of materials, joints and regions."""
+    names = {kind: [] for kind in _NAMED}
+    for kind, values, _ in groups:
+        if kind in _NAMED:
+            names[kind].append(values.get("name", getattr(CUT.get(kind), "name", "")))
+    return names
 
 
 def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
@@ -169,7 +212,7 @@ def _imported(values: dict, folder) -> list[dict]:
     ]
 
 
-def _add_cut(built: Built, parts: dict[str, list], first_joint: str) -> None:
+def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool):
     """Cut the regions; edges without a joint have the first."""
     from .cutting import cut
 
@@ -185,6 +228,7 @@ def _add_cut(built: Built, parts: dict[str, list], first_joint: str) -> None:
         parts["hole"] + parts["tunnel"],
         parts["excavation"],
         parts["cutting"][0] if parts["cutting"] else None,
+        rings,
     )
     built.messages, built.slivers = blocks.messages, list(map(str, blocks.slivers))
     rows = zip(
@@ -198,6 +242,7 @@ def _add_cut(built: Built, parts: dict[str, list], first_joint: str) -> None:
         if any(edge != joint for edge in edges):
             block["edge_joints"] = edges
         built.blocks.append(block)
+    return blocks
 
 
 def blocks_text(blocks: Sequence[dict]) -> str:
@@ -280,16 +325,22 @@ def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built
     put : callable
         Turns the blocks into text.
     """
-    every = find_groups(text, file, ("block",)) if needs_building(text) else []
+    if not needs_building(text):
+        return text, Built()
+    typed = () if _MESH.search(text) else ("block",)  # only a mesh needs the blocks that are there
+    every = find_groups(text, file, typed)
     found = [one for one in every if is_made(one.name)]
     if not found:
         return text, Built()
-    read = [
-        (one.name, read_values(one, file), one.place(file))
+    wanted = [
+        one
         for one in every
-        if is_made(one.name) or one.name in _NAMED
+        if is_made(one.name) or one.name in _NAMED or (one.name == "block" and not typed)
     ]
+    read = [(one.name, read_values(one, file), one.place(file)) for one in wanted]
     built = build_blocks(read, Path(file).parent)
+    meshed = {id(wanted[i]) for i in built.meshed}
+    found = [one for one in every if is_made(one.name) or id(one) in meshed]
     head = f"! {len(built.blocks)} blocks, made from the groups that stand as comments above.\n"
     body = _as_comments(text, found)
     end = "" if body.endswith("\n") else "\n"
@@ -358,7 +409,12 @@ def _moved(text: str, file: Path, target: Path) -> str:
 
 def summary(built: Built) -> str:
     """How many blocks of which stem there are, in words."""
-    stems = Counter(re.sub(r"_?\d*$", "", block.get("name", "")) for block in built.blocks)
+    stems = Counter(
+        f"cells of {block['body']}"
+        if "body" in block
+        else re.sub(r"_?\d*$", "", block.get("name", ""))
+        for block in built.blocks
+    )
     corners = sum(len(np.reshape(block["vertices"], (-1, 2))) for block in built.blocks)
     listed = ", ".join(f"{count} {stem}" for stem, count in list(stems.items())[:12])
     return f"{len(built.blocks)} blocks with {corners} corners: {listed}"

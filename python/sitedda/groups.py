@@ -13,6 +13,7 @@ from . import masonry
 from .cutting import geometry
 from .errors import InputError
 from .input_text import UNSET, Found
+from .meshing.settings import Mesh
 from .schema import GROUPS, Variable
 
 # Kinds of values: text, texts, number, numbers, points (x, y, x, y …), whole (number), logical.
@@ -40,6 +41,7 @@ MASONRY = {
     "retaining_wall": masonry.RetainingWall,
     "multi_leaf_wall": masonry.MultiLeafWall,
 }
+MESH = {"mesh": Mesh}
 # Groups whose points may come from a file: the variable that holds them.
 FROM_FILE = {"region": "outline", "hole": "outline", "excavation": "outline"}
 FROM_FILE |= {"surface": "points", "joint_line": "points"}

@@ -397,16 +397,14 @@ class Model(Groups):
 
     def build(self) -> Model:
         """A model in which joints, regions and masonry have become blocks."""
-        groups = [*self.groups, self._once["cutting"]]
-        parts = [
-            (group._name, group._values, group._place or f"&{group._name}")
-            for group in groups
-            if group._values
-        ]
+        given = [group for group in (*self.groups, self._once["cutting"]) if group._values]
+        parts = [(group._name, group._values, group._place or f"&{group._name}") for group in given]
         built = build_blocks(parts, self.folder)
         model = self.copy()
         model.clear("cutting")
-        model.groups[:] = [group for group in model.groups if not is_made(group._name)]
+        gone = {id(given[i]) for i in built.meshed}
+        kept = [one for one in self.groups if not is_made(one._name) and id(one) not in gone]
+        model.groups[:] = [Group._of(one._name, one._values, one._place) for one in kept]
         model.groups.extend(Group._of("block", block) for block in built.blocks)
         return model
 

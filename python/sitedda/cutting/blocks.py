@@ -62,6 +62,8 @@ class Blocks:
         m, counter-clockwise, from the lowest corner.
     edge_joints : list of list of str
         Joint that cut each edge; edge i runs from corner i to the next.
+    holes : list of list of (ndarray, list of str)
+        Corners, clockwise, and joints of the holes that a block surrounds, where rings are allowed.
     names, materials, regions : list of str
     messages : list of str
         What was removed, merged or left.
@@ -77,6 +79,7 @@ class Blocks:
 
     polygons: list[np.ndarray] = field(default_factory=list)
     edge_joints: list[list[str]] = field(default_factory=list)
+    holes: list[list[tuple[np.ndarray, list[str]]]] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     materials: list[str] = field(default_factory=list)
     regions: list[str] = field(default_factory=list)
@@ -118,6 +121,7 @@ def cut(
     holes: Sequence[Hole | Tunnel] = (),
     excavations: Sequence[Excavation] = (),
     settings: Cutting | None = None,
+    rings: bool = False,
 ) -> Blocks:
     """Cut regions into blocks.
 
@@ -131,6 +135,8 @@ def cut(
     holes : sequence of Hole and Tunnel
     excavations : sequence of Excavation
     settings : Cutting
+    rings : bool
+        Whether a block may surround others or a hole; no engine takes it before it is meshed.
 
     Returns
     -------
@@ -148,7 +154,7 @@ def cut(
     excavation, single joint, surface, joint set, Voronoi polygons, region.
     """
     settings = settings or Cutting()
-    return _Cut(regions, joints, surfaces, holes, excavations, settings).blocks()
+    return _Cut(regions, joints, surfaces, holes, excavations, settings).blocks(rings)
 
 
 class _Cut:
@@ -289,7 +295,7 @@ class _Cut:
                 f"memory, {free / 1e9:.2g} GB are free"
             )
 
-    def blocks(self) -> Blocks:
+    def blocks(self, rings: bool = False) -> Blocks:
         """The blocks, with slivers merged, named or refused."""
         network = split_segments(self.segments, self.labels, self.outline, self.tolerance)
         network, dead, loops = without_dead_ends(network)
@@ -302,9 +308,14 @@ class _Cut:
         network, faces = self._without_short_edges(network, faces)
         self._tell_loops(loops)
         polygons = _shapes(network, faces.cycles)
+        inner = self._inner(network, faces, polygons)
+        if inner and not rings:
+            self._refuse_rings(network, inner)
+        for face, cycles in inner.items():
+            holes = [network.nodes[half_edge_starts(network)[cycle]] for cycle in cycles]
+            polygons[face] = shapely.Polygon(polygons[face].exterior, holes)
         kinds, keys = self._kinds(polygons)
-        self._check_rings(network, faces, polygons)
-        self._check_area(faces.areas[kinds >= 0])
+        self._check_area(shapely.area(polygons[kinds >= 0]))
         mean = self.domain.area / max(1, int((kinds >= 0).sum()))
         least = self.settings.least_area
         least = _SLIVER_AREA * mean if least is None else least
@@ -314,7 +325,10 @@ class _Cut:
                 network, faces, kinds, least, self.settings.least_angle
             )
         keep = [i for i, cycle in enumerate(cycles) if cycle and kinds[i] >= 0]
-        found = self._finished(network, [cycles[i] for i in keep], [keys[kinds[i]] for i in keep])
+        inner = [inner.get(i, []) for i in keep]
+        found = self._finished(
+            network, [cycles[i] for i in keep], [keys[kinds[i]] for i in keep], inner
+        )
         found.area, found.dead_ends, found.loops = self.domain.area, dead, len(loops)
         found.merged = merged
         self._judge_slivers(found, mean, least)
@@ -367,25 +381,34 @@ class _Cut:
         keys, kinds = np.unique(np.column_stack([region, pit, layer]), axis=0, return_inverse=True)
         return np.where(region >= 0, kinds.ravel(), -1), keys
 
-    def _check_rings(self, network: Network, faces, polygons) -> None:
-        """Refuse a block that surrounds others or a hole: it is no simple polygon."""
+    def _inner(self, network: Network, faces, polygons) -> dict[int, list[np.ndarray]]:
+        """Half-edges round what a face surrounds: such a block is no simple polygon."""
         count = len(network.nodes)
         ends = network.edges.T
         graph = coo_array((np.ones(ends.shape[1]), ends), shape=(count, count))
         _, part = connected_components(graph, directed=False)
         parts, first = np.unique(part[network.edges[:, 0]], return_index=True)
         if len(parts) < 2:
-            return
+            return {}
         nodes = network.edges[first, 0]
         tree = shapely.STRtree(polygons)
         node, face = tree.query(shapely.points(network.nodes[nodes]), predicate="within")
-        for n, f in zip(nodes[node], face, strict=True):
+        found: dict[int, list[np.ndarray]] = {}
+        for n in np.unique(node):
+            around = face[node == n]
+            f = int(around[faces.areas[around].argmin()])
             place = self._inside_edge(network, faces.cycles[f])
             if shapely.contains_xy(self.domain, *place):
-                raise InputError(
-                    "a block is a ring around the hole or region with a corner at "
-                    f"{self._listed([network.nodes[n]])}; draw a joint that cuts it"
-                )
+                found.setdefault(f, []).append(_outer_cycle(network, faces, part == parts[n]))
+        return found
+
+    def _refuse_rings(self, network: Network, inner) -> None:
+        cycle = next(iter(inner.values()))[0]
+        raise InputError(
+            "a block is a ring around the hole or region with a corner at "
+            f"{self._listed(network.nodes[half_edge_starts(network)[cycle[:1]]])}; draw a joint "
+            "that cuts it, or mesh it"
+        )
 
     @staticmethod
     def _inside_edge(network: Network, cycle) -> np.ndarray:
@@ -405,7 +428,7 @@ class _Cut:
                 "outlines lie closer to each other than the tolerance; give one with common corners"
             )
 
-    def _finished(self, network: Network, cycles, keys) -> Blocks:
+    def _finished(self, network: Network, cycles, keys, inner) -> Blocks:
         """Corners, joints of the edges and names, in an order of their own."""
         near = max(_STRAIGHT * self.size, self.rounding)
         edges = np.concatenate([np.array(cycle) for cycle in cycles])
@@ -427,10 +450,16 @@ class _Cut:
             material = self.surfaces[layer].material if layer >= 0 else ""
             blocks.polygons.append(polygons[i])
             blocks.edge_joints.append(joints[rings.first[i] : rings.first[i + 1]])
+            blocks.holes.append([self._hole(network, cycle) for cycle in inner[i]])
             blocks.names.append(f"{stem}_{numbers[stem]}")
             blocks.regions.append(self.regions[region].name)
             blocks.materials.append(material or self.regions[region].material)
         return blocks
+
+    def _hole(self, network: Network, cycle) -> tuple[np.ndarray, list[str]]:
+        """Corners and joints of what a block surrounds."""
+        corners = network.nodes[half_edge_starts(network)[cycle]] + self.centre
+        return corners, [self.joint_names[label] for label in network.labels[cycle >> 1]]
 
     def _check_corners(self, rings: Rings) -> None:
         count = np.diff(rings.first)
@@ -473,6 +502,17 @@ def _ring(polygon: shapely.Polygon) -> np.ndarray:
     """The sides of a polygon, shape (n, 2, 2)."""
     corners = shapely.get_coordinates(polygon.exterior)
     return np.stack([corners[:-1], corners[1:]], axis=1)
+
+
+def _outer_cycle(network: Network, faces, nodes) -> np.ndarray:
+    """The half-edges round a part of the network, clockwise, from its nodes."""
+    start = half_edge_starts(network)
+    outside = np.flatnonzero((faces.face < 0) & nodes[start])
+    following = dict(zip(start[outside].tolist(), outside.tolist(), strict=True))
+    cycle = [outside[0]]
+    while (after := following[int(start[cycle[-1] ^ 1])]) != cycle[0]:
+        cycle.append(after)
+    return np.array(cycle)
 
 
 def _containing(points, polygons) -> np.ndarray:
