@@ -132,17 +132,18 @@ contains
       end do
    end subroutine note_durations
 
-   !> Blocks of one name.
+   !> Blocks of one name, which cells of a body have always.
    pure subroutine note_names(model, notes)
       type(model_type), intent(in) :: model  !< as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       integer :: first, more
 
-      call find_repeated(model%block_names, first, more)
-      if (first == 0) return
-      call add(notes, to_text(count(model%block_names == model%block_names(first)))// &
-         ' blocks are named '//quoted(model%block_names(first))//others(more)// &
-         ': a list of names means all of them')
+      associate (names => pack(model%block_names, model%blocks%body == 0))
+         call find_repeated(names, first, more)
+         if (first == 0) return
+         call add(notes, to_text(count(names == names(first)))//' blocks are named '// &
+            quoted(names(first))//others(more)//': a list of names means all of them')
+      end associate
    end subroutine note_names
 
    !> What the weight does to a model: what nothing holds, strains, depth of contacts.

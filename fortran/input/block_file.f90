@@ -34,11 +34,12 @@ module dda_block_file
       integer, allocatable :: first(:)         !< [blocks+1] first vertex of each
       real(wp), allocatable :: vertices(:,:)   !< [2, vertices] counter-clockwise, m
       integer, allocatable :: material(:)      !< [blocks] number in `materials`, 0: none given
-      integer, allocatable :: body(:)          !< [blocks] that each is a cell of, 0: none
+      integer, allocatable :: body(:)          !< [blocks] number in `bodies`, 0: none
       integer, allocatable :: edge_joint(:)    !< [vertices] number in `joints`, 0: none given
       character(len=name_length), allocatable :: names(:)      !< [blocks], blank without one
       character(len=name_length), allocatable :: materials(:)  !< [materials]
       character(len=name_length), allocatable :: joints(:)     !< [joints]
+      character(len=name_length), allocatable :: bodies(:)     !< [bodies]
       integer(long) :: checksum = 0            !< of all of these
    end type block_file_type
 
@@ -115,10 +116,11 @@ contains
       call read_vertices(reader, vertices, blocks%vertices)
       call read_names(reader, 'material_name', blocks%materials)
       call read_names(reader, 'joint_name', blocks%joints)
+      call read_names(reader, 'body_name', blocks%bodies)
       call read_names(reader, 'name', blocks%names, n)
       call read_numbers(reader, 'material', n, blocks%materials, blocks%material)
       call read_numbers(reader, 'edge_joint', vertices, blocks%joints, blocks%edge_joint)
-      call read_bodies(reader, n, blocks%body)
+      call read_numbers(reader, 'body', n, blocks%bodies, blocks%body)
    end subroutine read_variables
 
    !> Note why the file cannot be used, unless that is known already.
@@ -339,23 +341,6 @@ contains
          '_name; 0 stands for none')
    end subroutine read_numbers
 
-   !> Numbers of bodies; 0 where the file has none.
-   subroutine read_bodies(reader, n, body)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
-      integer, intent(in) :: n  !< blocks
-      integer, allocatable, intent(out) :: body(:)  !< [n]
-      integer :: i
-
-      if (.not. has(reader, 'body')) then
-         allocate (body(n), source=0)
-         return
-      end if
-      call read_integers(reader, 'body', n, body)
-      i = findloc(body < 0 .or. body > most_blocks, .true., 1)
-      if (i > 0) call refuse(reader, 'body('//to_text(i)//') = '//to_text(body(i))// &
-         ' is not the number of a body, 1 to '//to_text(int(most_blocks))//'; 0 stands for none')
-   end subroutine read_bodies
-
    !> The checksum of all that a run takes from the file.
    integer(long) function checksum_of_blocks(blocks) result(checksum)
       type(block_file_type), intent(inout) :: blocks  !< as read; only read here
@@ -368,13 +353,16 @@ contains
       call serialise(archive, blocks%vertices)
       call serialise(archive, blocks%material)
       call serialise(archive, blocks%edge_joint)
-      if (any(blocks%body > 0)) call serialise(archive, blocks%body)
       text = ''
       do i = 1, size(blocks%materials)
          text = text//trim(blocks%materials(i))//new_line('a')
       end do
       do i = 1, size(blocks%joints)
          text = text//trim(blocks%joints(i))//new_line('a')
+      end do
+      if (size(blocks%bodies) > 0) call serialise(archive, blocks%body)
+      do i = 1, size(blocks%bodies)
+         text = text//trim(blocks%bodies(i))//new_line('a')
       end do
       call serialise(archive, text)
       do i = 1, size(blocks%names)

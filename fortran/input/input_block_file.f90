@@ -4,7 +4,7 @@ module dda_input_block_file
    use dda_kinds, only: wp
    use dda_block_file, only: block_file_type, read_block_file
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, get_text
+   use dda_input_group, only: group_type, input_error, get_text, name_length
    use dda_input_materials, only: find_substances
    use dda_model, only: model_type, block_source_type
    use dda_outlines, only: outlines_type, add_outline, outline_failure
@@ -71,11 +71,21 @@ contains
             else
                call add_outline(outlines, found%vertices(:, first:last), &
                   materials(found%material(b)), j, source, found%names(b), &
-                  joints(found%edge_joint(first:last)), found%body(b))
+                  joints(found%edge_joint(first:last)), body_of(found, b))
             end if
          end associate
       end do
    end subroutine add_blocks
+
+   !> Name of the body that a block of a file is a cell of, or blank.
+   pure function body_of(found, b) result(name)
+      type(block_file_type), intent(in) :: found  !< what the file says
+      integer, intent(in) :: b                    !< block
+      character(len=name_length) :: name
+
+      name = ''
+      if (found%body(b) > 0) name = found%bodies(found%body(b))
+   end function body_of
 
    !> Positions in the model of the materials or joints that a file numbers, those that it uses.
    subroutine find_names(group, path, kind, names, used, known, usual, positions, error)

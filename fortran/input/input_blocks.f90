@@ -69,13 +69,13 @@ contains
       type(model_type), intent(in) :: model      !< with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      character(len=name_length) :: name
+      character(len=name_length) :: name, body
       real(wp), allocatable :: values(:)
       integer, allocatable :: joints(:)
-      integer :: m, j, n, body
+      integer :: m, j, n
 
       name = ''
-      body = 0
+      body = ''
       call get(group, 'name', name, error)
       call get(group, 'body', body, error)
       call find_substances(group, model, m, j, error)
@@ -95,7 +95,7 @@ contains
       real(wp), intent(in) :: vertices(:,:)  !< [2, vertices] m
       integer, intent(in) :: material, joints(:), source !< positions in the model; of the group
       character(len=*), intent(in) :: name   !< or blank
-      integer, intent(in) :: body            !< that it is a cell of; 0: none
+      character(len=*), intent(in) :: body   !< that it is a cell of, or blank
       type(outlines_type), intent(inout) :: outlines         !< gets the block
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       character(len=:), allocatable :: failure

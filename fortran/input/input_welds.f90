@@ -5,6 +5,7 @@ module dda_input_welds
    use dda_cell_faces, only: find_faces
    use dda_damping, only: is_damped
    use dda_errors, only: error_type, error_input, fail
+   use dda_growth, only: grow
    use dda_input_group, only: group_type, input_error
    use dda_model, only: model_type
    use dda_outlines, only: outlines_type
@@ -26,24 +27,51 @@ contains
 
       if (allocated(error)) return
       associate (blocks => model%blocks)
-         blocks%body = outlines%body(:blocks%n)
+         call number_bodies(outlines%body(:blocks%n), blocks%body, model%body_names)
          do b = 1, blocks%n
             if (allocated(error)) return
             if (blocks%body(b) == 0) cycle
             if (.not. all_convex(blocks, b)) call input_error(error, groups(outlines%source(b)), &
-               block_title(b, model%block_names(b))//' is a cell of body '// &
-               to_text(blocks%body(b))//' and has an angle of 180° or more: divide it into '// &
-               'convex cells')
+               block_title(b, model%block_names(b))//' is a cell of a body '// &
+               'and has an angle of 180° or more: divide it into convex cells')
          end do
          call find_faces(blocks, model%welds)
          call set_welds(blocks, model%welds)
          call find_loose(blocks, model%welds, b, other)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
-            to_text(blocks%body(b))//' is not in one piece: no faces weld '// &
-            block_title(b, model%block_names(b))//' to '// &
-            block_title(other, model%block_names(other))//'; give each piece a number of its own')
+            quoted(trim(outlines%body(b)))//' is not in one piece: no faces weld block '// &
+            to_text(b)//' to block '//to_text(other)//'; give each piece a name of its own')
       end associate
    end subroutine weld_cells
+
+   !> Bodies get numbers in the order of their first cells.
+   pure subroutine number_bodies(name, number, names)
+      character(len=*), intent(in) :: name(:)  !< [blocks] of the body of each, or blank
+      integer, intent(out) :: number(:)        !< [blocks] of the body of each; 0: none
+      character(len=len(name)), allocatable, intent(out) :: names(:)  !< [bodies]
+      character(len=len(name)), allocatable :: more(:)
+      integer :: b, n, last
+
+      allocate (more(8))
+      n = 0
+      last = 0
+      do b = 1, size(name)
+         number(b) = 0
+         if (name(b) == '') cycle
+         if (last > 0) then
+            if (more(last) /= name(b)) last = 0  ! cells mostly follow each other
+         end if
+         if (last == 0) last = findloc(more(:n), name(b), 1)
+         if (last == 0) then
+            n = n + 1
+            call grow(more, n)
+            more(n) = name(b)
+            last = n
+         end if
+         number(b) = last
+      end do
+      names = more(:n)
+   end subroutine number_bodies
 
    !> All angles of block b are below 180°.
    pure logical function all_convex(blocks, b) result(convex)
@@ -105,8 +133,8 @@ contains
             associate (material => model%materials(blocks%material(b)))
                if (is_damped(material%damping)) call fail(error, error_input, model%file// &
                   ': material '//quoted(trim(material%name))//' of body '// &
-                  to_text(blocks%body(b))//' damps, which welded faces do not yet: leave out '// &
-                  'its damping, or the body')
+                  quoted(trim(model%body_names(blocks%body(b))))//' damps, which welded faces '// &
+                  'do not yet: leave out its damping, or the body')
             end associate
             if (allocated(error)) return
          end do

@@ -37,6 +37,7 @@ contains
       column%joints = model%joints
       column%motions = model%motions
       column%block_names = model%block_names(field%block)
+      allocate (column%body_names(0))
       column%blocks = column_blocks(model, field%block)
       kept = number(model%fixed_points%block) > 0
       column%fixed_points = pack(model%fixed_points, kept)

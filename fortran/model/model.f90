@@ -57,6 +57,7 @@ module dda_model
       type(stage_type), allocatable :: stages(:)     !< in order, one at least
       type(amplification_type), allocatable :: amplifications(:)
       character(len=64), allocatable :: block_names(:)
+      character(len=64), allocatable :: body_names(:)
       type(block_source_type), allocatable :: block_files(:)  !< none where all stands in the text
       type(blocks_type) :: blocks
    end type model_type

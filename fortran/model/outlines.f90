@@ -21,9 +21,9 @@ module dda_outlines
       real(wp), allocatable :: vertices(:,:)       !< [2, any] counter-clockwise, m
       integer, allocatable :: material(:)          !< number of the material of each
       integer, allocatable :: joint(:)             !< [any] joint of the edge from each vertex
-      integer, allocatable :: body(:)              !< that each is a cell of; 0: none
       integer, allocatable :: source(:)            !< input group that each came from
       character(len=64), allocatable :: name(:)
+      character(len=64), allocatable :: body(:)    !< that each is a cell of; blank: none
       real(wp), allocatable :: cover(:)            !< height whose weight stresses each at first, m
       real(wp), allocatable :: overburden(:)       !< vertical pressure beyond that, Pa
    end type outlines_type
@@ -38,7 +38,7 @@ contains
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< '' if it has none
       integer, intent(in), optional :: edge_joints(:) !< [edges] in place of `joint`
-      integer, intent(in), optional :: body           !< that it is a cell of; 0: none
+      character(len=*), intent(in), optional :: body  !< that it is a cell of
       integer :: n, last
 
       n = outlines%n + 1
@@ -58,9 +58,10 @@ contains
       outlines%joint(outlines%n_vertices + 1:last) = joint
       if (present(edge_joints)) outlines%joint(outlines%n_vertices + 1:last) = edge_joints
       outlines%source(n) = source
-      outlines%body(n) = 0
+      outlines%body(n) = ''
       if (present(body)) outlines%body(n) = body
       outlines%name(n) = name
+      if (name == '') outlines%name(n) = outlines%body(n)
       outlines%n = n
       outlines%n_vertices = last
    end subroutine add_outline

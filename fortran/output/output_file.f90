@@ -200,9 +200,10 @@ module dda_output_file
       variable_type('vertex_block', nf90_int, 'vertex', '1', 'block of a vertex, from 0'), &
       variable_type('joint', nf90_char, 'letter joint', '1', 'name of a joint material')]
 
-   type(variable_type), parameter :: body_variables(1) = [ &
+   type(variable_type), parameter :: body_variables(2) = [ &
+      variable_type('body', nf90_char, 'letter body', '1', 'name of a body'), &
       variable_type('block_body', nf90_int, 'block', '1', &
-         'number of the body that a block is a cell of; 0: none')]
+         'body that a block is a cell of, from 0; -1: none')]
 
    !> An output file that is being written.
    type :: output_type
@@ -340,7 +341,10 @@ contains
          call define_dimension(dataset, 'coordinate4', 4)
          call define_variables(dataset, bolt_variables)
       end if
-      if (any(simulation%blocks%body > 0)) call define_variables(dataset, body_variables)
+      if (size(simulation%model%body_names) > 0) then
+         call define_dimension(dataset, 'body', size(simulation%model%body_names))
+         call define_variables(dataset, body_variables)
+      end if
       if (points_between(simulation%model%bolts) > 0) then
          call define_dimension(dataset, 'through', points_between(simulation%model%bolts))
          call define_variables(dataset, through_variables)
@@ -457,8 +461,10 @@ contains
          call put_names(dataset, 'joint', simulation%model%joints%name)
          call put(dataset, 'block_material', real(simulation%model%blocks%material - 1, wp), [1], &
             [blocks%n])
-         if (any(blocks%body > 0)) call put(dataset, 'block_body', real(blocks%body, wp), [1], &
-            [blocks%n])
+         if (size(simulation%model%body_names) > 0) then
+            call put_names(dataset, 'body', simulation%model%body_names)
+            call put(dataset, 'block_body', real(blocks%body - 1, wp), [1], [blocks%n])
+         end if
          call put(dataset, 'edge_joint', real(simulation%model%blocks%joint - 1, wp), [1], &
             [size(blocks%owner)])
          call put_maxima(dataset, simulation)

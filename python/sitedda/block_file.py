@@ -6,7 +6,8 @@ The format is the classic one: the library that reads netCDF-4 crashes on some d
 ``vertices`` (vertex, axis) holds the corners of all blocks one after the other, counter-clockwise,
 ``corners`` (block) how many each has, ``name`` (block, letter) their names.  ``material`` (block)
 and ``edge_joint`` (vertex), of the edge that begins there, are numbers from 1 into
-``material_name`` and ``joint_name``, 0 for none.  All but the first two may be missing.
+``material_name`` and ``joint_name``, 0 for none; so is ``body`` (block) into ``body_name``: the
+body that a block is a cell of.  All but the first two may be missing.
 """
 
 from __future__ import annotations
@@ -64,9 +65,10 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
         "material": (("block",), "i4", material),
         "edge_joint": (("vertex",), "i4", joint),
     }
-    bodies = [block.get("body", 0) for block in blocks]
-    if any(bodies):
-        numbers["body"] = (("block",), "i4", bodies)
+    bodies, body = _numbered(block.get("body", "") for block in blocks)
+    if bodies:
+        texts["body_name"] = bodies
+        numbers["body"] = (("block",), "i4", body)
     words = {name: _letters(list_of) for name, list_of in texts.items()}
     with (
         written(file, "a netCDF file", reads) as writing,

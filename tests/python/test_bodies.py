@@ -31,7 +31,7 @@ def model_of(bodies, poisson=0.25, young=YOUNG, **control):
     for number, cells in enumerate(bodies, 1):
         for cell in cells:
             polygon, material = cell if isinstance(cell, tuple) else (cell, "rock")
-            model.block(vertices=np.ravel(polygon).tolist(), body=number, material=material)
+            model.block(vertices=np.ravel(polygon).tolist(), body=f"b{number}", material=material)
     return model
 
 
@@ -109,7 +109,7 @@ def spinning(step, rate=3.0):
             name=f"m{number}", density=DENSITY, young_modulus=YOUNG, poisson_ratio=0.25,
             initial_velocity=[-rate * y, rate * x, rate],
         )  # fmt: skip
-        model.block(vertices=np.ravel(cell).tolist(), body=1, material=f"m{number}")
+        model.block(vertices=np.ravel(cell).tolist(), body="beam", material=f"m{number}")
     return model
 
 
@@ -164,7 +164,8 @@ def test_bits_of_threads_of_a_resumed_run_and_of_a_block_file(
     model.output(file="out.nc", block_interval=100)
     file = model.write(tmp_path / "model.nml")
     whole = sitedda.run(file).history
-    assert whole.block_body.values.tolist() == [1] * 8 + [2] * (whole.sizes["block"] - 8)
+    assert whole.block_body.values.tolist() == [0] * 8 + [1] * (whole.sizes["block"] - 8)
+    assert whole.body.values.tolist() == ["b1", "b2"]
     for threads in ("1", "2"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
         assert native("run", file, "-q", folder=tmp_path).returncode == 0
@@ -202,7 +203,7 @@ def test_materials_change_and_cells_are_removed_between_stages():
 @pytest.mark.parametrize(
     ("cells", "more", "words"),
     [
-        ([[0, 0, 1, 0, 1, 1, 0, 1], [2, 0, 3, 0, 3, 1, 2, 1]], {}, "body 1 is not in one piece"),
+        ([[0, 0, 1, 0, 1, 1, 0, 1], [2, 0, 3, 0, 3, 1, 2, 1]], {}, "body 'b1' is not in one piece"),
         ([[0, 0, 1, 0, 1, 1, 0.5, 0.2]], {}, "divide it into convex cells"),
         ([[0, 0, 1, 0, 1, 1, 0, 1]], {"damping_ratio": 0.05}, "which welded faces do not yet"),
         ([[0, 0, 1, 0, 1, 1, 0, 1], [0.5, 0, 1.5, 0, 1.5, 1, 0.5, 1]], {}, "overlaps block 1"),

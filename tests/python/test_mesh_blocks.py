@@ -34,8 +34,7 @@ def test_each_block_becomes_a_body_of_its_own_name():
     cells, taken, messages = meshed(BEAMS, Mesh(blocks="beam_*", size=0.5))
     assert taken == [0, 1] and not messages
     assert {cell["body"] for cell in cells} == {"beam_1", "beam_2"}
-    assert [cell["name"] for cell in cells[:2]] == ["beam_1.1", "beam_1.2"]
-    assert len({cell["name"] for cell in cells}) == len(cells) == 32
+    assert len(cells) == 32 and not any("name" in cell for cell in cells)
 
 
 def test_several_blocks_become_one_body_with_borders_between_materials():
@@ -117,7 +116,7 @@ def test_a_ring_round_another_ring_surrounds_that_alone():
         (Mesh(blocks="*", size=1.0), "a block without a name"),
         (Mesh(blocks="beam_1", size=1e-5), "choose a larger size"),
         (Mesh(blocks="beam_1", frequency=1e9), "choose a larger size"),
-        (Mesh(blocks="beam_1", body="b" * 57, size=1.0), "at most 56 bytes"),
+        (Mesh(blocks="beam_1", body="b" * 65, size=1.0), "at most 64 bytes"),
     ],
 )
 def test_what_cannot_be_meshed_is_refused_with_its_place(mesh, message):

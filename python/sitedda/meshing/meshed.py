@@ -14,7 +14,7 @@ from .body import Cut, Part, mesh_body
 from .settings import Mesh, is_listed
 
 _NAMED = 3  # places in a message
-LONGEST_NAME = 56  # bytes: cells get numbers
+LONGEST_NAME = 64  # bytes
 
 
 @dataclass
@@ -119,9 +119,7 @@ def _key(piece: Piece, what: str) -> str:
 
 def _checked(name: str) -> str:
     if len(name.encode()) > LONGEST_NAME:
-        raise InputError(
-            f"body {name!r} must have at most {LONGEST_NAME} bytes: its cells get numbers"
-        )
+        raise InputError(f"body {name!r} must have at most {LONGEST_NAME} bytes")
     return name
 
 
@@ -148,9 +146,9 @@ def _cut(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -> Cut
 def _cells(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
     """Variables of the &block groups of the cells."""
     rows = zip(cut.polygons, cut.joints, cut.parts.tolist(), strict=True)
-    for number, (polygon, joints, part) in enumerate(rows, 1):
+    for polygon, joints, part in rows:
         polygon.flags.writeable = False
-        block = {"name": f"{body}.{number}", "body": body}
+        block = {"body": body}
         block |= {k: v for k in ("material", "joint") if (v := values[part].get(k))}
         block["vertices"] = polygon
         joint = block.get("joint", "")
