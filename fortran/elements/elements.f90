@@ -4,7 +4,7 @@ module dda_elements
    use dda_kinds, only: wp
    use dda_absorbing, only: new_absorbing_boundaries
    use dda_archive, only: archive_type
-   use dda_blocks, only: blocks_type
+   use dda_blocks, only: blocks_type, stress_of
    use dda_body_force, only: body_force_type
    use dda_bolts, only: bolts_type, bolt_columns, new_bolts
    use dda_edge_loads, only: new_edge_loads
@@ -24,7 +24,7 @@ module dda_elements
    public :: elements_type, set_elements, register, linear_terms_of, &
       add_forces, update_stored, account_elements, revise_elements, bolt_states, accept_elements, &
       match_velocities, freeze_elements, balance_elements, serialise_elements, face_forces, &
-      follow_free_field, body_stress
+      follow_free_field, block_stress
 
    !> One kind of elements.
    type :: kind_type
@@ -206,23 +206,30 @@ contains
       end do
    end function face_forces
 
-   !> What welded faces add to the mean stress of their cells, Pa, in the axes of each cell.
-   function body_stress(elements, blocks) result(stress)
+   !> Stress (σx, σy, τxy) of all blocks in the model's axes, Pa; of cells the mean over their area.
+   function block_stress(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< in their present state
-      real(wp), allocatable :: stress(:,:)         !< [3,blocks], or of no block without bodies
-      integer :: i
+      real(wp), allocatable :: stress(:,:)         !< [3,blocks]
+      real(wp), allocatable :: of_faces(:,:)
+      integer :: i, b
 
-      allocate (stress(3, 0))
+      allocate (stress(3, blocks%n))
+      if (any(blocks%body > 0)) allocate (of_faces(3, blocks%n), source=0.0_wp)
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (welds_type)
-            deallocate (stress)
-            allocate (stress(3, blocks%n), source=0.0_wp)
-            call add_face_stress(element, blocks, stress)
+            call add_face_stress(element, blocks, of_faces)
          end select
       end do
-   end function body_stress
+      do b = 1, blocks%n
+         if (allocated(of_faces)) then
+            stress(:, b) = stress_of(blocks, b, of_faces(:, b))
+         else
+            stress(:, b) = stress_of(blocks, b)
+         end if
+      end do
+   end function block_stress
 
    !> Sides take over the step of the column of a free field.
    subroutine follow_free_field(elements, number, block, column, d, force)

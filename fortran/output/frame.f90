@@ -5,9 +5,9 @@
 !> nothing is allocated in a step.
 module dda_frame
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, stress_of
+   use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
-   use dda_elements, only: body_stress
+   use dda_elements, only: block_stress
    use dda_errors, only: error_type
    use dda_journal, only: journal_type, begin_row, append_numbers, row_frame
    use dda_simulation, only: simulation_type
@@ -43,7 +43,7 @@ contains
       associate (contacts => simulation%contacts(simulation%now))
          call begin_row(journal, row_frame, contacts%n, error)
          call append_numbers(journal, [simulation%time, real(simulation%stage, wp)], 2, error)
-         call append_blocks(journal, simulation%blocks, body_stress(simulation%elements, &
+         call append_blocks(journal, simulation%blocks, block_stress(simulation%elements, &
             simulation%blocks), simulation%model%origin, error)
          do i = 1, contact_columns(simulation)
             call append_column(journal, contacts, i, error)
@@ -52,28 +52,16 @@ contains
    end subroutine append_frame
 
    !> Coordinates, rates, stresses and vertices.
-   subroutine append_blocks(journal, blocks, of_faces, origin, error)
+   subroutine append_blocks(journal, blocks, stress, origin, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       type(blocks_type), intent(in) :: blocks  !< in their places
-      real(wp), intent(in) :: of_faces(:,:)  !< [3,n] stresses that welded faces add, or none
+      real(wp), intent(in) :: stress(:,:)  !< [3,n] Pa
       real(wp), intent(in) :: origin(2)  !< of the places, m
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      real(wp) :: stress(3, at_once)
-      integer :: first, n, b
 
       call append_places(journal, blocks%position, origin, error)
       call append_numbers(journal, blocks%velocity, size(blocks%velocity), error)
-      do first = 1, blocks%n, at_once
-         n = min(at_once, blocks%n - first + 1)
-         do b = 1, n
-            if (size(of_faces, 2) > 0) then
-               stress(:, b) = stress_of(blocks, first + b - 1, of_faces(:, first + b - 1))
-            else
-               stress(:, b) = stress_of(blocks, first + b - 1)
-            end if
-         end do
-         call append_numbers(journal, stress, 3*n, error)
-      end do
+      call append_numbers(journal, stress, size(stress), error)
       call append_places(journal, blocks%vertex, origin, error)
    end subroutine append_blocks
 

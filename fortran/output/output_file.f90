@@ -200,10 +200,12 @@ module dda_output_file
       variable_type('vertex_block', nf90_int, 'vertex', '1', 'block of a vertex, from 0'), &
       variable_type('joint', nf90_char, 'letter joint', '1', 'name of a joint material')]
 
-   type(variable_type), parameter :: body_variables(2) = [ &
+   type(variable_type), parameter :: body_variables(3) = [ &
+      variable_type('edge_welded', nf90_int, 'vertex', '1', &
+         '1: the edge that begins at a vertex lies within a body'), &
       variable_type('body', nf90_char, 'letter body', '1', 'name of a body'), &
       variable_type('block_body', nf90_int, 'block', '1', &
-         'body that a block is a cell of, from 0; -1: none')]
+         'body that a block is a cell of, from 1; 0: none')]
 
    !> An output file that is being written.
    type :: output_type
@@ -463,7 +465,9 @@ contains
             [blocks%n])
          if (size(simulation%model%body_names) > 0) then
             call put_names(dataset, 'body', simulation%model%body_names)
-            call put(dataset, 'block_body', real(blocks%body - 1, wp), [1], [blocks%n])
+            call put(dataset, 'block_body', real(blocks%body, wp), [1], [blocks%n])
+            call put(dataset, 'edge_welded', merge(1.0_wp, 0.0_wp, blocks%inner), [1], &
+               [size(blocks%owner)])
          end if
          call put(dataset, 'edge_joint', real(simulation%model%blocks%joint - 1, wp), [1], &
             [size(blocks%owner)])

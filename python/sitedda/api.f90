@@ -10,10 +10,9 @@ module api
    use dda_check_simulation, only: check_simulation
    use dda_contact, only: contacts_type
    use dda_damping, only: damping_type, fit_body, most_mechanisms
-   use dda_elements, only: bolt_states
+   use dda_elements, only: block_stress, bolt_states
    use dda_energy, only: energy_terms, energy_values
    use dda_baseline, only: baseline_type, motion_curve_type, make_motion_curve
-   use dda_blocks, only: stress_of
    use dda_branches, only: branches_type, curve_type, fit_branches, set_body
    use dda_errors, only: error_type, error_input, fail
    use dda_input, only: read_model
@@ -416,7 +415,6 @@ contains
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
       type(run_type), pointer :: run
-      integer :: b
 
       coordinates = 0.0_c_double
       rates = 0.0_c_double
@@ -427,17 +425,15 @@ contains
          coordinates = run%simulation%blocks%position
          coordinates(1:2, :) = coordinates(1:2, :) + spread(run%simulation%model%origin, 2, n)
          rates = run%simulation%blocks%velocity
-         do b = 1, n
-            stress(:, b) = stress_of(run%simulation%blocks, b)
-         end do
+         stress = block_stress(run%simulation%elements, run%simulation%blocks)
       end if
       call report(error, status, message)
    end subroutine block_states
 
    !> Present material of each block and joint of each edge, by the vertex where it begins, from 0.
-   subroutine block_properties(handle, n, vertices, material, joint, status, message)
+   subroutine block_properties(handle, n, vertices, material, joint, body, welded, status, message)
       integer(c_int), intent(in) :: handle, n, vertices
-      integer(c_int), intent(out) :: material(n), joint(vertices)
+      integer(c_int), intent(out) :: material(n), joint(vertices), body(n), welded(vertices)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -445,13 +441,19 @@ contains
 
       material = 0
       joint = 0
+      body = 0
+      welded = 0
       call find_run(handle, run, error)
       if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
       if (.not. allocated(error)) call check_size(vertices, size(run%simulation%blocks%owner), &
          error)
       if (.not. allocated(error)) then
-         material = run%simulation%blocks%material - 1
-         joint = run%simulation%blocks%joint - 1
+         associate (blocks => run%simulation%blocks)
+            material = blocks%material - 1
+            joint = blocks%joint - 1
+            body = blocks%body
+            welded = merge(1, 0, blocks%inner)
+         end associate
       end if
       call report(error, status, message)
    end subroutine block_properties

@@ -71,6 +71,10 @@ _FAMILIES = (
         edge_joint            number  vertex
     """),
     _kinds("""
+        block_body            number  block
+        edge_welded           number  vertex
+    """),
+    _kinds("""
         stage                 number  time
         frame_stage           number  frame
     """),

@@ -162,7 +162,8 @@ class BlockPicture:
                 self.blocks.set_array(quantity(scene, self.color, frame)[0] / self.size)
             for line in self.lines:
                 line.remove()
-        self.lines = self._contacts(frame, vertices) + _bolts(self.axes, scene, frame)
+        self.lines = _body_outlines(self.axes, scene, frame, vertices)
+        self.lines += self._contacts(frame, vertices) + _bolts(self.axes, scene, frame)
         self.note.set_text(plain(_words(scene, frame, self.deformation)))
 
     def _begin(self, frame: int, vertices) -> None:
@@ -272,9 +273,12 @@ def _figure(scene: Scene) -> Figure:
 
 def _blocks(axes: Axes, scene: Scene, frame: int, vertices, frames: list[int], color: str):
     """Blocks in their colours, the size of the unit of the colour, and handles for the legend."""
-    edge = 0.7 if scene.blocks < 600 else 0.35 if scene.blocks < 6000 else 0.15
+    edge = _line_width(scene)
     shown = _standing(scene, frame, vertices)
-    drawn = PolyCollection(shown, edgecolors=INK, linewidths=edge, joinstyle="round", zorder=2)
+    look = {"edgecolors": INK, "linewidths": edge}
+    if scene.welded.any():  # the outlines of bodies are drawn above, faces within them faint
+        look = {"edgecolors": FAINT, "linewidths": 0.4 * edge}
+    drawn = PolyCollection(shown, joinstyle="round", zorder=2, **look)
     axes.add_collection(drawn, autolim=False)
     if color == "material":
         drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
@@ -294,6 +298,23 @@ def _blocks(axes: Axes, scene: Scene, frame: int, vertices, frames: list[int], c
     drawn.set_norm(_norm(color, low / size, high / size))
     color_bar(axes, drawn, f"{_LABELS[color]} ({unit})")
     return drawn, size, []
+
+
+def _line_width(scene: Scene) -> float:
+    """Of the sides of blocks, points."""
+    return 0.7 if scene.blocks < 600 else 0.35 if scene.blocks < 6000 else 0.15
+
+
+def _body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
+    """Sides of blocks that lie in no body, where there are bodies."""
+    if not scene.welded.any():
+        return []
+    shown = ~scene.welded & ~scene.removed(frame)[scene.owner]
+    sides = np.stack([vertices[shown], vertices[scene.next_vertex[shown]]], axis=1)
+    lines = LineCollection(
+        sides, colors=INK, linewidths=_line_width(scene), capstyle="round", zorder=2.1
+    )
+    return [axes.add_collection(lines, autolim=False)]
 
 
 def _standing(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
@@ -510,7 +531,9 @@ def _view(axes: Axes, scene: Scene, vertices) -> None:
 
 def _words(scene: Scene, frame: int, deformation: float) -> str:
     """What is seen: time, blocks, factor, and blocks that are out of view."""
-    parts = [f"{scene.blocks:,} block" + "s" * (scene.blocks != 1)]
+    parts = [f"{scene.bodies:,} block" + "s" * (scene.bodies != 1)]
+    if scene.bodies < scene.blocks:
+        parts = [f"{parts[0]} of {scene.blocks:,} cells"]
     if not scene.before:
         parts.insert(0, f"t = {scene.time[frame]:.4g} s")
     if deformation != 1.0:

@@ -73,7 +73,17 @@ class Scene:
         self.groups = input_values(data.attrs)
         names = data["block"].values.tolist() if "block" in data else [""] * self.blocks
         self.names = [str(name) or f"block {i + 1}" for i, name in enumerate(names)]
+        self.body = np.zeros(self.blocks, dtype=int)
+        self.welded = np.zeros(len(self.owner), dtype=bool)
+        if "block_body" in data:
+            self.body = data["block_body"].values.astype(int)
+            self.welded = data["edge_welded"].values.astype(bool)
         self._set_materials()
+
+    @property
+    def bodies(self) -> int:
+        """Blocks that are no cells, and bodies."""
+        return int(np.sum(self.body == 0)) + len(np.unique(self.body[self.body > 0]))
 
     @classmethod
     def of(cls, source) -> Scene:
@@ -520,6 +530,8 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "block": ("block", simulation.block_names),
         "block_material": ("block", simulation.block_materials),
         "edge_joint": ("vertex", simulation.edge_joints),
+        "block_body": ("block", simulation.block_bodies),
+        "edge_welded": ("vertex", simulation.welded_edges),
     }
     edges = simulation.boundary_edges
     if len(edges["edge"]):

@@ -395,6 +395,16 @@ class Simulation:
         return self._ask("block_properties", *self._sizes()[:2])[1]
 
     @property
+    def block_bodies(self) -> np.ndarray:
+        """Number of the body that each block is a cell of, from 1; 0: none."""
+        return self._ask("block_properties", *self._sizes()[:2])[2]
+
+    @property
+    def welded_edges(self) -> np.ndarray:
+        """1 for each edge that lies within a body, shape (vertices,), as `edge_joints`; else 0."""
+        return self._ask("block_properties", *self._sizes()[:2])[3]
+
+    @property
     def coordinates(self) -> np.ndarray:
         """Block coordinates, shape (blocks, 6): x, y (m), rotation (rad), strains ex, ey, gxy."""
         return self._ask_all("block_states", 0)[0].T

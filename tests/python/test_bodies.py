@@ -10,6 +10,8 @@ from test_meshing import CELLS, part
 
 import sitedda
 from sitedda.meshing.body import mesh_body
+from sitedda.pictures import _words
+from sitedda.scene import Scene
 
 YOUNG, DENSITY = 1e10, 2500.0
 
@@ -99,6 +101,40 @@ def test_a_cantilever_rests_with_the_deflection_and_the_stress_of_a_beam():
     assert upper.mean() == pytest.approx(load * 5**2 / 2 * 12 * 0.25, rel=0.05)
 
 
+def test_the_shipped_roof_beam_is_a_beam(root):
+    """Deflection within 1.5 % of theory with shear, stress of the lowest cells within 4 %."""
+    history = sitedda.run(root / "inputs" / "roof_beam.nml").history
+    load, span, depth, young = 30e3 + 0.6 * 2600 * 9.81, 6.0, 0.6, 20e9
+    inertia, shear = depth**3 / 12, young / 2.4
+    sag = 5 * load * span**4 / (384 * young * inertia) + load * span**2 / (
+        8 * 5 / 6 * shear * depth
+    )
+    assert -float(history.displacement[-1, 0, 1]) == pytest.approx(sag, rel=0.015)
+    x, y = history.block_coordinates.values[-1, :, :2].T
+    low = (y < 0.05) & (abs(x - span / 2) < 0.05)
+    stress = load * span**2 / 8 / inertia * (depth / 2 - 0.0375)
+    assert history.block_stress.values[-1, low, 0].mean() == pytest.approx(stress, rel=0.04)
+
+
+def test_the_shipped_tunnel_is_that_of_kirsch(root):
+    """Walls within 2.5 % of the solution in unbounded rock, hoop stress beside them within 3 %."""
+    history = sitedda.run(root / "inputs" / "circular_tunnel.nml").history
+    pressure, ratio, radius, young, poisson = 5e6, 0.5, 2.0, 10e9, 0.25
+    moved = history.displacement.values[-1]  # crown, invert, left, right
+    crown, side = (moved[1, 1] - moved[0, 1]) / 2, (moved[2, 0] - moved[3, 0]) / 2
+    mean, half = (1 + ratio) * pressure / 2, (1 - ratio) * (3 - 4 * poisson) * pressure / 2
+    factor = (1 + poisson) * radius / young
+    assert crown == pytest.approx(factor * (mean + half), rel=0.025)
+    assert side == pytest.approx(factor * (mean - half), rel=0.025)
+    centre = history.block_coordinates.values[-1, :, :2]
+    r, angle = np.hypot(*centre.T), np.arctan2(*abs(centre.T[::-1]))
+    beside = (r < 2.12) & (angle < np.radians(10))
+    inward = (radius / r[beside].mean()) ** 2
+    hoop = mean * (1 + inward) + (1 - ratio) / 2 * pressure * (1 + 3 * inward**2)
+    found = -history.block_stress.values[-1, beside, 1].mean()
+    assert found == pytest.approx(hoop, rel=0.03)
+
+
 def spinning(step, rate=3.0):
     """A beam of even polygons that turns about its middle for a third of a second."""
     cells = cells_of((0, 0, 10, 1), 0.4, "voronoi")
@@ -164,7 +200,7 @@ def test_bits_of_threads_of_a_resumed_run_and_of_a_block_file(
     model.output(file="out.nc", block_interval=100)
     file = model.write(tmp_path / "model.nml")
     whole = sitedda.run(file).history
-    assert whole.block_body.values.tolist() == [0] * 8 + [1] * (whole.sizes["block"] - 8)
+    assert whole.block_body.values.tolist() == [1] * 8 + [2] * (whole.sizes["block"] - 8)
     assert whole.body.values.tolist() == ["b1", "b2"]
     for threads in ("1", "2"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
@@ -198,6 +234,16 @@ def test_materials_change_and_cells_are_removed_between_stages():
     assert place[stage == 2][-1] == pytest.approx(place[stage == 1][-1], rel=1e-6)
     fallen = place[-1] - place[stage == 2][-1]
     assert fallen == pytest.approx(-0.5 * 10 * 0.1**2, rel=0.02)
+
+
+def test_pictures_show_bodies(tmp_path):
+    model = model_of([cells_of((0, 0, 2, 1), 0.5), cells_of((0, 1, 1, 2), 1.0)])
+    scene = Scene.of(model)
+    assert (scene.blocks, scene.bodies) == (9, 2)
+    # Of a grid of four by two cells ten pairs share a side.
+    assert scene.welded.sum() == 20
+    assert "2 blocks of 9 cells" in _words(scene, 0, 1.0)
+    model.draw().figure.savefig(tmp_path / "bodies.png")
 
 
 @pytest.mark.parametrize(
