@@ -33,7 +33,8 @@ module dda_linear_model
    implicit none
    private
    public :: linear_model_type, normal_slope, energy_share_type, linearise, set_penalty, &
-      block_label, term_label, energy_of, stiffness_weights, at_frequency, unrelaxed, is_dispersive
+      block_label, term_label, energy_of, stiffness_weights, at_frequency, unrelaxed, &
+      is_dispersive, shares_of_laws
    public :: strain_energy, energy_kinds, kind_names
 
    integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy that is not in a term
@@ -42,7 +43,8 @@ module dda_linear_model
       'strain of blocks']
    real(wp), parameter :: touching = 1.0e-6_wp  !< of the smaller block: no gap
    !> Terms that are stiffness, by their instant.
-   real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp]
+   real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
+      0.0_wp]
 
    !> K x and M x of small motions, and what they are made of.
    type :: linear_model_type
@@ -56,6 +58,7 @@ module dda_linear_model
       type(damping_type), allocatable :: damping(:) !< of materials, different from each other
       integer, allocatable :: law(:)                !< [n] which of them; 0: none
       real(wp), allocatable :: given(:,:,:)         !< [3,3,n] `elastic` with the given modulus
+      real(wp), allocatable :: given_terms(:)       !< [terms] coefficients, the same; once needed
       type(scheme_type) :: scheme                   !< of the run
       real(wp) :: time_step = 0.0_wp                !< Δt of the run, s
       real(wp) :: dynamic_factor = 1.0_wp           !< of the run
@@ -210,15 +213,40 @@ contains
    subroutine scale_moduli(linear, factor)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: factor(:)  !< [damping]
-      integer :: b
+      real(wp) :: share(size(factor))
+      integer :: b, i
 
       if (.not. is_dispersive(linear)) return
       do b = 1, linear%n
          if (linear%law(b) > 0) linear%elastic(:, :, b) = factor(linear%law(b)) &
             *linear%given(:, :, b)
       end do
+      associate (term => linear%terms%term(:linear%terms%n))
+         if (.not. allocated(linear%given_terms)) linear%given_terms = term%coefficient
+         do i = 1, linear%terms%n
+            if (.not. any(term(i)%damped_share > 0.0_wp)) cycle
+            share = shares_of_laws(linear, term(i))
+            term(i)%coefficient = linear%given_terms(i)*(1.0_wp + sum(share*(factor - 1.0_wp)))
+         end do
+      end associate
       call assemble_stiffness(linear)
    end subroutine scale_moduli
+
+   !> Share of each damping in the spring of a welded face.
+   pure function shares_of_laws(linear, term) result(share)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(linear_term_type), intent(in) :: term     !< one of its terms
+      real(wp) :: share(size(linear%damping))
+      integer :: k
+
+      share = 0.0_wp
+      do k = 1, 2
+         if (.not. term%damped_share(k) > 0.0_wp) cycle
+         associate (law => linear%law(merge(term%block_a, term%block_b, k == 1)))
+            if (law > 0) share(law) = share(law) + term%damped_share(k)
+         end associate
+      end do
+   end function shares_of_laws
 
    !> What the run has and static equilibrium leaves out: integration, motions, elements.
    subroutine restore_run(linear, simulation)

@@ -14,7 +14,7 @@ module dda_modes
    use dda_eigen, only: eigenpairs_type, lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, at_frequency, &
-      is_dispersive
+      is_dispersive, shares_of_laws
    use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, &
       term_support
    use dda_rigid_modes, only: find_rigid_modes
@@ -123,7 +123,7 @@ contains
       real(wp), intent(in) :: omega       !< rad/s
       real(wp), intent(in) :: shape(:,:)  !< [6,n]
       real(wp) :: elastic
-      integer :: b
+      integer :: b, i
 
       ratio = 0.0_wp
       do b = 1, linear%n
@@ -133,6 +133,17 @@ contains
             ratio = ratio + aimag(modulus_factor(damping, omega))*elastic/(2.0_wp*omega**2) &
                + (damping%beta*elastic + damping%alpha*dot_product(x, matmul(linear%mass(:, :, b), &
                x)))/(2.0_wp*omega)
+         end associate
+      end do
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i), share => shares_of_laws(linear, &
+            linear%terms%term(i)))
+            if (.not. any(share > 0.0_wp)) cycle
+            elastic = term%coefficient*stretch_of(term, shape)**2
+            if (allocated(linear%given_terms)) elastic = linear%given_terms(i) &
+               *stretch_of(term, shape)**2
+            ratio = ratio + sum(share*(aimag(modulus_factor(linear%damping, omega)) &
+               /(2.0_wp*omega**2) + linear%damping%beta/(2.0_wp*omega)))*elastic
          end associate
       end do
    end function material_damping

@@ -22,7 +22,7 @@ module dda_reduced_model
    use dda_damping, only: modulus_factor
    use dda_errors, only: error_type, error_solver, fail
    use dda_lapack, only: zsysv
-   use dda_linear_model, only: linear_model_type
+   use dda_linear_model, only: linear_model_type, shares_of_laws
    use dda_linear_terms, only: linear_term_type, blocks_in, get_row, stretch_of, at_theta, &
       at_end, mean_dashpot, end_dashpot, instants
    use dda_scheme_response, only: steady_type, steady_weights
@@ -233,12 +233,30 @@ contains
          associate (term => linear%terms%term(i))
             pull = -term%coefficient*weights%part(term%instant) &
                *cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp)
+            if (any(term%damped_share > 0.0_wp)) pull = pull + damping_pull(linear, weights, term, &
+               cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp))
             if (.not. abs(pull) > 0.0_wp) cycle
             call add_row(term, real(pull), re)
             call add_row(term, aimag(pull), im)
          end associate
       end do
    end subroutine residual_of
+
+   !> Force of a spring of a welded face that damps, beyond that of elasticity, N/m.
+   pure complex(wp) function damping_pull(linear, weights, term, stretch) result(pull)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(weights_type), intent(in) :: weights  !< factors in steady vibration
+      type(linear_term_type), intent(in) :: term  !< one of its terms
+      complex(wp), intent(in) :: stretch          !< m or a strain
+      real(wp) :: share(size(linear%damping))
+      integer :: k
+
+      share = shares_of_laws(linear, term)
+      pull = 0.0_wp
+      do k = 1, size(share)
+         pull = pull - term%coefficient*share(k)*weights%part(elastic_part(k))*stretch
+      end do
+   end function damping_pull
 
    !> Take from the residual of block b what its damping has of A x.
    pure subroutine take_damping(linear, weights, b, x, re, im)
@@ -365,7 +383,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: v(:,:)
       real(wp) :: elastic(3), inertial(6)
-      integer :: b, j
+      integer :: b, i, j, k
 
       do b = 1, linear%n
          if (linear%law(b) == 0) cycle
@@ -378,6 +396,19 @@ contains
                   + dot_product(reduced%basis(4:6, b, j), elastic)
                reduced%part(m, j, of_m) = reduced%part(m, j, of_m) &
                   + dot_product(reduced%basis(:, b, j), inertial)
+            end do
+         end associate
+      end do
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i), share => shares_of_laws(linear, &
+            linear%terms%term(i)), m => reduced%m)
+            do k = 1, size(share)
+               if (.not. share(k) > 0.0_wp) cycle
+               do j = 1, m
+                  reduced%part(m, j, elastic_part(k)) = reduced%part(m, j, elastic_part(k)) &
+                     + share(k)*term%coefficient*stretch_of(term, v) &
+                     *stretch_of(term, reduced%basis(:, :, j))
+               end do
             end do
          end associate
       end do

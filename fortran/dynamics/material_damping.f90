@@ -12,7 +12,7 @@
 module dda_material_damping
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, has_memory, mass_matrix, memory_strain, momentum_of
-   use dda_damping, only: damping_type
+   use dda_damping, only: damping_type, following, relaxing
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type
    implicit none
@@ -110,7 +110,8 @@ contains
             factor = factor - damping%unrelaxed*following(damping, l, step%time_step)
          end do
          factor = step%scheme%theta*factor + damping%beta/step%time_step
-         matrix(4:6, 4:6) = matrix(4:6, 4:6) + factor*blocks%stiffness(:, :, b)
+         matrix(4:6, 4:6) = matrix(4:6, 4:6) &
+            + factor*blocks%rest_share(b)*blocks%stiffness(:, :, b)
          if (damping%alpha > 0.0_wp) matrix = matrix + damping%alpha/step%time_step &
             *mass_matrix(blocks%inertia(:, b))
       end associate
@@ -129,10 +130,10 @@ contains
          if (damping%n == 0) return
          strain = 0.0_wp
          do l = 1, damping%n
-            strain = strain + relaxing(blocks, damping, b, l, step%time_step)
+            strain = strain + relaxed(blocks, damping, b, l, step%time_step)
          end do
          strain = memory_strain(blocks, b) - step%scheme%theta*damping%unrelaxed*strain
-         load = load - matmul(blocks%stiffness(:, :, b), strain)
+         load = load - blocks%rest_share(b)*matmul(blocks%stiffness(:, :, b), strain)
       end associate
    end subroutine add_damping_load
 
@@ -148,10 +149,10 @@ contains
       integer :: l
 
       associate (damping => blocks%damping(blocks%material(b)), dt => step%time_step, &
-         stiffness => blocks%stiffness(:, :, b))
+         stiffness => blocks%rest_share(b)*blocks%stiffness(:, :, b))
          total = (damping%unrelaxed - 1.0_wp)*d(4:6)
          do l = 1, damping%n
-            change = relaxing(blocks, damping, b, l, dt) + following(damping, l, dt)*d(4:6)
+            change = relaxed(blocks, damping, b, l, dt) + following(damping, l, dt)*d(4:6)
             total = total - damping%unrelaxed*change
             material = material + damping%unrelaxed*dot_product(change, matmul(stiffness, change)) &
                /(damping%weight(l)*damping%omega(l)*dt)
@@ -184,6 +185,7 @@ contains
          strain = blocks%position(4:6, b) - blocks%rest_strain(:, b)
          energy = energy + dot_product(strain, matmul(blocks%stiffness(:, :, b), &
             0.5_wp*(damping%unrelaxed - 1.0_wp)*strain - damping%unrelaxed*sum_of))
+         energy = blocks%rest_share(b)*energy
       end associate
    end function energy_of_block
 
@@ -198,35 +200,25 @@ contains
       associate (damping => blocks%damping(blocks%material(b)))
          do l = 1, damping%n
             blocks%memory(:, l, b) = blocks%memory(:, l, b) &
-               + (relaxing(blocks, damping, b, l, step%time_step) &
+               + (relaxed(blocks, damping, b, l, step%time_step) &
                + following(damping, l, step%time_step)*d)
          end do
       end associate
    end subroutine keep_memory
 
-   !> h Y/(1 + h): share of a change of strain that a mechanism follows within the step.
-   pure real(wp) function following(damping, l, time_step)
-      type(damping_type), intent(in) :: damping  !< of the block
-      integer, intent(in) :: l                   !< mechanism
-      real(wp), intent(in) :: time_step          !< Δt, s
-
-      associate (h => 0.5_wp*damping%omega(l)*time_step)
-         following = h*damping%weight(l)/(1.0_wp + h)
-      end associate
-   end function following
-
-   !> 2h/(1 + h) (Y e₀ − ζ): change of ζ within the step at constant strain.
-   pure function relaxing(blocks, damping, b, l, time_step)
+   !> 2h/(1 + h) (Y e₀ − ζ) of block b: change of ζ within the step at constant strain.
+   pure function relaxed(blocks, damping, b, l, time_step)
       type(blocks_type), intent(in) :: blocks    !< at the start of the step
       type(damping_type), intent(in) :: damping  !< of the block
       integer, intent(in) :: b, l                !< block; mechanism
       real(wp), intent(in) :: time_step          !< Δt, s
-      real(wp) :: relaxing(3)
+      real(wp) :: relaxed(3)
+      integer :: i
 
-      associate (h => 0.5_wp*damping%omega(l)*time_step)
-         relaxing = 2.0_wp*h/(1.0_wp + h)*(damping%weight(l)*(blocks%position(4:6, b) &
-            - blocks%rest_strain(:, b)) - blocks%memory(:, l, b))
-      end associate
-   end function relaxing
+      do i = 1, 3
+         relaxed(i) = relaxing(damping, l, time_step, blocks%position(3 + i, b) &
+            - blocks%rest_strain(i, b), blocks%memory(i, l, b))
+      end do
+   end function relaxed
 
 end module dda_material_damping

@@ -15,7 +15,7 @@ module dda_linear_terms
    public :: linear_term_type, linear_terms_type, clear_terms, add_term, set_rows, blocks_in, &
       block_of, get_row, stretch_of, add_to_matrix, add_product, step_weights, scale_penalty, &
       coupled_blocks
-   public :: at_theta, at_end, mean_dashpot, end_dashpot, instants
+   public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
       term_free_side, term_weld, term_kinds, term_names, term_labels
 
@@ -23,7 +23,9 @@ module dda_linear_terms
    integer, parameter :: at_end = 2        !< stiffness at the end of the step
    integer, parameter :: mean_dashpot = 3  !< dashpot on d/Δt
    integer, parameter :: end_dashpot = 4   !< dashpot on the velocity at the end of the step
-   integer, parameter :: instants = 4
+   !> what damping of materials adds to K̂ in a step; frequencies have it from their moduli
+   integer, parameter :: at_damping = 5
+   integer, parameter :: instants = 5
 
    integer, parameter :: term_normal = 1   !< normal spring of a closed contact
    integer, parameter :: term_shear = 2    !< shear spring of a sticking contact
@@ -53,6 +55,7 @@ module dda_linear_terms
       integer :: motion(2) = 0              !< that the ground follows in x and y; 0: it stays
       logical :: damped = .false.           !< a dashpot keeps it from ringing
       logical :: of_penalty = .false.       !< in proportion to the normal stiffness k_n
+      real(wp) :: damped_share(2) = 0.0_wp  !< that the materials of blocks a and b damp
       real(wp) :: coefficient = 0.0_wp      !< c, N/m or N s/m per metre of thickness
       real(wp) :: row_a(6) = 0.0_wp         !< of u
       real(wp) :: row_b(6) = 0.0_wp         !< of −u
@@ -174,12 +177,12 @@ contains
       end select
    end subroutine get_row
 
-   !> Factor of a term of each instant in K̂: θ, 1, 1/Δt, 1/(χΔt).
+   !> Factor of a term of each instant in K̂: θ, 1, 1/Δt, 1/(χΔt), 1.
    pure function step_weights(step) result(weights)
       type(step_type), intent(in) :: step  !< the one being taken
-      real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s
+      real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s, 1
 
-      weights = [step%scheme%theta, 1.0_wp, 1.0_wp/step%time_step, momentum_weight(step)]
+      weights = [step%scheme%theta, 1.0_wp, 1.0_wp/step%time_step, momentum_weight(step), 1.0_wp]
    end function step_weights
 
    !> u·x of a term in a motion x of all blocks.

@@ -11,13 +11,18 @@ module dda_welds
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type, place_of, set_axes
    use dda_element, only: element_type
-   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_welded
-   use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_theta, term_weld
+   use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_material, &
+      energy_welded
+   use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, &
+      at_theta, term_weld
    use dda_material, only: material_type, elasticity
    use dda_motion, only: motion_type
    use dda_scheme, only: step_type
    use dda_weld, only: weld_type
-   use dda_weld_springs, only: weld_springs_type, springs_of, local_numbers, own_strain
+   use dda_weld_damping, only: shares_of, damping_factor, memory_stretch, relaxing_stretch, &
+      damping_energy, add_damping_loss, change_memory
+   use dda_weld_springs, only: weld_springs_type, springs_of, local_numbers, most_springs, &
+      own_strain
    implicit none
    private
    public :: welds_type, new_welds, add_face_stress
@@ -27,12 +32,19 @@ module dda_welds
       type(weld_type), allocatable :: weld(:)
       type(weld_springs_type), allocatable :: springs(:)  !< [faces]
       real(wp), allocatable :: force(:,:)                 !< [local numbers,faces] f₀
+      integer, allocatable :: material(:,:)               !< [2,faces] of both cells
+      real(wp), allocatable :: share(:,:)                 !< [2,faces] that they damp
+      real(wp), allocatable :: rest(:,:)                  !< [local numbers,faces] after statics
+      !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: nothing damps
+      real(wp), allocatable :: memory(:,:,:,:)
    contains
       procedure :: add_linear
       procedure :: add_force
       procedure :: add_stored
       procedure :: account
+      procedure :: accept
       procedure :: inherit
+      procedure :: balance
       procedure :: serialise
    end type welds_type
 
@@ -56,16 +68,136 @@ contains
       integer :: i, k
 
       self%weld = welds
-      allocate (self%springs(size(welds)), self%force(local_numbers, size(welds)))
+      allocate (self%springs(size(welds)), self%force(local_numbers, size(welds)), &
+         self%material(2, size(welds)), self%share(2, size(welds)))
       do i = 1, size(welds)
+         self%material(:, i) = blocks%material(welds(i)%block)
          do k = 1, 2
-            moduli(:, :, k) = elasticity(materials(blocks%material(welds(i)%block(k))), &
-               plane_strain)
+            moduli(:, :, k) = elasticity(materials(self%material(k, i)), plane_strain)
          end do
          self%springs(i) = springs_of(welds(i), moduli)
          self%force(:, i) = initial_force(welds(i), blocks%initial_stress(:, welds(i)%block))
+         self%share(:, i) = shares_of(welds(i), self%material(:, i), &
+            [moduli(1, 1, 1), moduli(1, 1, 2)], blocks%damping)
       end do
+      call begin_memory(self, blocks)
    end function new_welds
+
+   !> Springs forget: stretches count from the present ones.
+   pure subroutine begin_memory(self, blocks)
+      class(welds_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks   !< in their present state
+      integer :: i
+
+      if (allocated(self%memory)) deallocate (self%memory, self%rest)
+      if (all(self%share <= 0.0_wp)) then
+         allocate (self%memory(0, most_springs, 2, 0), self%rest(local_numbers, 0))
+         return
+      end if
+      allocate (self%memory(maxval(blocks%damping%n), most_springs, 2, size(self%weld)), &
+         source=0.0_wp)
+      allocate (self%rest(local_numbers, size(self%weld)))
+      do i = 1, size(self%weld)
+         self%rest(:, i) = numbers_of(self%weld(i), blocks)
+      end do
+   end subroutine begin_memory
+
+   !> The springs of face i damp in a step.
+   pure logical function damps(self, i, blocks)
+      class(welds_type), intent(in) :: self    !< elements of this kind
+      integer, intent(in) :: i                 !< face
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+
+      damps = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
+   end function damps
+
+   !> Local forces of damping on face i, without what relaxes within a step, or with θ of it.
+   pure function damping_force(self, i, blocks, q, step) result(force)
+      class(welds_type), intent(in) :: self    !< elements of this kind
+      integer, intent(in) :: i                 !< face
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: q(local_numbers) !< local numbers
+      type(step_type), intent(in), optional :: step  !< the one being taken
+      real(wp) :: force(local_numbers), stretch, e
+      integer :: j, k
+
+      force = 0.0_wp
+      if (.not. damps(self, i, blocks)) return
+      associate (springs => self%springs(i))
+         do j = 1, springs%n
+            e = dot_product(springs%weight(:, j), q - self%rest(:, i))
+            stretch = 0.0_wp
+            do k = 1, 2
+               if (.not. self%share(k, i) > 0.0_wp) cycle
+               associate (law => blocks%damping(self%material(k, i)), &
+                  memory => self%memory(:, j, k, i))
+                  stretch = stretch + self%share(k, i)*memory_stretch(law, e, memory)
+                  if (present(step)) stretch = stretch - self%share(k, i)*step%scheme%theta &
+                     *relaxing_stretch(law, e, memory, step%time_step)
+               end associate
+            end do
+            force = force + springs%stiffness(j)*stretch*springs%weight(:, j)
+         end do
+      end associate
+   end function damping_force
+
+   !> Energy that damping stores in face i after a change of its local numbers.
+   pure real(wp) function stored_by_damping(self, i, blocks, q, change, time_step) result(energy)
+      class(welds_type), intent(in) :: self    !< elements of this kind
+      integer, intent(in) :: i                 !< face
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      real(wp), intent(in) :: q(local_numbers)       !< local numbers at the start
+      real(wp), intent(in) :: change(local_numbers)  !< their increment
+      real(wp), intent(in) :: time_step              !< Δt, s; 0: at the start
+      real(wp) :: after(size(self%memory, 1)), e, moved
+      integer :: j, k
+
+      energy = 0.0_wp
+      if (.not. damps(self, i, blocks)) return
+      associate (springs => self%springs(i))
+         do j = 1, springs%n
+            e = dot_product(springs%weight(:, j), q - self%rest(:, i))
+            moved = dot_product(springs%weight(:, j), change)
+            do k = 1, 2
+               if (.not. self%share(k, i) > 0.0_wp) cycle
+               associate (law => blocks%damping(self%material(k, i)))
+                  after = self%memory(:, j, k, i)
+                  if (time_step > 0.0_wp) call change_memory(law, e, moved, time_step, after)
+                  energy = energy + springs%stiffness(j)*self%share(k, i) &
+                     *damping_energy(law, e + moved, after)
+               end associate
+            end do
+         end do
+      end associate
+   end function stored_by_damping
+
+   !> Losses of face i by damping in a step: of the materials, and Δσ·Δε beyond elasticity.
+   pure function damping_losses(self, i, blocks, q, change, time_step) result(total)
+      class(welds_type), intent(in) :: self    !< elements of this kind
+      integer, intent(in) :: i                 !< face
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      real(wp), intent(in) :: q(local_numbers)       !< local numbers at the start
+      real(wp), intent(in) :: change(local_numbers)  !< their increment
+      real(wp), intent(in) :: time_step              !< Δt, s
+      real(wp) :: total(2), loss(2), e, moved
+      integer :: j, k
+
+      total = 0.0_wp
+      if (.not. damps(self, i, blocks)) return
+      associate (springs => self%springs(i))
+         do j = 1, springs%n
+            e = dot_product(springs%weight(:, j), q - self%rest(:, i))
+            moved = dot_product(springs%weight(:, j), change)
+            loss = 0.0_wp
+            do k = 1, 2
+               if (self%share(k, i) > 0.0_wp) call add_damping_loss( &
+                  blocks%damping(self%material(k, i)), e, moved, &
+                  self%memory(:, j, k, i), time_step, self%share(k, i), loss)
+            end do
+            total = total + springs%stiffness(j)*loss
+         end do
+      end associate
+   end function damping_losses
 
    !> f₀ of initial stresses σ₀: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump, σ_f being
    !> their mean by area.
@@ -202,11 +334,10 @@ contains
       type(step_type), intent(in) :: step              !< the one being taken
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
-      real(wp) :: g(local_numbers, 6, 2)
+      real(wp) :: g(local_numbers, 6, 2), factor
       integer :: i, k
 
       term%kind = term_weld
-      term%instant = at_theta
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
          g = derivatives_of(self%weld(i), blocks, step)
@@ -215,10 +346,20 @@ contains
          term%block_b = self%weld(i)%block(2)
          term%place = place_of(blocks, term%block_a, self%weld(i)%middle(:, 1))
          associate (springs => self%springs(i))
+            factor = 0.0_wp
+            if (damps(self, i, blocks)) factor = sum([(self%share(k, i)*damping_factor( &
+               blocks%damping(self%material(k, i)), step), k=1, 2)])
             do k = 1, springs%n
+               term%instant = at_theta
                term%coefficient = springs%stiffness(k)
                term%row_a = matmul(springs%weight(:, k), g(:, :, 1))
                term%row_b = -matmul(springs%weight(:, k), g(:, :, 2))
+               term%damped_share = self%share(:, i)
+               call add_term(terms, term)
+               if (.not. abs(factor) > 0.0_wp) cycle
+               term%instant = at_damping
+               term%coefficient = factor*springs%stiffness(k)
+               term%damped_share = 0.0_wp
                call add_term(terms, term)
             end do
          end associate
@@ -232,13 +373,15 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the one being taken
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
-      real(wp) :: g(local_numbers, 6, 2), force(local_numbers)
+      real(wp) :: g(local_numbers, 6, 2), q(local_numbers), force(local_numbers)
       integer :: i, k
 
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
          g = derivatives_of(self%weld(i), blocks, step)
-         force = force_of(self%springs(i), self%force(:, i), numbers_of(self%weld(i), blocks))
+         q = numbers_of(self%weld(i), blocks)
+         force = force_of(self%springs(i), self%force(:, i), q) &
+            + damping_force(self, i, blocks, q, step)
          do k = 1, 2
             associate (b => self%weld(i)%block(k))
                load(:, b) = load(:, b) - matmul(force, g(:, :, k))
@@ -263,14 +406,15 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the one to come
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
-      real(wp) :: total
+      real(wp) :: q(local_numbers), total
       integer :: i
 
       total = 0.0_wp
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
-         total = total + energy_of(self%springs(i), self%force(:, i), &
-            numbers_of(self%weld(i), blocks))
+         q = numbers_of(self%weld(i), blocks)
+         total = total + energy_of(self%springs(i), self%force(:, i), q) &
+            + stored_by_damping(self, i, blocks, q, 0.0_wp*q, 0.0_wp)
       end do
       call add_energy(energy, energy_welded, total)
    end subroutine add_stored
@@ -284,12 +428,13 @@ contains
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
       real(wp) :: g(local_numbers, 6, 2), q(local_numbers), change(local_numbers)
-      real(wp) :: none(local_numbers), total, loss
+      real(wp) :: none(local_numbers), total, loss, damped(2)
       integer :: i
 
       none = 0.0_wp
       total = 0.0_wp
       loss = 0.0_wp
+      damped = 0.0_wp
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
          q = numbers_of(self%weld(i), blocks)
@@ -297,12 +442,54 @@ contains
          associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2))
             change = matmul(g(:, :, 1), d(:, a)) + matmul(g(:, :, 2), d(:, b))
          end associate
-         total = total + energy_of(self%springs(i), self%force(:, i), q + change)
+         total = total + energy_of(self%springs(i), self%force(:, i), q + change) &
+            + stored_by_damping(self, i, blocks, q, change, step%time_step)
+         damped = damped + damping_losses(self, i, blocks, q, change, step%time_step)
          loss = loss + 2.0_wp*energy_of(self%springs(i), none, change)
       end do
       call add_energy(energy, energy_welded, total)
-      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*loss)
+      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*(loss + damped(2)))
+      call add_energy(energy, energy_material, damped(1))
    end subroutine account
+
+   !> Memories of the springs at the end of the step.
+   subroutine accept(self, blocks, motions, step, d)
+      class(welds_type), intent(inout) :: self     !< elements of this kind
+      type(blocks_type), intent(in) :: blocks      !< at the start of the step
+      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
+      type(step_type), intent(in) :: step          !< the one being taken
+      real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
+      real(wp) :: g(local_numbers, 6, 2), q(local_numbers), change(local_numbers)
+      integer :: i, j, k
+
+      do i = 1, size(self%weld)
+         if (.not. damps(self, i, blocks)) cycle
+         if (.not. acts(self%weld(i), blocks)) cycle
+         q = numbers_of(self%weld(i), blocks) - self%rest(:, i)
+         g = derivatives_of(self%weld(i), blocks, step)
+         associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2), &
+            weight => self%springs(i)%weight)
+            change = matmul(g(:, :, 1), d(:, a)) + matmul(g(:, :, 2), d(:, b))
+            do j = 1, self%springs(i)%n
+               do k = 1, 2
+                  if (self%share(k, i) > 0.0_wp) call change_memory( &
+                     blocks%damping(self%material(k, i)), &
+                     dot_product(weight(:, j), q), dot_product(weight(:, j), change), &
+                     step%time_step, self%memory(:, j, k, i))
+               end do
+            end do
+         end associate
+      end do
+   end subroutine accept
+
+   !> At rest after statics springs forget.
+   subroutine balance(self, blocks, unbalanced)
+      class(welds_type), intent(inout) :: self  !< elements of this kind
+      type(blocks_type), intent(in) :: blocks   !< at rest
+      real(wp), intent(in) :: unbalanced(:,:)   !< [6,blocks] sum of all forces, N/m …
+
+      call begin_memory(self, blocks)
+   end subroutine balance
 
    !> Forces stay in the present state, whatever becomes of the moduli.
    subroutine inherit(self, before, blocks)
@@ -316,31 +503,29 @@ contains
       select type (before)
       class is (welds_type)
          do i = 1, size(self%weld)
-            if (same_springs(self%springs(i), before%springs(i))) then
+            if (all(self%material(:, i) == before%material(:, i))) then
                self%force(:, i) = before%force(:, i)
+               if (size(self%memory, 4) > 0 .and. size(before%memory, 4) > 0) then
+                  self%memory(:, :, :, i) = before%memory(:, :, :, i)
+                  self%rest(:, i) = before%rest(:, i)
+               end if
             else
                q = numbers_of(self%weld(i), blocks)
                self%force(:, i) = force_of(before%springs(i), before%force(:, i), q) &
-                  - force_of(self%springs(i), none, q)
+                  + damping_force(before, i, blocks, q) - force_of(self%springs(i), none, q)
             end if
          end do
       end select
    end subroutine inherit
 
-   !> Two faces have the same springs.
-   pure logical function same_springs(one, other)
-      type(weld_springs_type), intent(in) :: one, other  !< of a face
-
-      same_springs = one%n == other%n .and. all(one%stiffness == other%stiffness) &
-         .and. all(one%weight == other%weight)
-   end function same_springs
-
-   !> The forces f₀.
+   !> The forces f₀, and what the springs remember.
    subroutine serialise(self, archive)
       class(welds_type), intent(inout) :: self       !< elements of this kind
       type(archive_type), intent(inout) :: archive   !< written or read
 
       call archive_values(archive, self%force)
+      call archive_values(archive, self%rest)
+      call archive_values(archive, self%memory)
    end subroutine serialise
 
    !> What faces add to the mean stress of their cells, Pa, in the axes of the cell: the forces on
@@ -349,12 +534,13 @@ contains
       class(welds_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(inout) :: stress(:,:)   !< [3,blocks] Pa
-      real(wp) :: force(local_numbers)
+      real(wp) :: force(local_numbers), q(local_numbers)
       integer :: i, k
 
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
-         force = force_of(self%springs(i), self%force(:, i), numbers_of(self%weld(i), blocks))
+         q = numbers_of(self%weld(i), blocks)
+         force = force_of(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
          do k = 1, 2
             associate (b => self%weld(i)%block(k))
                stress(:, b) = stress(:, b) + force(own_strain(:, k))/blocks%area(b)

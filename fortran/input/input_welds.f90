@@ -3,7 +3,6 @@
 module dda_input_welds
    use dda_blocks, only: blocks_type, is_convex
    use dda_cell_faces, only: find_faces
-   use dda_damping, only: is_damped
    use dda_errors, only: error_type, error_input, fail
    use dda_growth, only: grow
    use dda_input_group, only: group_type, input_error
@@ -120,24 +119,14 @@ contains
       end function root_of
    end subroutine find_loose
 
-   !> What bodies cannot have yet: damping of their materials, free fields at their sides.
+   !> What bodies cannot have yet: free fields at their sides.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< complete
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: b, i
+      integer :: i
 
       if (allocated(error)) return
       associate (blocks => model%blocks)
-         do b = 1, blocks%n
-            if (blocks%body(b) == 0) cycle
-            associate (material => model%materials(blocks%material(b)))
-               if (is_damped(material%damping)) call fail(error, error_input, model%file// &
-                  ': material '//quoted(trim(material%name))//' of body '// &
-                  quoted(trim(model%body_names(blocks%body(b))))//' damps, which welded faces '// &
-                  'do not yet: leave out its damping, or the body')
-            end associate
-            if (allocated(error)) return
-         end do
          do i = 1, size(model%free_fields)
             associate (block => model%free_fields(i)%block)
                if (any(blocks%body(block) > 0)) call fail(error, error_input, model%file// &

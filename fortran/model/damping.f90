@@ -31,6 +31,7 @@ module dda_damping
    use dda_text, only: to_text
    implicit none
    private
+   public :: following, relaxing
    public :: damping_type, is_damped, has_body, fit_body, modulus_factor, set_rayleigh, &
       same_damping, rayleigh_ratio, most_mechanisms, highest_relaxation
 
@@ -208,5 +209,28 @@ contains
       factor = modulus_factor(damping, 2.0_wp*pi*frequency)
       misfit = maxval(abs(0.5_wp*aimag(factor)/real(factor)/damping%ratio - 1.0_wp))
    end function misfit_of
+
+   !> h Y/(1 + h): share of a change of strain that a mechanism follows within the step.
+   pure real(wp) function following(damping, l, time_step)
+      type(damping_type), intent(in) :: damping  !< of the material
+      integer, intent(in) :: l                   !< mechanism
+      real(wp), intent(in) :: time_step          !< Δt, s
+
+      associate (h => 0.5_wp*damping%omega(l)*time_step)
+         following = h*damping%weight(l)/(1.0_wp + h)
+      end associate
+   end function following
+
+   !> 2h/(1 + h) (Y e₀ − ζ): change of ζ within the step at constant strain.
+   pure real(wp) function relaxing(damping, l, time_step, strain, memory)
+      type(damping_type), intent(in) :: damping   !< of the material
+      integer, intent(in) :: l                    !< mechanism
+      real(wp), intent(in) :: time_step           !< Δt, s
+      real(wp), intent(in) :: strain, memory      !< e₀ and ζ
+
+      associate (h => 0.5_wp*damping%omega(l)*time_step)
+         relaxing = 2.0_wp*h/(1.0_wp + h)*(damping%weight(l)*strain - memory)
+      end associate
+   end function relaxing
 
 end module dda_damping

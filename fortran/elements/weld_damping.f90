@@ -1,0 +1,123 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Damping of a spring of a welded face, by the materials of both cells.
+!>
+!> What `dda_material_damping` does with the strains of a block is done here with the stretch of a
+!> spring, e being the stretch since the end of statics.  Between materials each has a share of the
+!> spring: that of the energy that a common traction stores on its side.
+module dda_weld_damping
+   use dda_kinds, only: wp
+   use dda_damping, only: damping_type, is_damped, following, relaxing
+   use dda_scheme, only: step_type
+   use dda_weld, only: weld_type
+   implicit none
+   private
+   public :: shares_of, damping_factor, memory_stretch, relaxing_stretch, damping_energy, &
+      add_damping_loss, change_memory
+
+contains
+
+   !> Shares of both cells of a face in its springs; 0 for a material that does not damp.
+   pure function shares_of(weld, material, modulus, damping) result(share)
+      type(weld_type), intent(in) :: weld              !< face
+      integer, intent(in) :: material(2)               !< of both cells
+      real(wp), intent(in) :: modulus(2)               !< for compression of both cells, Pa
+      type(damping_type), intent(in) :: damping(:)     !< [materials] or of none
+      real(wp) :: share(2)
+
+      share = 0.0_wp
+      if (size(damping) == 0) return
+      share = [1.0_wp, 0.0_wp]
+      if (material(1) /= material(2)) share = weld%area/modulus/sum(weld%area/modulus)
+      where (.not. is_damped(damping(material))) share = 0.0_wp
+   end function shares_of
+
+   !> Factor of the stiffness of a spring in K̂ beyond θ.
+   pure real(wp) function damping_factor(damping, step) result(factor)
+      type(damping_type), intent(in) :: damping  !< of the material
+      type(step_type), intent(in) :: step        !< the one being taken
+      integer :: l
+
+      factor = damping%unrelaxed - 1.0_wp
+      do l = 1, damping%n
+         factor = factor - damping%unrelaxed*following(damping, l, step%time_step)
+      end do
+      factor = step%scheme%theta*factor + damping%beta/step%time_step
+   end function damping_factor
+
+   !> (r − 1) e − r Σ ζ_l
+   pure real(wp) function memory_stretch(damping, e, memory) result(stretch)
+      type(damping_type), intent(in) :: damping  !< of the material
+      real(wp), intent(in) :: e                  !< m or a strain
+      real(wp), intent(in) :: memory(:)          !< [mechanisms] ζ_l, the same
+
+      stretch = 0.0_wp
+      if (damping%n > 0) stretch = (damping%unrelaxed - 1.0_wp)*e &
+         - damping%unrelaxed*sum(memory(:damping%n))
+   end function memory_stretch
+
+   !> r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l): what the mechanisms relax within a step at rest.
+   pure real(wp) function relaxing_stretch(damping, e, memory, time_step) result(stretch)
+      type(damping_type), intent(in) :: damping  !< of the material
+      real(wp), intent(in) :: e, memory(:)       !< as in `memory_stretch`
+      real(wp), intent(in) :: time_step          !< Δt, s
+      integer :: l
+
+      stretch = 0.0_wp
+      do l = 1, damping%n
+         stretch = stretch + damping%unrelaxed*relaxing(damping, l, time_step, e, memory(l))
+      end do
+   end function relaxing_stretch
+
+   !> ½ (r − 1) e² − r e Σ ζ_l + ½ r Σ ζ_l²/Y_l
+   pure real(wp) function damping_energy(damping, e, memory) result(energy)
+      type(damping_type), intent(in) :: damping  !< of the material
+      real(wp), intent(in) :: e, memory(:)       !< as in `memory_stretch`
+
+      energy = 0.0_wp
+      if (damping%n == 0) return
+      associate (r => damping%unrelaxed, z => memory(:damping%n))
+         energy = 0.5_wp*(r - 1.0_wp)*e**2 - r*e*sum(z) &
+            + 0.5_wp*r*sum(z**2/damping%weight(:damping%n))
+      end associate
+   end function damping_energy
+
+   !> ζ_l at the end of a step.
+   pure subroutine change_memory(damping, e, change, time_step, memory)
+      type(damping_type), intent(in) :: damping  !< of the material
+      real(wp), intent(in) :: e, change          !< at the start, and increment
+      real(wp), intent(in) :: time_step          !< Δt, s
+      real(wp), intent(inout) :: memory(:)       !< [mechanisms] ζ_l
+      integer :: l
+
+      do l = 1, damping%n
+         memory(l) = memory(l) + (relaxing(damping, l, time_step, e, memory(l)) &
+            + following(damping, l, time_step)*change)
+      end do
+   end subroutine change_memory
+
+   !> Losses of a step over the stiffness of the spring: by damping, and Δσ·Δε beyond elasticity.
+   pure subroutine add_damping_loss(damping, e, change, memory, time_step, share, loss)
+      type(damping_type), intent(in) :: damping  !< of the material
+      real(wp), intent(in) :: e, change          !< at the start, and increment
+      real(wp), intent(in) :: memory(:)          !< [mechanisms] ζ_l at the start
+      real(wp), intent(in) :: time_step          !< Δt, s
+      real(wp), intent(in) :: share              !< of the spring
+      real(wp), intent(inout) :: loss(2)         !< of the material, of the scheme
+      real(wp) :: after(size(memory)), total
+      integer :: l
+
+      after = memory
+      call change_memory(damping, e, change, time_step, after)
+      total = (damping%unrelaxed - 1.0_wp)*change
+      do l = 1, damping%n
+         associate (moved => after(l) - memory(l))
+            total = total - damping%unrelaxed*moved
+            loss(1) = loss(1) + share*damping%unrelaxed*moved**2 &
+               /(damping%weight(l)*damping%omega(l)*time_step)
+         end associate
+      end do
+      loss(1) = loss(1) + share*damping%beta/time_step*change**2
+      loss(2) = loss(2) + share*change*total
+   end subroutine add_damping_loss
+
+end module dda_weld_damping
