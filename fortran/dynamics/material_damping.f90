@@ -12,7 +12,7 @@
 module dda_material_damping
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, has_memory, mass_matrix, memory_strain, momentum_of
-   use dda_damping, only: damping_type, following, relaxing
+   use dda_damping, only: damping_type, following
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type
    implicit none
@@ -213,12 +213,11 @@ contains
       integer, intent(in) :: b, l                !< block; mechanism
       real(wp), intent(in) :: time_step          !< Δt, s
       real(wp) :: relaxed(3)
-      integer :: i
 
-      do i = 1, 3
-         relaxed(i) = relaxing(damping, l, time_step, blocks%position(3 + i, b) &
-            - blocks%rest_strain(i, b), blocks%memory(i, l, b))
-      end do
+      associate (h => 0.5_wp*damping%omega(l)*time_step)
+         relaxed = 2.0_wp*h/(1.0_wp + h)*(damping%weight(l)*(blocks%position(4:6, b) &
+            - blocks%rest_strain(:, b)) - blocks%memory(:, l, b))
+      end associate
    end function relaxed
 
 end module dda_material_damping
