@@ -244,6 +244,40 @@ def test_a_body_slides_over_the_faces_of_another(size, cells):
     assert abs(float(history.energy_geometric[-1])) < 1e-6 * turnover
 
 
+def wedge(cells):
+    """A wedge on a plane of 30°, and what holds the plane."""
+    model = sitedda.Model()
+    model.control(time_step=1e-3, gravity=[0.0, -9.81], steps=1)
+    model.material(name="rock", density=DENSITY, young_modulus=YOUNG, poisson_ratio=0.25)
+    model.joint(name="joint", friction_angle=40.0)
+    model.block(name="slope", vertices=[0, 0, 12, 0, 12, 12 * 3**-0.5])
+    turn = np.array([[3**0.5 / 2, 0.5], [-0.5, 3**0.5 / 2]])
+    box = np.array([[5, 0], [7.5, 0], [7.5, 2], [5, 2]]) @ turn
+    model.block(name="wedge", vertices=box.ravel().tolist())
+    if cells:
+        model.mesh(blocks="wedge", size=float(np.sqrt(5 / cells)))
+    for x, y in ((1, 0.2), (11, 0.2), (11.5, 6)):
+        model.fixed_point(x=x, y=y, block="slope")
+    return model
+
+
+@pytest.mark.parametrize("cells", [0, 4, 16, 64])
+def test_the_factor_of_safety_does_not_depend_on_cells(cells):
+    """tan 40°/tan 30° within .1 %; the mechanism is of two blocks."""
+    found = sitedda.safety(wedge(cells))
+    exact = np.tan(np.radians(40)) / np.tan(np.radians(30))
+    assert found.low == pytest.approx(exact, rel=1e-3)
+    assert found.mechanism.names == ("slope", "wedge")
+    assert found.mechanism.verdicts == ("stable", "slides")
+    assert len(found.mechanism.polygons[1]) >= 4
+    found.mechanism.draw()
+
+
+def test_limit_analysis_is_of_rigid_blocks():
+    with pytest.raises(sitedda.InputError, match="bodies that bend"):
+        sitedda.limit_analysis(wedge(4))
+
+
 def test_bits_of_threads_of_a_resumed_run_and_of_a_block_file(
     native, tmp_path, same_bits, monkeypatch
 ):

@@ -170,6 +170,8 @@ def _require_dry(scene: Scene) -> None:
         for strength in ("cohesion", "tensile_strength"):
             if group.get(strength):
                 raise InputError(f"joint {name!r} has {strength}: limit analysis is of dry joints")
+    if scene.welded.any():
+        raise InputError("the model has bodies that bend: limit analysis is of rigid blocks")
     for kind in _OTHERS:
         if scene.groups.get(kind, []):
             raise InputError(f"the model has a &{kind}: limit analysis is of weight alone")

@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
 from ..arguments import POSITIVE, TOLERANCE
+from .bodies import Bodies
 from .strength import Rest, come_to_rest, released, static_model
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # factors that are looked at
@@ -37,7 +37,7 @@ class Mechanism:
     ----------
     factor : float
     displacement : ndarray, shape (blocks, 3)
-        x, y (m) and rotation (rad) of each block from rest on.
+        x, y (m) and rotation (rad) of each block from rest on; of a body the mean over its area.
     verdicts : tuple of str
         Of each block: 'stable', 'slides' or 'topples'.
     names : tuple of str
@@ -191,26 +191,23 @@ class _Trials:
     def __init__(self, source, changes, displacement: float):
         self.model = static_model(source, changes)
         with released(self.model, 1.0, None, 1.0, 1) as first:  # before anything has moved
-            self.polygons, self.start = first.polygons, first.coordinates
-            self.names = [name or f"block {i}" for i, name in enumerate(first.block_names, 1)]
+            self.start = first.coordinates
+            names = [name or f"block {i}" for i, name in enumerate(first.block_names, 1)]
+            self.bodies = Bodies(first.polygons, first.block_bodies, names)
         self.done: list[Rest] = []
         self.share = displacement
         self.reference: np.ndarray | None = None
 
-    @cached_property
-    def radii(self) -> np.ndarray:
-        """Of the blocks, shape (blocks,), m: from the mean of their vertices."""
-        return np.array([np.linalg.norm(p - p.mean(0), axis=1).max() for p in self.polygons])
-
     @property
     def way(self) -> float:
         """Displacement that counts as failure, m."""
-        return self.share * float(np.quantile(self.radii, 0.5, method="lower"))
+        return self.share * float(np.quantile(self.bodies.radii, 0.5, method="lower"))
 
     def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Displacement and radius × rotation of each block, shape (blocks,), m."""
         change = coordinates - start
-        return np.hypot(np.hypot(change[:, 0], change[:, 1]), self.radii * change[:, 2])
+        radii = self.bodies.radii[self.bodies.of]
+        return np.hypot(np.hypot(change[:, 0], change[:, 1]), radii * change[:, 2])
 
     def stands(self, factor: float) -> bool:
         """Try a factor."""
@@ -220,7 +217,8 @@ class _Trials:
             moved = self.moved(rest.coordinates, self.start if first else self.reference)
             most, allowed, unit = float(moved.max()), self.way, "m"
             if first:
-                most, allowed, unit = float((moved / self.radii).max()), _SETTLEMENT, "radii"
+                ways = moved / self.bodies.radii[self.bodies.of]
+                most, allowed, unit = float(ways.max()), _SETTLEMENT, "radii"
             words = f"{rest.words}; a block has moved by {most:.3g} {unit}, allowed {allowed:.3g}"
             rest = Rest(factor, most <= allowed, words, rest.coordinates)
         if rest.stands and self.reference is None:
@@ -317,10 +315,10 @@ def mechanism(
     trials = _Trials(source, changes, displacement)
     strong = trials.find_reference(factor)
     if strong is not None and trials.stands(factor):
-        moved = trials.done[-1].coordinates[:, :3] - trials.reference[:, :3]
-        names = tuple(trials.names)
-        stable = ("stable",) * len(names)
-        return Mechanism(factor, moved, stable, names, False, trials.polygons)
+        bodies = trials.bodies
+        moved = bodies.mean(trials.done[-1].coordinates[:, :3] - trials.reference[:, :3])
+        stable = ("stable",) * len(bodies.names)
+        return Mechanism(factor, moved, stable, bodies.names, False, bodies.outlines())
     return _mechanism(trials, factor, strong)
 
 
@@ -337,8 +335,10 @@ def _mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
             done = run.advance(10)
             moves = bool(trials.moved(run.coordinates, start).max() > trials.way)
         change = run.coordinates - start
-    verdicts = _verdicts(change, trials.radii)
-    return Mechanism(factor, change[:, :3], verdicts, tuple(trials.names), moves, trials.polygons)
+    bodies = trials.bodies
+    change = bodies.mean(change[:, :3])
+    verdicts = _verdicts(change, bodies.radii)
+    return Mechanism(factor, change, verdicts, bodies.names, moves, bodies.outlines())
 
 
 def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
