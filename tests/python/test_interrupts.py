@@ -116,7 +116,15 @@ def test_what_loses_an_interrupt_is_interrupted_again(monkeypatch):
         pass
 
 
-def test_a_run_within_a_command_ends_the_command(write_input):
+@pytest.fixture
+def listening():
+    """SIGINT is not ignored, as it is in what a shell has put into the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_a_run_within_a_command_ends_the_command(write_input, listening):
     file = write_input(tower(steps=NEVER_ENDING))
     with stop.Interruption():
         killer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
