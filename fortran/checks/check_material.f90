@@ -7,7 +7,8 @@ module dda_check_material
    use dda_damping, only: damping_type, has_body, modulus_factor, rayleigh_ratio
    use dda_dense_eigen, only: block_eigen
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, is_dispersive
+   use dda_linear_model, only: linear_model_type, is_dispersive, shares_of_laws
+   use dda_linear_terms, only: add_product, get_row
    use dda_simulation, only: simulation_type
    use dda_text, only: short_text, to_text
    implicit none
@@ -117,27 +118,49 @@ contains
    !> Where a dashpot c alone acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
    real(wp) function ringing_of_strains(linear) result(steps)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp) :: stiffness(6, 6), values(6), vectors(6, 6), rate, root
+      real(wp) :: values(6), vectors(6, 6), rate, root
+      real(wp), allocatable :: dashpot(:,:,:)  ! [6,6,n] of β
       type(error_type), allocatable :: error
       integer :: b
 
       rate = 0.0_wp
+      call collect_dashpots(linear, dashpot)
       do b = 1, linear%n
-         if (linear%law(b) == 0) cycle
-         associate (damping => linear%damping(linear%law(b)))
-            if (.not. damping%beta > 0.0_wp) cycle
-            stiffness = 0.0_wp
-            stiffness(4:6, 4:6) = linear%given(:, :, b)
-            call block_eigen(stiffness, linear%mass(:, :, b), values, vectors, error)
-            if (allocated(error)) cycle
-            rate = max(rate, damping%alpha + damping%beta*values(6))
-         end associate
+         if (.not. any(abs(dashpot(:, :, b)) > 0.0_wp)) cycle
+         call block_eigen(dashpot(:, :, b), linear%mass(:, :, b), values, vectors, error)
+         if (allocated(error)) cycle
+         rate = max(rate, linear%damping(linear%law(b))%alpha + values(6))
       end do
       rate = rate*linear%time_step
       steps = 0.0_wp
       root = (1.0_wp - (1.0_wp - linear%scheme%chi)*rate)/(1.0_wp + linear%scheme%chi*rate)
       if (root < 0.0_wp) steps = -1.0_wp/log(-root)
    end function ringing_of_strains
+
+   !> βK of each block alone; springs of welded faces count for both of their cells.
+   subroutine collect_dashpots(linear, dashpot)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      real(wp), allocatable, intent(out) :: dashpot(:,:,:)  !< [6,6,n] N s/m …
+      real(wp) :: row(6)
+      integer :: b, i, k
+
+      allocate (dashpot(6, 6, linear%n), source=0.0_wp)
+      do b = 1, linear%n
+         if (linear%law(b) > 0) dashpot(4:6, 4:6, b) = linear%damping(linear%law(b))%beta &
+            *linear%given(:, :, b)
+      end do
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i), share => shares_of_laws(linear, &
+            linear%terms%term(i)))
+            if (.not. any(share > 0.0_wp)) cycle
+            do k = 1, 2
+               call get_row(term, k, b, row)
+               if (linear%law(b) > 0) call add_product(dashpot(:, :, b), &
+                  2.0_wp*sum(share*linear%damping%beta)*term%coefficient, row, row)
+            end do
+         end associate
+      end do
+   end subroutine collect_dashpots
 
    !> One whole number, or two.
    pure function count_text(least, most) result(text)

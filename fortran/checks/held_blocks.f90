@@ -7,6 +7,7 @@ module dda_held_blocks
    use dda_linear_terms, only: linear_terms_type, at_theta, at_end, blocks_in, block_of
    use dda_model, only: model_type, contact_distance
    use dda_neighbours, only: neighbours_type, find_near_pairs
+   use dda_partition, only: join, name_parts
    use dda_overburden, only: overburden_type
    use dda_scheme, only: step_type, scheme_type
    implicit none
@@ -72,8 +73,8 @@ contains
             call join(part, terms%term(i)%block_a, block_of(terms%term(i), k))
          end do
       end do
+      call name_parts(part)
       do i = 1, size(part)
-         part(i) = part(part(i))  ! a root comes before its members
          if (held(i)) supported(part(i)) = .true.
       end do
       changed = .true.
@@ -89,21 +90,5 @@ contains
       end do
       supported = supported(part)
    end subroutine find_supported
-
-   !> Two blocks are of one part; the smaller of the two roots becomes that of both.
-   pure subroutine join(part, a, b)
-      integer, intent(inout) :: part(:)  !< [blocks] a block of the same part, or itself
-      integer, intent(in) :: a, b        !< blocks
-      integer :: root(2), i
-
-      root = [a, b]
-      do i = 1, 2
-         do while (part(root(i)) /= root(i))
-            part(root(i)) = part(part(root(i)))
-            root(i) = part(root(i))
-         end do
-      end do
-      part(maxval(root)) = minval(root)
-   end subroutine join
 
 end module dda_held_blocks

@@ -11,7 +11,7 @@ module dda_cell_faces
    use dda_weld, only: weld_type, new_weld
    implicit none
    private
-   public :: find_faces
+   public :: find_faces, find_gap
 
    real(wp), parameter :: same_place = 1.0e-6_wp  !< of the smaller radius
    real(wp), parameter :: near = 0.1_wp  !< of the smaller radius: cells so near are one piece
@@ -105,6 +105,32 @@ contains
          high = min(length, dot_product(along, from))
       end associate
    end subroutine find_overlap
+
+   !> Two joined cells with free edges that face each other across a gap: a face that was missed
+   !> would be a crack that neither welds nor contacts close; 0 if there are none.
+   pure subroutine find_gap(blocks, a, b)
+      type(blocks_type), intent(in) :: blocks  !< with `joined` and inner edges
+      integer, intent(out) :: a, b             !< cells of a body
+      real(wp) :: radius, low, high
+      integer :: i, e, f
+
+      b = 0
+      do a = 1, merge(blocks%n, 0, size(blocks%joined) > 0)
+         do i = blocks%joined_first(a), blocks%joined_first(a + 1) - 1
+            b = blocks%joined(i)
+            radius = min(blocks%radius(a), blocks%radius(b))
+            do e = blocks%first(a), blocks%first(a + 1) - 1
+               if (blocks%inner(e)) cycle
+               do f = blocks%first(b), blocks%first(b + 1) - 1
+                  if (blocks%inner(f)) cycle
+                  call find_overlap(blocks, e, f, near*radius, low, high)
+                  if (high - low > near*radius) return
+               end do
+            end do
+         end do
+      end do
+      a = 0
+   end subroutine find_gap
 
    !> Two cells are one piece of a body where they meet or nearly do.
    pure logical function are_near(blocks, a, b)

@@ -95,29 +95,23 @@ contains
       end do
    end subroutine change_memory
 
-   !> Losses of a step over the stiffness of the spring: by damping, and Δσ·Δε beyond elasticity.
-   pure subroutine add_damping_loss(damping, e, change, memory, time_step, share, loss)
+   !> Losses of a step: by damping, and Δσ·Δε beyond elasticity.
+   pure subroutine add_damping_loss(damping, stiffness, change, moved, time_step, loss)
       type(damping_type), intent(in) :: damping  !< of the material
-      real(wp), intent(in) :: e, change          !< at the start, and increment
-      real(wp), intent(in) :: memory(:)          !< [mechanisms] ζ_l at the start
+      real(wp), intent(in) :: stiffness          !< its share of that of the spring
+      real(wp), intent(in) :: change             !< increment of the stretch
+      real(wp), intent(in) :: moved(:)           !< [mechanisms] Δζ_l
       real(wp), intent(in) :: time_step          !< Δt, s
-      real(wp), intent(in) :: share              !< of the spring
-      real(wp), intent(inout) :: loss(2)         !< of the material, of the scheme
-      real(wp) :: after(size(memory)), total
+      real(wp), intent(inout) :: loss(2)         !< of the material, of the scheme; J per metre
       integer :: l
 
-      after = memory
-      call change_memory(damping, e, change, time_step, after)
-      total = (damping%unrelaxed - 1.0_wp)*change
       do l = 1, damping%n
-         associate (moved => after(l) - memory(l))
-            total = total - damping%unrelaxed*moved
-            loss(1) = loss(1) + share*damping%unrelaxed*moved**2 &
-               /(damping%weight(l)*damping%omega(l)*time_step)
-         end associate
+         loss(1) = loss(1) + stiffness*damping%unrelaxed*moved(l)**2 &
+            /(damping%weight(l)*damping%omega(l)*time_step)
       end do
-      loss(1) = loss(1) + share*damping%beta/time_step*change**2
-      loss(2) = loss(2) + share*change*total
+      loss(1) = loss(1) + stiffness*damping%beta/time_step*change**2
+      loss(2) = loss(2) + stiffness*change*((damping%unrelaxed - 1.0_wp)*change &
+         - damping%unrelaxed*sum(moved(:damping%n)))
    end subroutine add_damping_loss
 
 end module dda_weld_damping

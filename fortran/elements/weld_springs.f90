@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Elasticity of a welded face as springs.
 !>
-!> Ten local numbers of a face are all that its energy depends on: the mean jump [u] and the linear
+!> Ten deformations of a face are all that its energy depends on: the mean jump [u] and the linear
 !> jump [u]_l of the displacement across it, in axes that turn with its cells, and the strains of
 !> both cells.  With A_f = A_i + A_j, n from cell i to j, h = 2A_f/L and one material
 !>
@@ -17,18 +17,18 @@ module dda_weld_springs
    use dda_weld, only: weld_type
    implicit none
    private
-   public :: weld_springs_type, springs_of, local_numbers, most_springs, own_strain
+   public :: weld_springs_type, springs_of, n_deformations, most_springs, own_strain
 
-   integer, parameter :: local_numbers = 10  !< [u], [u]_l, ε_i, ε_j
+   integer, parameter :: n_deformations = 10  !< [u], [u]_l, ε_i, ε_j
    integer, parameter :: most_springs = 8
-   !> where the strains of both cells stand among the local numbers
+   !> where the strains of both cells stand among the deformations
    integer, parameter :: own_strain(3, 2) = reshape([5, 6, 7, 8, 9, 10], [3, 2])
 
    !> Springs of a face.
    type :: weld_springs_type
       integer :: n = 0                                    !< springs
       real(wp) :: stiffness(most_springs) = 0.0_wp        !< c, per metre of thickness
-      real(wp) :: weight(local_numbers, most_springs) = 0.0_wp  !< w: the stretch is w·q
+      real(wp) :: weight(n_deformations, most_springs) = 0.0_wp  !< w: the stretch is w·q
    end type weld_springs_type
 
 contains
@@ -54,7 +54,7 @@ contains
    !> Springs on both components of a jump.
    pure subroutine add_jumps(springs, before, stiffness)
       type(weld_springs_type), intent(inout) :: springs  !< get two more
-      integer, intent(in) :: before         !< local numbers before the jump
+      integer, intent(in) :: before         !< deformations before the jump
       real(wp), intent(in) :: stiffness     !< N/m per metre of thickness
       integer :: axis
 
@@ -116,10 +116,10 @@ contains
       end associate
    end subroutine add_common_strain
 
-   !> ε_f as a matrix on the local numbers.
+   !> ε_f as a matrix on the deformations.
    pure function strain_of(weld) result(strain)
       type(weld_type), intent(in) :: weld  !< face
-      real(wp) :: strain(3, local_numbers)
+      real(wp) :: strain(3, n_deformations)
       integer :: i, k
 
       strain = 0.0_wp
@@ -140,19 +140,19 @@ contains
       type(weld_type), intent(in) :: weld      !< face
       real(wp), intent(in) :: moduli(3, 3, 2)  !< D of both cells, Pa
       real(wp) :: combination(3, 3), stiffness(3), jump(3, 2)
-      real(wp) :: basis(6, 6), on_numbers(6, local_numbers), size_of
+      real(wp) :: basis(6, 6), on_deformations(6, n_deformations), size_of
       integer :: side, i, k, n
 
-      on_numbers = 0.0_wp
+      on_deformations = 0.0_wp
       do side = 1, 2
          call separate(moduli(:, :, side), weld%area(side), combination, stiffness)
          combination = combination*spread(sqrt(stiffness), 1, 3)
          associate (rows => [(3*(side - 1) + i, i=1, 3)])
-            on_numbers(rows, own_strain(:, side)) = transpose(combination)
+            on_deformations(rows, own_strain(:, side)) = transpose(combination)
             jump = weld%length/weld%area(side)*matmul(transpose(combination), across(weld))
             ! −(u_i − u*) on the first side, (u_j − u*) on the second; [u] = u_i − u_j is shared
             ! by counting u* from u_j.
-            if (side == 1) on_numbers(rows, 1:2) = -jump
+            if (side == 1) on_deformations(rows, 1:2) = -jump
             basis(rows, 1:2) = merge(1.0_wp, -1.0_wp, side == 1)*jump
          end associate
       end do
@@ -170,7 +170,7 @@ contains
          k = springs%n + 1
          springs%n = k
          springs%stiffness(k) = 1.0_wp
-         springs%weight(:, k) = matmul(basis(:, n), on_numbers)
+         springs%weight(:, k) = matmul(basis(:, n), on_deformations)
       end do
    end subroutine add_two_strains
 

@@ -21,7 +21,7 @@ module dda_welds
    use dda_weld, only: weld_type
    use dda_weld_damping, only: shares_of, damping_factor, memory_stretch, relaxing_stretch, &
       damping_energy, add_damping_loss, change_memory
-   use dda_weld_springs, only: weld_springs_type, springs_of, local_numbers, most_springs, &
+   use dda_weld_springs, only: weld_springs_type, springs_of, n_deformations, most_springs, &
       own_strain
    implicit none
    private
@@ -31,10 +31,10 @@ module dda_welds
    type, extends(element_type) :: welds_type
       type(weld_type), allocatable :: weld(:)
       type(weld_springs_type), allocatable :: springs(:)  !< [faces]
-      real(wp), allocatable :: force(:,:)                 !< [local numbers,faces] f₀
+      real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
       integer, allocatable :: material(:,:)               !< [2,faces] of both cells
       real(wp), allocatable :: share(:,:)                 !< [2,faces] that they damp
-      real(wp), allocatable :: rest(:,:)                  !< [local numbers,faces] after statics
+      real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] after statics
       !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: nothing damps
       real(wp), allocatable :: memory(:,:,:,:)
    contains
@@ -48,13 +48,13 @@ module dda_welds
       procedure :: serialise
    end type welds_type
 
-   !> A face and its cells at a time.
-   type :: view_type
+   !> A face and its cells in a configuration.
+   type :: configuration_type
       real(wp) :: turn(2, 2)           !< R_fᵀ, from the model's axes to those of the face
       real(wp) :: axes(2, 2, 2)        !< R of both cells
       real(wp) :: gradient(2, 2, 2)    !< R(I + ε) of both cells
       real(wp) :: jump(2, 2)           !< [u] and [u]_l in the model's axes, m
-   end type view_type
+   end type configuration_type
 
 contains
 
@@ -68,7 +68,7 @@ contains
       integer :: i, k
 
       self%weld = welds
-      allocate (self%springs(size(welds)), self%force(local_numbers, size(welds)), &
+      allocate (self%springs(size(welds)), self%force(n_deformations, size(welds)), &
          self%material(2, size(welds)), self%share(2, size(welds)))
       do i = 1, size(welds)
          self%material(:, i) = blocks%material(welds(i)%block)
@@ -91,14 +91,14 @@ contains
 
       if (allocated(self%memory)) deallocate (self%memory, self%rest)
       if (all(self%share <= 0.0_wp)) then
-         allocate (self%memory(0, most_springs, 2, 0), self%rest(local_numbers, 0))
+         allocate (self%memory(0, most_springs, 2, 0), self%rest(n_deformations, 0))
          return
       end if
       allocate (self%memory(maxval(blocks%damping%n), most_springs, 2, size(self%weld)), &
          source=0.0_wp)
-      allocate (self%rest(local_numbers, size(self%weld)))
+      allocate (self%rest(n_deformations, size(self%weld)))
       do i = 1, size(self%weld)
-         self%rest(:, i) = numbers_of(self%weld(i), blocks)
+         self%rest(:, i) = deformations_of(self%weld(i), blocks)
       end do
    end subroutine begin_memory
 
@@ -111,14 +111,14 @@ contains
       damps = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
    end function damps
 
-   !> Local forces of damping on face i, without what relaxes within a step, or with θ of it.
+   !> Forces of damping on the deformations of face i; of a step with θ of what relaxes in it.
    pure function damping_force(self, i, blocks, q, step) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: q(local_numbers) !< local numbers
+      real(wp), intent(in) :: q(n_deformations) !< deformations
       type(step_type), intent(in), optional :: step  !< the one being taken
-      real(wp) :: force(local_numbers), stretch, e
+      real(wp) :: force(n_deformations), stretch, e
       integer :: j, k
 
       force = 0.0_wp
@@ -141,70 +141,49 @@ contains
       end associate
    end function damping_force
 
-   !> Energy that damping stores in face i after a change of its local numbers.
-   pure real(wp) function stored_by_damping(self, i, blocks, q, change, time_step) result(energy)
+   !> What damping of face i stores, and, of a step, what is stored at its end and both losses: of
+   !> the materials, and Δσ·Δε beyond elasticity.
+   pure function damping_energies(self, i, blocks, q, change, time_step) result(energy)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: q(local_numbers)       !< local numbers at the start
-      real(wp), intent(in) :: change(local_numbers)  !< their increment
-      real(wp), intent(in) :: time_step              !< Δt, s; 0: at the start
-      real(wp) :: after(size(self%memory, 1)), e, moved
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      real(wp), intent(in) :: q(n_deformations)  !< deformations at the start
+      real(wp), intent(in), optional :: change(n_deformations)  !< their increment in a step
+      real(wp), intent(in), optional :: time_step               !< Δt of that step, s
+      real(wp) :: energy(3), after(size(self%memory, 1)), e, moved
       integer :: j, k
 
       energy = 0.0_wp
       if (.not. damps(self, i, blocks)) return
-      associate (springs => self%springs(i))
-         do j = 1, springs%n
-            e = dot_product(springs%weight(:, j), q - self%rest(:, i))
-            moved = dot_product(springs%weight(:, j), change)
-            do k = 1, 2
-               if (.not. self%share(k, i) > 0.0_wp) cycle
-               associate (law => blocks%damping(self%material(k, i)))
-                  after = self%memory(:, j, k, i)
-                  if (time_step > 0.0_wp) call change_memory(law, e, moved, time_step, after)
-                  energy = energy + springs%stiffness(j)*self%share(k, i) &
-                     *damping_energy(law, e + moved, after)
-               end associate
-            end do
+      moved = 0.0_wp
+      do j = 1, self%springs(i)%n
+         associate (weight => self%springs(i)%weight(:, j))
+            e = dot_product(weight, q - self%rest(:, i))
+            if (present(change)) moved = dot_product(weight, change)
+         end associate
+         do k = 1, 2
+            if (.not. self%share(k, i) > 0.0_wp) cycle
+            associate (law => blocks%damping(self%material(k, i)), &
+               stiffness => self%share(k, i)*self%springs(i)%stiffness(j), &
+               memory => self%memory(:, j, k, i))
+               after = memory
+               if (present(change)) then
+                  call change_memory(law, e, moved, time_step, after)
+                  call add_damping_loss(law, stiffness, moved, after - memory, time_step, &
+                     energy(2:3))
+               end if
+               energy(1) = energy(1) + stiffness*damping_energy(law, e + moved, after)
+            end associate
          end do
-      end associate
-   end function stored_by_damping
-
-   !> Losses of face i by damping in a step: of the materials, and Δσ·Δε beyond elasticity.
-   pure function damping_losses(self, i, blocks, q, change, time_step) result(total)
-      class(welds_type), intent(in) :: self    !< elements of this kind
-      integer, intent(in) :: i                 !< face
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
-      real(wp), intent(in) :: q(local_numbers)       !< local numbers at the start
-      real(wp), intent(in) :: change(local_numbers)  !< their increment
-      real(wp), intent(in) :: time_step              !< Δt, s
-      real(wp) :: total(2), loss(2), e, moved
-      integer :: j, k
-
-      total = 0.0_wp
-      if (.not. damps(self, i, blocks)) return
-      associate (springs => self%springs(i))
-         do j = 1, springs%n
-            e = dot_product(springs%weight(:, j), q - self%rest(:, i))
-            moved = dot_product(springs%weight(:, j), change)
-            loss = 0.0_wp
-            do k = 1, 2
-               if (self%share(k, i) > 0.0_wp) call add_damping_loss( &
-                  blocks%damping(self%material(k, i)), e, moved, &
-                  self%memory(:, j, k, i), time_step, self%share(k, i), loss)
-            end do
-            total = total + springs%stiffness(j)*loss
-         end do
-      end associate
-   end function damping_losses
+      end do
+   end function damping_energies
 
    !> f₀ of initial stresses σ₀: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump, σ_f being
    !> their mean by area.
    pure function initial_force(weld, stress) result(force)
       type(weld_type), intent(in) :: weld    !< face
       real(wp), intent(in) :: stress(3, 2)   !< of both cells, Pa
-      real(wp) :: force(local_numbers), mean(3)
+      real(wp) :: force(n_deformations), mean(3)
       integer :: k
 
       force = 0.0_wp
@@ -225,45 +204,45 @@ contains
       acts = .not. any(blocks%removed(weld%block))
    end function acts
 
-   !> Local numbers of a face in the present state.
-   pure function numbers_of(weld, blocks) result(q)
+   !> Deformations of a face in the present state.
+   pure function deformations_of(weld, blocks) result(q)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp) :: q(local_numbers)             !< m, strains
-      type(view_type) :: view
+      real(wp) :: q(n_deformations)             !< m, strains
+      type(configuration_type) :: placed
       integer :: k
 
-      view = view_of(weld, blocks, 0.0_wp)
-      q(1:2) = matmul(view%turn, view%jump(:, 1))
-      q(3:4) = matmul(view%turn, view%jump(:, 2))
+      placed = configuration_of(weld, blocks, 0.0_wp)
+      q(1:2) = matmul(placed%turn, placed%jump(:, 1))
+      q(3:4) = matmul(placed%turn, placed%jump(:, 2))
       do k = 1, 2
          q(own_strain(:, k)) = blocks%position(4:6, weld%block(k))
       end do
-   end function numbers_of
+   end function deformations_of
 
    !> Both cells as they will be a while later at their present rates.
-   pure type(view_type) function view_of(weld, blocks, ahead) result(view)
+   pure type(configuration_type) function configuration_of(weld, blocks, ahead) result(placed)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: ahead            !< s
       real(wp) :: coordinates(6, 2), angle
       integer :: k
 
-      associate (half => 0.5_wp*weld%length*weld%along, jump => view%jump)
+      associate (half => 0.5_wp*weld%length*weld%along, jump => placed%jump)
          do k = 1, 2
             associate (b => weld%block(k))
                coordinates(:, k) = blocks%position(:, b) + ahead*blocks%velocity(:, b)
-               call set_axes(coordinates(:, k), view%axes(:, :, k), view%gradient(:, :, k))
+               call set_axes(coordinates(:, k), placed%axes(:, :, k), placed%gradient(:, :, k))
             end associate
          end do
          jump(:, 1) = coordinates(1:2, 1) - coordinates(1:2, 2) &
-            + (matmul(view%gradient(:, :, 1), weld%middle(:, 1)) &
-            - matmul(view%gradient(:, :, 2), weld%middle(:, 2)))
-         jump(:, 2) = matmul(view%gradient(:, :, 1) - view%gradient(:, :, 2), half)
+            + (matmul(placed%gradient(:, :, 1), weld%middle(:, 1)) &
+            - matmul(placed%gradient(:, :, 2), weld%middle(:, 2)))
+         jump(:, 2) = matmul(placed%gradient(:, :, 1) - placed%gradient(:, :, 2), half)
       end associate
       angle = 0.5_wp*(coordinates(3, 1) + coordinates(3, 2))
-      view%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
-   end function view_of
+      placed%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
+   end function configuration_of
 
    !> G of a face at the middle of a step, as its present rates foresee it: where a body turns by ω,
    !> what the step adds to q is then right to the third power of ωΔt, and so are its momenta.
@@ -271,21 +250,21 @@ contains
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< in their present state
       type(step_type), intent(in) :: step      !< the one being taken
-      real(wp) :: g(local_numbers, 6, 2)
-      type(view_type) :: view
+      real(wp) :: g(n_deformations, 6, 2)
+      type(configuration_type) :: placed
       real(wp) :: turned(2, 2)
       integer :: i, k
 
-      view = view_of(weld, blocks, 0.5_wp*step%time_step)
+      placed = configuration_of(weld, blocks, 0.5_wp*step%time_step)
       ! The axes turn by half of each rotation.
-      turned = 0.5_wp*matmul(view%turn, reshape([view%jump(2, 1), -view%jump(1, 1), &
-         view%jump(2, 2), -view%jump(1, 2)], [2, 2]))
+      turned = 0.5_wp*matmul(placed%turn, reshape([placed%jump(2, 1), -placed%jump(1, 1), &
+         placed%jump(2, 2), -placed%jump(1, 2)], [2, 2]))
       g = 0.0_wp
       do k = 1, 2
          associate (sign => 3.0_wp - 2.0_wp*k)
-            g(1:2, 1:2, k) = sign*view%turn
-            g(1:2, 3:6, k) = sign*matmul(view%turn, shape_of(view, k, weld%middle(:, k)))
-            g(3:4, 3:6, k) = sign*matmul(view%turn, shape_of(view, k, &
+            g(1:2, 1:2, k) = sign*placed%turn
+            g(1:2, 3:6, k) = sign*matmul(placed%turn, shape_of(placed, k, weld%middle(:, k)))
+            g(3:4, 3:6, k) = sign*matmul(placed%turn, shape_of(placed, k, &
                0.5_wp*weld%length*weld%along))
          end associate
          g(1:2, 3, k) = g(1:2, 3, k) + turned(:, 1)
@@ -297,14 +276,14 @@ contains
    end function derivatives_of
 
    !> What rotation and strains of cell k do to an offset ρ: the last four columns of T.
-   pure function shape_of(view, k, reference) result(shape)
-      type(view_type), intent(in) :: view    !< both cells
+   pure function shape_of(placed, k, reference) result(shape)
+      type(configuration_type), intent(in) :: placed    !< both cells
       integer, intent(in) :: k               !< cell, 1 or 2
       real(wp), intent(in) :: reference(2)   !< ρ, m
       real(wp) :: shape(2, 4), offset(2)
 
-      offset = matmul(view%gradient(:, :, k), reference)
-      associate (axes => view%axes(:, :, k))
+      offset = matmul(placed%gradient(:, :, k), reference)
+      associate (axes => placed%axes(:, :, k))
          shape(:, 1) = [-offset(2), offset(1)]
          shape(:, 2) = axes(:, 1)*reference(1)
          shape(:, 3) = axes(:, 2)*reference(2)
@@ -315,9 +294,9 @@ contains
    !> f = Σ c w s + f₀
    pure function force_of(springs, before, q) result(force)
       type(weld_springs_type), intent(in) :: springs     !< of a face
-      real(wp), intent(in) :: before(local_numbers)      !< f₀
-      real(wp), intent(in) :: q(local_numbers)           !< local numbers
-      real(wp) :: force(local_numbers)
+      real(wp), intent(in) :: before(n_deformations)      !< f₀
+      real(wp), intent(in) :: q(n_deformations)           !< deformations
+      real(wp) :: force(n_deformations)
       integer :: i
 
       force = before
@@ -334,7 +313,7 @@ contains
       type(step_type), intent(in) :: step              !< the one being taken
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
-      real(wp) :: g(local_numbers, 6, 2), factor
+      real(wp) :: g(n_deformations, 6, 2), factor
       integer :: i, k
 
       term%kind = term_weld
@@ -373,13 +352,13 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the one being taken
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
-      real(wp) :: g(local_numbers, 6, 2), q(local_numbers), force(local_numbers)
+      real(wp) :: g(n_deformations, 6, 2), q(n_deformations), force(n_deformations)
       integer :: i, k
 
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
          g = derivatives_of(self%weld(i), blocks, step)
-         q = numbers_of(self%weld(i), blocks)
+         q = deformations_of(self%weld(i), blocks)
          force = force_of(self%springs(i), self%force(:, i), q) &
             + damping_force(self, i, blocks, q, step)
          do k = 1, 2
@@ -393,8 +372,8 @@ contains
    !> ½ Σ c s² + f₀·q
    pure real(wp) function energy_of(springs, before, q) result(energy)
       type(weld_springs_type), intent(in) :: springs  !< of a face
-      real(wp), intent(in) :: before(local_numbers)   !< f₀
-      real(wp), intent(in) :: q(local_numbers)        !< local numbers
+      real(wp), intent(in) :: before(n_deformations)   !< f₀
+      real(wp), intent(in) :: q(n_deformations)        !< deformations
 
       energy = 0.5_wp*dot_product(force_of(springs, before, q) + before, q)
    end function energy_of
@@ -406,15 +385,15 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the one to come
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
-      real(wp) :: q(local_numbers), total
+      real(wp) :: q(n_deformations), total, damped(3)
       integer :: i
 
       total = 0.0_wp
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
-         q = numbers_of(self%weld(i), blocks)
-         total = total + energy_of(self%springs(i), self%force(:, i), q) &
-            + stored_by_damping(self, i, blocks, q, 0.0_wp*q, 0.0_wp)
+         q = deformations_of(self%weld(i), blocks)
+         damped = damping_energies(self, i, blocks, q)
+         total = total + energy_of(self%springs(i), self%force(:, i), q) + damped(1)
       end do
       call add_energy(energy, energy_welded, total)
    end subroutine add_stored
@@ -427,8 +406,8 @@ contains
       type(step_type), intent(in) :: step          !< the one being taken
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
-      real(wp) :: g(local_numbers, 6, 2), q(local_numbers), change(local_numbers)
-      real(wp) :: none(local_numbers), total, loss, damped(2)
+      real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
+      real(wp) :: none(n_deformations), total, loss, damped(3)
       integer :: i
 
       none = 0.0_wp
@@ -437,19 +416,18 @@ contains
       damped = 0.0_wp
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
-         q = numbers_of(self%weld(i), blocks)
+         q = deformations_of(self%weld(i), blocks)
          g = derivatives_of(self%weld(i), blocks, step)
          associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2))
             change = matmul(g(:, :, 1), d(:, a)) + matmul(g(:, :, 2), d(:, b))
          end associate
-         total = total + energy_of(self%springs(i), self%force(:, i), q + change) &
-            + stored_by_damping(self, i, blocks, q, change, step%time_step)
-         damped = damped + damping_losses(self, i, blocks, q, change, step%time_step)
+         damped = damped + damping_energies(self, i, blocks, q, change, step%time_step)
+         total = total + energy_of(self%springs(i), self%force(:, i), q + change)
          loss = loss + 2.0_wp*energy_of(self%springs(i), none, change)
       end do
-      call add_energy(energy, energy_welded, total)
-      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*(loss + damped(2)))
-      call add_energy(energy, energy_material, damped(1))
+      call add_energy(energy, energy_welded, total + damped(1))
+      call add_energy(energy, energy_material, damped(2))
+      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*(loss + damped(3)))
    end subroutine account
 
    !> Memories of the springs at the end of the step.
@@ -459,13 +437,13 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the one being taken
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
-      real(wp) :: g(local_numbers, 6, 2), q(local_numbers), change(local_numbers)
+      real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
       integer :: i, j, k
 
       do i = 1, size(self%weld)
          if (.not. damps(self, i, blocks)) cycle
          if (.not. acts(self%weld(i), blocks)) cycle
-         q = numbers_of(self%weld(i), blocks) - self%rest(:, i)
+         q = deformations_of(self%weld(i), blocks) - self%rest(:, i)
          g = derivatives_of(self%weld(i), blocks, step)
          associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2), &
             weight => self%springs(i)%weight)
@@ -496,7 +474,7 @@ contains
       class(welds_type), intent(inout) :: self   !< elements of this kind
       class(element_type), intent(in) :: before  !< those of the same type
       type(blocks_type), intent(in) :: blocks    !< in their present state
-      real(wp) :: q(local_numbers), none(local_numbers)
+      real(wp) :: q(n_deformations), none(n_deformations)
       integer :: i
 
       none = 0.0_wp
@@ -510,7 +488,7 @@ contains
                   self%rest(:, i) = before%rest(:, i)
                end if
             else
-               q = numbers_of(self%weld(i), blocks)
+               q = deformations_of(self%weld(i), blocks)
                self%force(:, i) = force_of(before%springs(i), before%force(:, i), q) &
                   + damping_force(before, i, blocks, q) - force_of(self%springs(i), none, q)
             end if
@@ -534,12 +512,12 @@ contains
       class(welds_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(inout) :: stress(:,:)   !< [3,blocks] Pa
-      real(wp) :: force(local_numbers), q(local_numbers)
+      real(wp) :: force(n_deformations), q(n_deformations)
       integer :: i, k
 
       do i = 1, size(self%weld)
          if (.not. acts(self%weld(i), blocks)) cycle
-         q = numbers_of(self%weld(i), blocks)
+         q = deformations_of(self%weld(i), blocks)
          force = force_of(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
          do k = 1, 2
             associate (b => self%weld(i)%block(k))

@@ -2,12 +2,13 @@
 !> Bodies of an input: their cells are welded, and what bodies cannot have yet is refused.
 module dda_input_welds
    use dda_blocks, only: blocks_type, is_convex
-   use dda_cell_faces, only: find_faces
+   use dda_cell_faces, only: find_faces, find_gap
    use dda_errors, only: error_type, error_input, fail
    use dda_growth, only: grow
    use dda_input_group, only: group_type, input_error
    use dda_model, only: model_type
    use dda_outlines, only: outlines_type
+   use dda_partition, only: join, name_parts
    use dda_text, only: quoted, to_text
    use dda_weld, only: set_welds, weld_type
    implicit none
@@ -40,6 +41,12 @@ contains
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//' is not in one piece: no faces weld block '// &
             to_text(b)//' to block '//to_text(other)//'; give each piece a name of its own')
+         if (allocated(error)) return
+         call find_gap(blocks, b, other)
+         if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
+            quoted(trim(outlines%body(b)))//': edges of block '//to_text(b)//' and block '// &
+            to_text(other)//' face each other, nearer than a tenth of a cell, and do not meet: '// &
+            'cells that share a face must have it at the same place')
       end associate
    end subroutine weld_cells
 
@@ -89,42 +96,52 @@ contains
       type(blocks_type), intent(in) :: blocks    !< with bodies
       type(weld_type), intent(in) :: welds(:)    !< of all bodies
       integer, intent(out) :: loose, first_cell  !< blocks
-      integer :: part(blocks%n), first(maxval(blocks%body)), i, one, other
+      integer :: part(blocks%n), first(maxval(blocks%body)), i
 
       part = [(i, i=1, blocks%n)]
       do i = 1, size(welds)
-         one = root_of(welds(i)%block(1))
-         other = root_of(welds(i)%block(2))
-         part(max(one, other)) = min(one, other)
+         call join(part, welds(i)%block(1), welds(i)%block(2))
       end do
+      call name_parts(part)
       first = 0
       do loose = 1, blocks%n
          if (blocks%body(loose) == 0) cycle
          if (first(blocks%body(loose)) == 0) first(blocks%body(loose)) = loose
          first_cell = first(blocks%body(loose))
-         if (root_of(loose) /= root_of(first_cell)) return
+         if (part(loose) /= part(first_cell)) return
       end do
       loose = 0
-
-   contains
-
-      !> First cell of the piece that a cell is part of.
-      pure integer function root_of(cell) result(root)
-         integer, intent(in) :: cell  !< number of a block
-
-         root = cell
-         do while (part(root) /= root)
-            root = part(root)
-         end do
-      end function root_of
    end subroutine find_loose
 
-   !> What bodies cannot have yet: free fields at their sides.
+   !> Stages remove bodies, not cells of them: what stays would have faces that nothing welds, and
+   !> lies open where edges are no sides.
+   subroutine check_removals(model, error)
+      type(model_type), intent(in) :: model  !< with its stages
+      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
+      integer :: s, i
+
+      do s = 1, size(model%stages)
+         do i = 1, size(model%welds)
+            associate (removed => model%stages(s)%removed(model%welds(i)%block))
+               if (removed(1) .eqv. removed(2)) cycle
+               call fail(error, error_input, model%file//': stage '// &
+                  quoted(trim(model%stages(s)%name))//' removes part of body '// &
+                  quoted(trim(model%body_names(model%blocks%body(model%welds(i)%block(1)))))// &
+                  ': remove the whole of it, by its name, or make what goes a body of its own')
+               return
+            end associate
+         end do
+      end do
+   end subroutine check_removals
+
+   !> What bodies cannot have: removals of some of their cells, and yet free fields at their sides.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< complete
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: i
 
+      if (allocated(error)) return
+      call check_removals(model, error)
       if (allocated(error)) return
       associate (blocks => model%blocks)
          do i = 1, size(model%free_fields)

@@ -48,7 +48,8 @@ contains
    pure subroutine set_welds(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< with the bodies of blocks
       type(weld_type), intent(in) :: welds(:)     !< all faces
-      real(wp), parameter :: nothing = 1.0e-9_wp  !< of an area or a length: rounding
+      real(wp), parameter :: nothing = 1.0e-9_wp  !< of the area of a cell: rounding
+      real(wp), parameter :: covered = 1.0e-6_wp  !< of an edge: what may be left free
       real(wp) :: free(size(blocks%owner))
       integer :: i, k
 
@@ -64,7 +65,7 @@ contains
          end associate
       end do
       where (blocks%rest_share < nothing) blocks%rest_share = 0.0_wp
-      blocks%inner = free < 1.0e-6_wp*blocks%length
+      blocks%inner = free < covered*blocks%length
       call find_outlines(blocks, welds)
    end subroutine set_welds
 

@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A frame of the output as a row of numbers: blocks and contacts.
 !>
-!> It goes to the journal part by part: the whole takes more than half a kilobyte a block, and
-!> nothing is allocated in a step.
+!> It goes to the journal part by part: the whole takes more than half a kilobyte a block.
 module dda_frame
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type

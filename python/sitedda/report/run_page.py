@@ -21,8 +21,8 @@ from ..view import BUDGET, view
 from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Table
 from .provenance import provenance
 
-_ENERGIES = ("kinetic", "strain", "contact", "support", "gravity", "input", "friction", "fracture",
-             "algorithmic", "kinetic_damping", "damping", "impact", "geometric",
+_ENERGIES = ("kinetic", "strain", "welded", "contact", "support", "gravity", "input", "friction",
+             "fracture", "algorithmic", "kinetic_damping", "damping", "impact", "geometric",
              "balance")  # fmt: skip
 _TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
            ("motion", "Motions"))  # fmt: skip

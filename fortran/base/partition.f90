@@ -1,0 +1,36 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Items that are joined pair by pair, and the parts that they then form.
+module dda_partition
+   implicit none
+   private
+   public :: join, name_parts
+
+contains
+
+   !> Two items are of one part; the smaller of the two roots becomes that of both.
+   pure subroutine join(part, a, b)
+      integer, intent(inout) :: part(:)  !< [items] an item of the same part, or itself
+      integer, intent(in) :: a, b        !< items
+      integer :: root(2), i
+
+      root = [a, b]
+      do i = 1, 2
+         do while (part(root(i)) /= root(i))
+            part(root(i)) = part(part(root(i)))
+            root(i) = part(root(i))
+         end do
+      end do
+      part(maxval(root)) = minval(root)
+   end subroutine join
+
+   !> Every item names the first one of its part.
+   pure subroutine name_parts(part)
+      integer, intent(inout) :: part(:)  !< [items] after the last `join`
+      integer :: i
+
+      do i = 1, size(part)
+         part(i) = part(part(i))  ! a root comes before its members
+      end do
+   end subroutine name_parts
+
+end module dda_partition
