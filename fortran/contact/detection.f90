@@ -12,7 +12,7 @@ module dda_detection
    use dda_crossings, only: most_across
    use dda_contact_geometry, only: candidate_type, set_contacts
    use dda_entrance, only: choice_type, corners_type, project, list_choices, is_glancing, &
-      entrance_edge, enters
+      entrance_edge
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
@@ -205,7 +205,6 @@ contains
       entered = 0
       least = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         if (enters(blocks, neighbours%probe(1, p), neighbours%edge(i))) cycle
          call project(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, &
             detection)) cycle

@@ -12,8 +12,7 @@ module dda_entrance
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge, &
-      enters
+   public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge
 
    !> edges nearer than this are parallel
    real(wp), parameter :: parallel_angle = 3.0_wp*pi/180.0_wp
@@ -105,8 +104,8 @@ contains
          .and. (past_end .eqv. at_end)
    end subroutine list_choices
 
-   !> Least sine of the angle between an edge and those of another body at a vertex; of an edge
-   !> within a body −1: it is no side of it.
+   !> Least sine of the angle between an edge and those of another body at a vertex, where cells may
+   !> meet on a straight outline; of an edge within a body −1: it is no side of it.
    pure real(wp) function separation(blocks, vertex, edge)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: vertex, edge      !< of two blocks
@@ -120,16 +119,6 @@ contains
             along(2)*after(1) - along(1)*after(2))
       end associate
    end function separation
-
-   !> A vertex on the outline of a body, where cells meet, is no corner: an edge that would enter
-   !> the body does not face it.
-   pure logical function enters(blocks, vertex, edge)
-      type(blocks_type), intent(in) :: blocks  !< present geometry
-      integer, intent(in) :: vertex, edge      !< of two blocks
-
-      enters = blocks%inner(vertex) .or. blocks%inner(blocks%previous(vertex))
-      if (enters) enters = separation(blocks, vertex, edge) < -parallel_sine
-   end function enters
 
    !> The vertex is outside or within the tolerance, can reach the edge in this step, and its foot
    !> lies on the edge within the tolerance of an end.

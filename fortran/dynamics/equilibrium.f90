@@ -27,10 +27,10 @@ module dda_equilibrium
    use dda_columns, only: follow_columns
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_contact_search, only: find_contacts
-   use dda_elements, only: set_elements, freeze_elements, balance_elements, update_stored
+   use dda_elements, only: set_elements, freeze_elements, balance_elements
    use dda_damping, only: is_damped
    use dda_energy, only: energy_type, add_energy, energy_kinetic, energy_kinetic_damping, &
-      energy_algorithmic, energy_geometric, energy_strain, energy_support, energy_welded
+      energy_algorithmic, energy_strain
    use dda_energy_budget, only: strain_energy
    use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
       error_solver, fail
@@ -159,22 +159,7 @@ contains
       call follow_columns(simulation)
       call stop_blocks(simulation)
       call stop_damping(simulation%blocks, simulation%energy)
-      if (any(simulation%blocks%body > 0)) call stop_damping_of_faces(simulation)
    end subroutine begin_statics
-
-   !> The same of welded faces, which stop damping with the blocks.
-   subroutine stop_damping_of_faces(simulation)
-      type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp) :: welded, support
-
-      associate (energy => simulation%energy)
-         welded = energy%value(energy_welded)
-         support = energy%value(energy_support)
-         call update_stored(simulation%elements, simulation%blocks, next_step(simulation), energy)
-         call add_energy(energy, energy_algorithmic, welded - energy%value(energy_welded))
-         call add_energy(energy, energy_geometric, energy%value(energy_support) - support)
-      end associate
-   end subroutine stop_damping_of_faces
 
    !> Static steps until nothing is out of balance, and forces explain the depths of contacts.
    subroutine step_to_rest(simulation, equilibrium, error)

@@ -247,6 +247,18 @@ def test_a_body_slides_over_the_faces_of_another(size, cells):
     assert abs(float(history.energy_geometric[-1])) < 1e-6 * turnover
 
 
+def test_deep_soft_contacts_do_not_let_a_block_sink_between_cells():
+    """At rest 2 cm deep on cells of 25 cm, and tilted by friction: at most the sudden double."""
+    depth, block = 0.02, [np.array([[1, 1], [3, 1], [3, 3], [1, 3]])]
+    model = sliding(cells_of((0, 0, 8, 1), 0.25), block, steps=1500)
+    model["joint"][0].friction_angle = 20.0
+    model.contact(normal_stiffness=4 * DENSITY * 10 * np.cos(np.pi / 6) / 2 / depth)
+    model["control"].max_displacement_ratio = 0.05
+    place = model.run().history.displacement[:, 0].values
+    assert place[:, 1].min() > -2 * depth
+    assert place[-1, 0] > 2.0  # it has slid over eight cells
+
+
 def wedge(cells):
     """A wedge on a plane of 30°, and what holds the plane."""
     model = sitedda.Model()
