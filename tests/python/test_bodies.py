@@ -5,7 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from conftest import load
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from strain_points import Body
@@ -14,6 +13,7 @@ from test_meshing import CELLS, part
 import sitedda
 from sitedda.building import build_file
 from sitedda.meshing.body import mesh_body
+from sitedda.output import load
 from sitedda.pictures import _words
 from sitedda.scene import Scene
 

@@ -77,25 +77,27 @@ def test_every_command_ends_in_one_sentence(tmp_path, command):
 
 
 @pytest.fixture(scope="module")
-def output(tmp_path_factory) -> Path:
-    """Of a run of two hundred blocks."""
+def outputs(tmp_path_factory) -> Path:
+    """Folder of the outputs of two runs."""
     folder = tmp_path_factory.mktemp("shown")
-    ridge = sitedda.Model.read(INPUTS / "ridge.nml")
-    ridge.control(duration=0.05)
-    ridge.output(block_interval=1)
-    return ridge.run(output=folder / "ridge.nc").output
+    for name, duration in (("ridge", 0.05), ("layered_site", 0.5)):
+        model = sitedda.Model.read(INPUTS / f"{name}.nml")
+        model.control(duration=duration)
+        model.output(block_interval=1)
+        model.run(output=folder / f"{name}.nc")
+    return folder
 
 
 @pytest.mark.parametrize(
     "words",
-    [["movie", "-q", "-o", "a.gif"], ["export", "--vtk", "vtk"], ["surface", "-o", "a.png"],
-     ["site", "-o", "a.png"], ["validate"]],
+    [["movie", "ridge.nc", "-q", "-o", "a.gif"], ["export", "ridge.nc", "--vtk", "vtk"],
+     ["surface", "ridge.nc", "--lowest", "20", "--highest", "200", "-o", "a.png"],
+     ["site", "layered_site.nc", "-o", "a.png"], ["validate"]],
     ids=lambda words: words[0],
 )  # fmt: skip
-def test_what_shows_an_output_ends_in_one_sentence(tmp_path, output, words):
-    file = [] if words == ["validate"] else [output]
-    whole = [executable("sitedda"), words[0], *file, *words[1:]]
-    status, seconds, said = stopped(whole, 0.5, signal.SIGTERM, tmp_path)
+def test_what_shows_an_output_ends_in_one_sentence(tmp_path, outputs, words):
+    words = [outputs / word if word.endswith(".nc") else word for word in words]
+    status, seconds, said = stopped([executable("sitedda"), *words], 0.2, signal.SIGTERM, tmp_path)
     assert (status, said) == (6, ["sitedda: interrupted"])
     assert seconds < SOON
     assert not [file for file in tmp_path.iterdir() if file.is_file()]
