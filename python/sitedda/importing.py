@@ -103,7 +103,8 @@ def read_outlines(
         layers = sorted({one.layer for one in found})
         found = [one for one in found if one.layer == layer]
         if not found:
-            raise InputError(f"{file}: nothing lies on layer {layer!r}; there are {layers[:12]}")
+            names = ", ".join(map(repr, filter(None, layers[:12]))) or "no layers"
+            raise InputError(f"{file}: nothing lies on layer {layer!r}; there are {names}")
     if closed is not None:
         found = [one for one in found if one.closed == closed]
     if not found:
