@@ -129,6 +129,8 @@ def _values(rows: list, numbers: np.ndarray, letters: bytes) -> Iterator[tuple[s
     """Names and values, one after the other."""
     n = at = 0
     for position, count in rows:
+        if not count:  # a null value is as none
+            continue
         variable = _VARIABLES[position - 1]
         given = numbers[n : n + count]
         n += count

@@ -10,6 +10,7 @@ import numpy as np
 
 from .column import Column, Layer
 from .damping import damping_of
+from .errors import OutputError
 from .input_text import input_values
 from .spectra import Peak, amplification, find_peak
 
@@ -117,6 +118,9 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
     tops, bottoms = boxes[stack, 3], boxes[stack, 1]
     size = boxes[high, 3] - boxes[low, 3]
     materials = input_values(history.attrs).get("material", [])
+    number = history.block_material.values.astype(int)
+    if np.any(number[stack] >= len(materials)):
+        raise OutputError("the output is damaged: its input lacks the material of a block")
     if not stack or np.any(abs(np.append(tops[1:], boxes[low, 3]) - bottoms) > 1e-6 * size):
         raise ValueError("the blocks between base and surface are not stacked on each other")
     return Column(
@@ -125,7 +129,7 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
                 float(boxes[b, 3] - boxes[b, 1]),
                 density=float(history.block_density[b]),
                 shear_modulus=float(history.block_shear_modulus[b]),
-                damping=damping_of(materials[int(history.block_material[b])]) or 0.0,
+                damping=damping_of(materials[number[b]]) or 0.0,
             )
             for b in stack
         ]

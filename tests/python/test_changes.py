@@ -235,3 +235,8 @@ def test_errors_after_changes_name_the_line_of_the_file(write_input):
     line = 1 + text[: text.index("&material")].count("\n")
     with pytest.raises(sitedda.InputError, match=rf"&material \(line {line}\)"):
         sitedda.run(write_input(text), changes={"time_step": 5e-4, "material.density": -1.0})
+
+
+def test_a_null_value_is_as_none():
+    text = "&material name = 'rock', density = , young_modulus = 1e9, poisson_ratio = /\n"
+    assert find_groups(text)[0].values == {"name": "rock", "young_modulus": 1e9}

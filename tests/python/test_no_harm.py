@@ -439,7 +439,7 @@ def test_good_figures_are_taken(here, root):
         assert read_settings(file).figures
 
 
-@pytest.mark.parametrize("part", ["dims", "coordinates", "cases", "quantities"])
+@pytest.mark.parametrize("part", ["model", "dims", "coordinates", "cases", "quantities"])
 def test_a_damaged_study_is_refused_with_the_part(main, here, part):
     (here / "s.toml").write_text(STUDY)
     assert main("study", "plan", "s.toml", "--folder", "st", folder=here).returncode == 0

@@ -189,6 +189,20 @@ def test_damaged_json_in_attributes_is_one_error(main, output, tmp_path, name, t
     assert len(done.stderr.strip().splitlines()) == 1 and not (tmp_path / "p.html").exists()
 
 
+def test_a_site_needs_the_materials_of_its_blocks(main, tmp_path):
+    def change(_, attributes):
+        attributes["input_values"] = json.dumps(
+            json.loads(attributes["input_values"]) | {"material": []}
+        )
+
+    site = sitedda.Model.read(INPUTS / "layered_site.nml")
+    site.control(duration=0.5)
+    whole = site.run(tmp_path / "site.nc").output
+    done = main("site", damage(whole, tmp_path / "d.nc", change), "-o", tmp_path / "o.png")
+    assert done.returncode == 5 and "its input lacks the material of a block" in done.stderr
+    assert not (tmp_path / "o.png").exists()
+
+
 OLD = Path(__file__).parents[1] / "data" / "outputs" / "version_0.1.0.nc"
 SHOWN = {
     "draw": ["-o", "o.png"],

@@ -45,7 +45,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 from fuzz import Probe  # noqa: E402
 from interrupted import native_program  # noqa: E402
 from model_text import changed, namelist, tower  # noqa: E402
-from mutated_files import mutated_file  # noqa: E402
+from mutated_files import moved_corners, mutated_file  # noqa: E402
 from mutations import (  # noqa: E402
     NUMBERS,
     RECORDS,
@@ -127,8 +127,11 @@ JOINTED = """&control time_step = 1e-3, steps = 3 /
 &joint_set joint = 'bed', angle = 10.0, spacing = 1.0 /
 """
 OUTLINE = "&region name = 'part', outline = 0, 0, 4, 0, 4, 3, 0, 3 /\n"
-FROM_FILES = ["&region {} /", "&polygons {} /", OUTLINE + "&joint_line {} /",
-              OUTLINE + "&hole {} /", OUTLINE + "&excavation {} /"]  # fmt: skip
+FROM_FILES = [
+    "&region {} /",
+    "&polygons {} /",
+    *(f"{OUTLINE}&{name} {{}} /" for name in ("joint_line", "surface", "hole", "excavation")),
+]
 
 
 @dataclass
@@ -258,39 +261,12 @@ def hostile_record(case: Case, chance: random.Random, good: dict) -> None:
 def hostile_lines(case: Case, chance: random.Random, good: dict) -> None:
     """Damaged files of lines and polygons."""
     kind = chance.choice(["csv", "wkt", "geojson", "dxf"])
-    case.files[f"part.{kind}"] = mutated_file(kind, chance.randrange(2**31))
-    if chance.random() < 0.5:
-        case.files[f"part.{kind}"] = moved_corners(chance, kind)
-    group = chance.choice(FROM_FILES)
-    file = f"file = 'part.{kind}'"
-    layer = chance.choice(["", "", "", "", ", layer = 'a'", ", layer = '0'", ", scale = 1e-3"])
-    case.files["imported.nml"] = re.sub(
-        r"&region.*", lambda _: group.format(file + layer), JOINTED
-    ).encode()
+    make = chance.choice([mutated_file, moved_corners])
+    case.files[f"part.{kind}"] = make(kind, chance.randrange(2**31))
+    option = chance.choice(["", "", "", "", ", layer = 'a'", ", layer = '0'", ", scale = 1e-3"])
+    group = chance.choice(FROM_FILES).format(f"file = 'part.{kind}'{option}")
+    case.files["imported.nml"] = re.sub(r"&region.*", lambda _: group, JOINTED).encode()
     case.words = ["build", "imported.nml"]
-
-
-def moved_corners(chance: random.Random, kind: str) -> bytes:
-    """A file in good form, of which some numbers are others."""
-    text = {
-        "csv": "name, x, y\na, 0, 0\na, 4, 0\na, 4, 3\na, 0, 3\n",
-        "wkt": "POLYGON ((0 0, 4 0, 4 3, 0 3, 0 0))\n",
-        "geojson": '{"type": "Polygon", "coordinates": [[[0, 0], [4, 0], [4, 3], [0, 3], [0, 0]]]}',
-        "dxf": "0\nSECTION\n2\nENTITIES\n0\nPOLYLINE\n8\na\n66\n1\n70\n1\n"
-        + "".join(
-            f"0\nVERTEX\n8\na\n10\n {x}\n20\n {y}\n" for x, y in ((0, 0), (4, 0), (4, 3), (0, 3))
-        )
-        + "0\nSEQEND\n0\nENDSEC\n0\nEOF\n",
-    }[kind]
-    pattern = r"(?<=[ \[(])\d(?=[,\])\s])"
-    new = ["0", "1", "3", "4", "4.0000001", "-4", "2.5", "1e3", "1e-9", "1e300"]  # no endless work
-    share = chance.choice([0.1, 0.3, 1.0])
-    text = re.sub(
-        pattern, lambda at: chance.choice(new) if chance.random() < share else at[0], text
-    )
-    if kind == "wkt":  # a ring must be closed
-        text = re.sub(r"\(\((\S+ \S+), (.*), .*\)\)", r"((\1, \2, \1))", text)
-    return text.encode()
 
 
 def hostile_blocks(case: Case, chance: random.Random, good: dict) -> None:

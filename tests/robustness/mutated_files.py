@@ -33,6 +33,32 @@ def mutated_file(kind: str, seed: int) -> bytes:
     return data
 
 
+def moved_corners(kind: str, seed: int) -> bytes:
+    """One polygon in good form, of which some coordinates are others."""
+    chance = random.Random(f"corners {kind} {seed}")
+    new = [0.0, 1.0, 3.0, 4.0, 4.0000001, -4.0, 2.5, 1e3, 1e-9, 1e300]
+    share = chance.choice([0.0, 0.1, 0.3, 1.0])
+    ring = [
+        [chance.choice(new) if chance.random() < share else old for old in corner]
+        for corner in ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
+    ]
+    closed = [*ring, ring[0]]
+    match kind:
+        case "csv":
+            text = "name, x, y\n" + "".join(f"a, {x}, {y}\n" for x, y in ring)
+        case "wkt":
+            text = f"POLYGON (({', '.join(f'{x} {y}' for x, y in closed)}))\n"
+        case "geojson":
+            text = json.dumps({"type": "Polygon", "coordinates": [closed]})
+        case "dxf":
+            corners = (f"0\nVERTEX\n8\na\n10\n{x}\n20\n{y}\n" for x, y in ring)
+            text = (
+                "0\nSECTION\n2\nENTITIES\n0\nPOLYLINE\n8\na\n66\n1\n70\n1\n"
+                f"{''.join(corners)}0\nSEQEND\n0\nENDSEC\n0\nEOF\n"
+            )
+    return text.encode()
+
+
 # --- Text ----------------------------------------------------------------------------------------
 
 

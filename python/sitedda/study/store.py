@@ -202,6 +202,8 @@ def _wrong_part(manifest: dict) -> str:
     dims, coordinates = manifest.get("dims"), manifest.get("coordinates")
     if not isinstance(dims, dict) or not all(type(n) is int and n >= 0 for n in dims.values()):
         return "dims"
+    if not isinstance(manifest.get("model"), str):
+        return "model"
     for name in ("cases", "quantities"):
         if not _are_texts(manifest.get(name)):
             return name

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Print the line coverage of fortran/ by the Fortran suites and the Python tests together.
 
-usage: python tests/robustness/coverage.py [FOLDER]
+usage: python tests/robustness/line_coverage.py [FOLDER]
 
 Builds with gcov into FOLDER (kept; a temporary one if none is given), runs all suites and
 tests/python, and compares the lines that were never reached with the reasons in docs/coverage.md.
