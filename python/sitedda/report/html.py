@@ -21,6 +21,8 @@ from ..files import check_target, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
 
 _NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
+# Modules of the view, each after those that it uses.
+VIEW_MODULES = ("words", "streams", "model", "painters", "chart", "view", "page")
 GOOD = ("ok", "reached")  # words of a column of verdicts that are coloured
 BAD = ("fail", "FAILS", "not reached")
 MIDDLE = ("warn",)
@@ -36,7 +38,7 @@ def to_html(page: Page) -> str:
     body = _Body()
     sections = "\n".join(body.section(section) for section in page.sections)
     style = _text("page.css") + (_text("view.css", "view") if body.views else "")
-    script = _text("view.js", "view") if body.views else ""
+    script = _view_script() if body.views else ""
     return "\n".join(
         [
             "<!doctype html>",
@@ -83,6 +85,13 @@ def _digest(text: str) -> str:
 
 def _text(name: str, folder: str = "report") -> str:
     return files("sitedda").joinpath(folder, name).read_text(encoding="utf-8")
+
+
+def _view_script() -> str:
+    """The modules of the view as one script."""
+    modules = "\n".join(_text(f"{name}.js", "view") for name in VIEW_MODULES)
+    plain = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
+    return f'"use strict";\n(() => {{\n{plain}}})();\n'
 
 
 def json_for_script(value) -> str:
