@@ -166,7 +166,7 @@ TYPES = {"real": "float", "integer": "int", "logical": "bool", "points": "Points
 
 
 def python(groups: list[Group]) -> str:
-    """The module `sitedda.schema`."""
+    """The module `sitedda.input.schema`."""
     table = ""
     for group in groups:
         rows = "".join(

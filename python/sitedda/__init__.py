@@ -5,22 +5,12 @@ Everything is read when it is asked for: the program must hear a signal, and may
 while its libraries are read.
 """
 
+from .paths import install as find_short_paths
+
 TYPE_CHECKING = False  # but for readers of types; the module typing takes its time
 
 if TYPE_CHECKING:
-    from .checking import (
-        Modes,
-        Penalty,
-        Report,
-        check,
-        modes,
-        penalty_for_frequency,
-        penalty_for_shift,
-        transfer,
-    )
-    from .column import Column, HalfSpace, Layer
-    from .error_bars import Accuracy, accuracy
-    from .errors import (
+    from .base.errors import (
         AuditWarning,
         CheckError,
         CheckpointError,
@@ -34,18 +24,31 @@ if TYPE_CHECKING:
         SiteddaError,
         SolverError,
     )
-    from .model import Model
-    from .output import open_output
-    from .pictures import draw
-    from .records import read_record
-    from .scheme import (
+    from .drawing.pictures import draw
+    from .engine.checking import (
+        Modes,
+        Penalty,
+        Report,
+        check,
+        modes,
+        penalty_for_frequency,
+        penalty_for_shift,
+        transfer,
+    )
+    from .engine.records import read_record
+    from .engine.scheme import (
         scheme_damping,
         scheme_frequency,
         theta_for_damping,
         time_step_for_damping,
     )
-    from .simulation import Run, Simulation, resume, run
-    from .spectra import Peak, amplification, find_peak, fourier_spectrum
+    from .engine.simulation import Simulation
+    from .engine.spectra import Peak, amplification, find_peak, fourier_spectrum
+    from .error_bars import Accuracy, accuracy
+    from .facade.run import Run, resume, run
+    from .input.model import Model
+    from .output import open_output
+    from .site import Column, HalfSpace, Layer
     from .stability import limit_analysis, mechanism, safety
 
 __all__ = [
@@ -102,23 +105,25 @@ _MODULES = (
 _HOMES = {
     name: module
     for module, names in {
-        "checking": "Modes Penalty Report check modes penalty_for_frequency penalty_for_shift "
-        "transfer",
-        "column": "Column HalfSpace Layer",
-        "error_bars": "Accuracy accuracy",
-        "errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
+        "base.errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
         "InterruptedRun MaximaWarning OutOfMemory OutputError PeakWarning SiteddaError SolverError",
-        "model": "Model",
-        "pictures": "draw",
-        "records": "read_record",
+        "drawing.pictures": "draw",
+        "engine.checking": "Modes Penalty Report check modes penalty_for_frequency "
+        "penalty_for_shift transfer",
+        "engine.records": "read_record",
+        "engine.scheme": "scheme_damping scheme_frequency theta_for_damping time_step_for_damping",
+        "engine.simulation": "Simulation",
+        "engine.spectra": "Peak amplification find_peak fourier_spectrum",
+        "error_bars": "Accuracy accuracy",
+        "facade.run": "Run resume run",
+        "input.model": "Model",
         "output": "open_output",
-        "scheme": "scheme_damping scheme_frequency theta_for_damping time_step_for_damping",
-        "simulation": "Run Simulation resume run",
-        "spectra": "Peak amplification find_peak fourier_spectrum",
+        "site": "Column HalfSpace Layer",
         "stability": "limit_analysis mechanism safety",
     }.items()
     for name in names.split()
 }
+find_short_paths()
 
 
 def __dir__() -> list[str]:
@@ -135,7 +140,7 @@ def __getattr__(name: str):
     if name in _HOMES:
         value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
     elif name == "__version__":
-        value = import_module(".engine", __name__).version()
+        value = import_module(".base.core", __name__).version()
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value

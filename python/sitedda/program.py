@@ -11,8 +11,8 @@ import mmap
 import os
 import sys
 
-from .errors import InterruptedRun, OutOfMemory, SiteddaError, lacks_memory
-from .stop import Interruption
+from .base.errors import InterruptedRun, OutOfMemory, SiteddaError, lacks_memory
+from .base.stop import Interruption
 
 _LIGHT = ("check", "example", "-h", "--help", "--version")
 # Bytes of addresses that the libraries take, measured (200 and 430 MiB with one thread), with the
@@ -47,7 +47,7 @@ def _status(arguments: list[str] | None, interruption: Interruption) -> int:
         if arguments is None:
             _require_room(_LIGHT_ROOM if sys.argv[1:2] and sys.argv[1] in _LIGHT else _ROOM)
             sys.meta_path.insert(0, _RoomForScipy())
-        from .command import main as carry_out
+        from .commands.command import main as carry_out
 
         return carry_out(arguments)
     except SystemExit:

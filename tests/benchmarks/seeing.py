@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from sitedda.facade.page import report_page
 from sitedda.plot import run_picture
 from sitedda.report import write_html
-from sitedda.report.run_page import report_page
 from sitedda.response import amplifications
 from sitedda.view import write_view
 

@@ -88,7 +88,7 @@ def test_every_library_that_is_imported_is_declared():
 def test_every_module_is_installed():
     source = {f.relative_to(ROOT / "python" / "sitedda") for f in _modules(ROOT / "python/sitedda")}
     installed = Path(sitedda.__file__).parent
-    made = {Path("schema.py")}  # at build, from fortran/input/schema.txt
+    made = {Path("input/schema.py")}  # at build, from fortran/input/schema.txt
     assert source | made == {f.relative_to(installed) for f in _modules(installed)}
     assert importlib.util.find_spec("sitedda._core") is not None
 
@@ -170,7 +170,7 @@ class SlowLock:
 
 def test_a_thread_that_changes_and_one_that_steps_both_end(write_input, tmp_path, monkeypatch):
     """Both need the simulation and the lock of files: they must ask in the same order."""
-    monkeypatch.setattr("sitedda.simulation.FILES", SlowLock())
+    monkeypatch.setattr("sitedda.engine.simulation.FILES", SlowLock())
     simulation = sitedda.Simulation(write_input(tower(steps=1000)), tmp_path / "out.nc")
 
     def change():

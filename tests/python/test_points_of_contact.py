@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import sitedda
+from sitedda.drawing.view.encode import encode
 from sitedda.model import Model
 from sitedda.pictures import force_lines
 from sitedda.scene import Scene
-from sitedda.view.encode import encode
 from sitedda.vtk import contacts_of
 
 WEIGHT = 2000.0 * 9.81  # N/m, of the glued block; its bond bends by 6 W/2 = 58.86 kPa

@@ -14,11 +14,11 @@ from environment import DEADLINE
 from model_text import DRY, ROCK, namelist, rectangle
 
 import sitedda
+from sitedda.drawing.view.encode import encode
+from sitedda.facade.page import report_page
 from sitedda.report import write_html
-from sitedda.report.run_page import report_page
 from sitedda.scene import Scene
 from sitedda.view import write_view
-from sitedda.view.encode import encode
 
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""

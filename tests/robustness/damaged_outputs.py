@@ -35,8 +35,8 @@ REALS = (float("nan"), float("inf"), -1.0, 0.0, 1e300, 1e36, -1e12)
 def outputs(folder: Path) -> list[Path]:
     """Outputs with bolts and stages, with joints and a motion, with boundaries."""
     import sitedda
+    import sitedda.facade.page
     import sitedda.movie
-    import sitedda.report.run_page
     import sitedda.site.picture
     import sitedda.view
     import sitedda.vtk  # noqa: F401 - once, for all cases

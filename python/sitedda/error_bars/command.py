@@ -7,7 +7,7 @@ import argparse
 import json
 from pathlib import Path
 
-from ..arguments import COUNT, WORKERS
+from ..base.arguments import COUNT, WORKERS
 
 
 def add_accuracy_command(commands) -> argparse.ArgumentParser:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from ..errors import SiteddaError
+from ..base.errors import SiteddaError
 from .bars import bar_of_steps, penalty_error
 from .figures import Accuracy, Figure, figure_of, is_count, is_figure
 from .horizon import bands_of, with_horizons

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from ..files import make_folder
+from ..base.files import make_folder
 from ..report import write_html, write_markdown
 from . import avdat, cantilever, discussion, layers, shear_wave
 from .report import paper_page

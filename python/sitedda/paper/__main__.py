@@ -9,8 +9,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from ..command import Parser
-from ..errors import SiteddaError
+from ..base.errors import SiteddaError
+from ..commands.command import Parser
 from . import STUDIES, reproduce
 
 

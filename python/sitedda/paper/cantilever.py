@@ -7,9 +7,9 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..drawing import BLUE, COLORS, GREY, RED, small_axes
-from ..scheme import Scheme
-from ..simulation import run
+from ..drawing.style import BLUE, COLORS, GREY, RED, small_axes
+from ..engine.scheme import Scheme
+from ..facade.run import run
 from .discrete import DiscreteModel
 from .measure import first_mode_decay
 from .rows import Picture, Requirement, Row, Study, per_cent

@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import eigh
 
-from ..changes import changed_input
-from ..input_text import groups_by_name
-from ..scheme import Scheme
-from ..simulation import Simulation
+from ..engine.scheme import Scheme
+from ..engine.simulation import Simulation
+from ..input.changes import changed_input
+from ..input.input_text import groups_by_name
 
 __all__ = ["DiscreteModel"]
 

@@ -8,12 +8,12 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..column import Column, damped_amplification, refined_peak
-from ..drawing import BLUE, COLORS, INK, RED, small_axes
-from ..response import layered_twin
-from ..scheme import scheme_damping
-from ..simulation import run
-from ..spectra import amplification, find_peak
+from ..drawing.style import BLUE, COLORS, INK, RED, small_axes
+from ..engine.scheme import scheme_damping
+from ..engine.spectra import amplification, find_peak
+from ..facade.run import run
+from ..site.column import Column, damped_amplification, refined_peak
+from ..site.twin import layered_twin
 from .discrete import DiscreteModel
 from .rows import Picture, Requirement, Row, Study, per_cent
 from .runs import Task, input_file

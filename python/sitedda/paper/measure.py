@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from ..signals import Decrement, log_decrement
+from ..engine.signals import Decrement, log_decrement
 
 __all__ = ["first_mode_decay", "sub_sample_maximum"]
 

@@ -17,7 +17,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 
-from ..files import check_target, write
+from ..base.files import check_target, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
 
 _NUMBER = re.compile(r"[+−×<≤~-]?\s?\d[\d .,]*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I)
@@ -37,7 +37,7 @@ def to_html(page: Page) -> str:
     """A page as HTML."""
     body = _Body()
     sections = "\n".join(body.section(section) for section in page.sections)
-    style = _text("page.css") + (_text("view.css", "view") if body.views else "")
+    style = _text("page.css") + (_text("view.css", "drawing/view") if body.views else "")
     script = _view_script() if body.views else ""
     return "\n".join(
         [
@@ -89,7 +89,7 @@ def _text(name: str, folder: str = "report") -> str:
 
 def _view_script() -> str:
     """The modules of the view as one script."""
-    modules = "\n".join(_text(f"{name}.js", "view") for name in VIEW_MODULES)
+    modules = "\n".join(_text(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
     plain = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
     return f'"use strict";\n(() => {{\n{plain}}})();\n'
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from ..files import make_folder, write
+from ..base.files import make_folder, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
 
 _HUES = 64

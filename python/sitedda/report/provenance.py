@@ -10,7 +10,7 @@ import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ..engine import commit
+from ..base.core import commit
 
 
 def provenance(**more: str) -> list[tuple[str, str]]:

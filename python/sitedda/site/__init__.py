@@ -3,6 +3,7 @@
 
 from .beside import Beside, beside
 from .branches import Branches
+from .column import Column, HalfSpace, Layer
 from .compare import Analyses, analyses
 from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz
 from .equivalent_linear import EquivalentLinear, equivalent_linear
@@ -15,9 +16,12 @@ __all__ = [
     "Analyses",
     "Beside",
     "Branches",
+    "Column",
     "ColumnResponse",
     "EquivalentLinear",
+    "HalfSpace",
     "Intensity",
+    "Layer",
     "NonlinearResponse",
     "SoilCurves",
     "Surface",

@@ -9,14 +9,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..column import Column, convention_words
-from ..response import amplifications, layered_twin
-from ..scheme import Scheme
-from ..signals import spectral_acceleration
-from ..spectra import amplification, find_peak
-from ..verdict import run_scheme
+from ..engine.scheme import Scheme
+from ..engine.signals import spectral_acceleration
+from ..engine.spectra import amplification, find_peak
+from ..output.response import amplifications
+from ..output.verdict import run_scheme
+from .column import Column, convention_words
 from .intensity import intensity
 from .response import ColumnResponse
+from .twin import layered_twin
 
 _SHOWN = (0.1, 0.2, 0.5, 1.0)  # s, periods of the table
 

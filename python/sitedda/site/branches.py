@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import not_negative, positive
-from ..engine import api, checked
+from ..base.arguments import not_negative, positive
+from ..base.core import api, checked
 from .curves import SoilCurves
 
 DAMPING_CURVES = ("target", "masing")

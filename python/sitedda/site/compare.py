@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..column import Column
+from .column import Column
 from .curves import SoilCurves
 from .equivalent_linear import EquivalentLinear, equivalent_linear, small_strain_column
 from .motion import Motion

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import first_of, positive
+from ..base.arguments import first_of, positive
 
 ATMOSPHERE = 101325.0  # Pa
 _STRAINS = np.logspace(-6, -1.5, 91)  # at which formulas are tabulated

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..column import Column, convention_words, largest_damping
-from ..errors import ConvergenceError
+from ..base.errors import ConvergenceError
+from .column import Column, convention_words, largest_damping
 from .curves import SoilCurves
 from .motion import Motion
 from .response import ColumnResponse

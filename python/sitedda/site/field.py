@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..column import Column, Waves, recursion
+from .column import Column, Waves, recursion
 
 
 def field(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..signals import arias_growth, running_integral
+from ..engine.signals import arias_growth, running_integral
 from .motion import Motion
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import positive
+from ..base.arguments import positive
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import positive
-from ..column import Column, HalfSpace
-from ..damping import ConstantRatio
-from ..engine import api, checked
-from ..signals import running_integral
+from ..base.arguments import positive
+from ..base.core import api, checked
+from ..engine.damping import ConstantRatio
+from ..engine.signals import running_integral
 from .branches import Branches
+from .column import Column, HalfSpace
 from .curves import SoilCurves
 from .motion import Motion
 from .response import SiteResponse, motion_words

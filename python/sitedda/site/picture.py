@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from ..pictures import BlockPicture, plain, view_box
-from ..signals import spectral_acceleration
+from ..drawing.pictures import BlockPicture, plain, view_box
+from ..engine.signals import spectral_acceleration
 
 PERIODS = np.logspace(-1.7, 0.7, 120)  # s
 _WIDTH = 7.4  # inches of the model below an amplification along the surface

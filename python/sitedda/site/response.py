@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..column import Column, HalfSpace, Waves, convention_words
-from ..damping import MaterialDamping
-from ..scheme import Scheme
-from ..signals import running_integral, spectral_acceleration
+from ..engine.damping import MaterialDamping
+from ..engine.scheme import Scheme
+from ..engine.signals import running_integral, spectral_acceleration
+from .column import Column, HalfSpace, Waves, convention_words
 from .field import field
 from .intensity import Intensity, intensity
 from .motion import Motion

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..scene import Scene
-from ..signals import running_integral, smooth_konno_ohmachi
-from ..spectra import fourier_spectrum
+from ..engine.signals import running_integral, smooth_konno_ohmachi
+from ..engine.spectra import fourier_spectrum
+from ..output.scene import Scene
 from .motion import Motion
 
 BANDWIDTH = 40.0  # of the window of Konno and Ohmachi

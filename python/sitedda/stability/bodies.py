@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..cutting.rings import Rings
+from ..build.cutting.rings import Rings
 
 
 class Bodies:

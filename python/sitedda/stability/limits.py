@@ -21,10 +21,10 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import block_array, coo_array, diags_array
 
-from ..engine import engine_names
-from ..errors import ConvergenceError, InputError
-from ..model import Model
-from ..scene import Scene, is_netcdf
+from ..base.core import engine_names
+from ..base.errors import ConvergenceError, InputError
+from ..input.model import Model
+from ..output.scene import Scene, is_netcdf
 from .safety import _verdicts
 from .strength import released, static_model
 

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Patch
 
-from ..drawing import BLUE, INK, RED, STONE, new_figure
+from ..drawing.style import BLUE, INK, RED, STONE, new_figure
 
 FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
 _LONGEST_ARROW = 0.12  # of the model's size

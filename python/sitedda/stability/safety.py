@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arguments import POSITIVE, TOLERANCE
+from ..base.arguments import POSITIVE, TOLERANCE
 from .bodies import Bodies
 from .strength import Rest, come_to_rest, released, static_model
 

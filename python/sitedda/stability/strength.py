@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..changes import changed_input
-from ..engine import engine_names, reduced_joint
-from ..errors import ConvergenceError, SolverError
-from ..groups import group_text
-from ..model import Group, Model
-from ..simulation import Simulation
+from ..base.core import engine_names, reduced_joint
+from ..base.errors import ConvergenceError, SolverError
+from ..engine.simulation import Simulation
+from ..input.changes import changed_input
+from ..input.groups import group_text
+from ..input.model import Group, Model
 
 _TIMED = ("base_motion_x", "base_motion_y", "motion_x", "motion_y")
 _TIME_ZERO = {
@@ -61,7 +61,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     changes : mapping, optional
         Variables to change first, see `sitedda.changes.changed_input`.
     """
-    from ..building import opened_input
+    from ..input.building import opened_input
 
     with opened_input(source) as (file, text):
         model = Model.from_namelist(changed_input(text, changes or {}, file=file), file)

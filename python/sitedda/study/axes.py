@@ -11,7 +11,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from ..errors import InputError
+from ..base.errors import InputError
 
 _NAME = re.compile(r"[A-Za-z]\w*")
 RESERVED = frozenset(

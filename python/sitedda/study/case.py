@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import (
+from ..base.errors import (
     CheckpointError,
     InterruptedRun,
     OutputError,
     SiteddaError,
     lacks_memory,
 )
-from ..stop import SIGNALS, Stop
+from ..base.stop import SIGNALS, Stop
 from .quantities import Array, Quantity, measure, returned
 from .store import (
     FAILED,
@@ -192,7 +192,7 @@ def run_input(folder: Path, time_limit: float = np.inf) -> str:
 
 
 def _to_end(folder: Path, time_limit: float) -> str:
-    from ..simulation import Simulation, run_to_end
+    from ..engine.simulation import Simulation, run_to_end
 
     begun = time.monotonic()
 

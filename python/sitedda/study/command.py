@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arguments import WORKERS
-from ..command import Parser
-from ..errors import InterruptedRun, SiteddaError
-from ..files import check_target
+from ..base.arguments import WORKERS
+from ..base.errors import InterruptedRun, SiteddaError
+from ..base.files import check_target
+from ..commands.command import Parser
 from .api import gather, run, shown
 from .plan import plan_of_folder
 from .settings import Settings, read_settings

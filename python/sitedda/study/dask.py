@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..errors import InputError, OutputError
+from ..base.errors import InputError, OutputError
 
 
 @contextmanager

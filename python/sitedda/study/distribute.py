@@ -9,7 +9,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError
 
-from ..errors import InterruptedRun, OutputError, SiteddaError
+from ..base.errors import InterruptedRun, OutputError, SiteddaError
 from .case import Work, carry_out, finished
 from .store import case_folder, locked, write_result
 from .workers import TaskTooLong, WorkerDied

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..errors import InputError
-from ..groups import nearest
+from ..base.errors import InputError
+from ..input.groups import nearest
 from .axes import RESERVED
 from .dynamic_analysis import ida
 from .fragility_curve import fragility_of

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..errors import InputError
-from ..signals import response_spectrum, running_integral
+from ..base.errors import InputError
+from ..engine.signals import response_spectrum, running_integral
 from .records import Record
 
 _ROUNDS, _GOOD = 30, 0.02  # of the fit; the first with so small a misfit, or the best, is kept

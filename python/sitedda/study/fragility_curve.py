@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
+from ..base.errors import InputError
 
 _LEAST, _MOST = 1e-3, 20.0  # of the dispersion that is looked for
 
@@ -64,7 +64,7 @@ class Fragility:
 
     def picture(self):
         """The curve with its confidence, and the shares that failed."""
-        from ..drawing import BLUE, INK, canvas
+        from ..drawing.style import BLUE, INK, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 4.6))
         x = np.linspace(0.0, 1.25 * self.intensity.max(), 300)[1:]

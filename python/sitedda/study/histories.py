@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..engine import engine_names
+from ..base.core import engine_names
 
 if TYPE_CHECKING:
     from .quantities import Array, Output

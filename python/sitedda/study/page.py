@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
+from ..base.errors import InputError
 from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
 from .figures import KINDS, known_kind
 from .table import counts

@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import engine
-from ..building import opened_input
-from ..changes import changed_input, flat_changes, with_files
-from ..errors import InputError, SiteddaError
-from ..files import make_folder, plain_text
-from ..input_text import Found
-from ..reading import read_bounded
+from ..base import core as engine
+from ..base.errors import InputError, SiteddaError
+from ..base.files import make_folder, plain_text
+from ..base.reading import read_bounded
+from ..input.building import opened_input
+from ..input.changes import changed_input, flat_changes, with_files
+from ..input.input_text import Found
 from .axes import Axis, axes_of
 from .quantities import DEFAULT, Quantity, quantities_of
 from .store import (

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..engine import FILES, engine_names
-from ..errors import InputError, OutputError
-from ..input_text import input_values
-from ..maxima import lacking, warn_of
-from ..reading import check_readable
+from ..base.core import FILES, engine_names
+from ..base.errors import InputError, OutputError
+from ..base.reading import check_readable
+from ..engine.maxima import lacking, warn_of
+from ..input.input_text import input_values
 from .histories import histories
 
 DEFAULT = ("verdict",)
@@ -180,7 +180,7 @@ class Output:
         import xarray as xr
 
         if 8.0 * self._data["block_coordinates"].size > _LARGE:
-            from ..scene import open_output
+            from ..output.scene import open_output
 
             return open_output(self.file)
         kept = {name: (self.dims(name), self[name]) for name in names}
@@ -270,8 +270,8 @@ def _one(output: Output, wanted: Quantity) -> dict:
 
 def _run(file: Path):
     """An output as a `sitedda.Run`."""
-    from ..output import load
-    from ..simulation import Run
+    from ..facade.run import Run
+    from ..output.output_file import load
 
     history = load(file)
     return Run(history, True, file, str(history.attrs.get("step_control", "")))
@@ -293,8 +293,8 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
 
 def _read_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     """The same of parts that the engine does not write, from variables of the output."""
-    from .. import verdict as words
-    from ..scene import Scene
+    from ..output import verdict as words
+    from ..output.scene import Scene
 
     names = [*_BLOCKS, *(name for part in parts for name in _NEEDS.get(part, ()))]
     data = output.dataset(dict.fromkeys(names))
@@ -316,7 +316,7 @@ def _verdict_number(output: Output, part: str, name: str, label: str | None) -> 
 
 
 def _spectrum(output: Output, name: str, point: str | None, axis: str | None) -> Array:
-    from ..verdict import PERIODS, acceleration_spectrum
+    from ..output.verdict import PERIODS, acceleration_spectrum
 
     series = _variable(output, name, "acceleration", point, axis or "x", None)
     time = series.coordinates["time"]
@@ -326,7 +326,7 @@ def _spectrum(output: Output, name: str, point: str | None, axis: str | None) ->
 
 
 def _amplification(output: Output) -> Array:
-    from ..response import amplifications
+    from ..output.response import amplifications
 
     found = amplifications(output.dataset([*_BLOCKS, *_HISTORY]))
     if not found:

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..records import read_record
-from ..signals import arias_intensity, running_integral, spectral_acceleration
+from ..base.errors import InputError
+from ..engine.records import read_record
+from ..engine.signals import arias_intensity, running_integral, spectral_acceleration
 from .axes import checked_name, coordinate
 
 _UNITS = {"scale": "1", "pga": "m/s^2", "pgv": "m/s", "sa": "m/s^2", "arias": "m/s"}

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..errors import InputError
+from ..base.errors import InputError
 from .axes import Points
 
 __all__ = [

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..files import is_below, plain_text
-from ..groups import nearest
-from ..reading import read_bounded
+from ..base.errors import InputError
+from ..base.files import is_below, plain_text
+from ..base.reading import read_bounded
+from ..input.groups import nearest
 from .axes import Axis, axes_of
 from .figures import check_figures
 from .plan import Plan, make_plan

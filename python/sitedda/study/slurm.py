@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..building import built_text, needs_building
-from ..errors import InputError, OutputError, SiteddaError
-from ..files import plain_text
+from ..base.errors import InputError, OutputError, SiteddaError
+from ..base.files import plain_text
+from ..input.building import built_text, needs_building
 from .plan import Plan
 from .store import INPUT, PART, case_folder, write_whole
 
@@ -242,7 +242,7 @@ def largest_input(plan: Plan) -> Path:
 
 def estimate_of(file: Path) -> Mapping[str, float]:
     """What `sitedda check` expects of a run: ``memory`` (MiB) and ``seconds``; 0 where it fails."""
-    from ..checking import check
+    from ..engine.checking import check
 
     try:
         report = check(file)

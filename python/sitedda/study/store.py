@@ -30,8 +30,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError, OutputError, lacks_memory
-from ..files import ANY, make_folder, write
+from ..base.errors import InputError, OutputError, lacks_memory
+from ..base.files import ANY, make_folder, write
 
 MANIFEST = "study.json"
 PART = "part of a study"  # kind of what stands in its folder itself

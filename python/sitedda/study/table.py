@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import MissingLibrary, OutputError
-from ..files import check_target, written
+from ..base.errors import MissingLibrary, OutputError
+from ..base.files import check_target, written
 from .store import case_folder, read_arrays, read_manifest, read_result, refuse_links
 
 IN_MEMORY = 200e6  # bytes of arrays; a larger table goes to a file, a case at a time

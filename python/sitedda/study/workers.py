@@ -21,7 +21,7 @@ from concurrent.futures import Executor, Future
 from multiprocessing.connection import Connection, wait
 from numbers import Real
 
-from ..errors import InputError
+from ..base.errors import InputError
 
 _GRACE = 5.0  # s that a task has beyond its time limit to end by itself
 _POLL = 0.5  # s between looks at the parent

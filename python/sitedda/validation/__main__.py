@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..command import Parser
+from ..commands.command import Parser
 from . import CASES, Result, run_case
 from .report import terminal_text, write_report
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..checking import transfer
-from ..drawing import BLUE, RED, canvas
-from ..model import Model
+from ..drawing.style import BLUE, RED, canvas
+from ..engine.checking import transfer
+from ..input.model import Model
 from .case import Outcome, at_most, case, relative
 from .model import GRAVITY
 

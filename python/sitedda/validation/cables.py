@@ -8,9 +8,9 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from ..checking import modes
-from ..drawing import BLUE, RED, canvas
-from ..model import Model
+from ..drawing.style import BLUE, RED, canvas
+from ..engine.checking import modes
+from ..input.model import Model
 from .case import Outcome, at_most, case, relative
 from .model import GRAVITY, residual
 

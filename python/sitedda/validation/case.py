@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
 
-from ..errors import SiteddaError
+from ..base.errors import SiteddaError
 
 CASES: dict[str, Case] = {}
 

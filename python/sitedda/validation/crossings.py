@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..drawing import BLUE, ORANGE, canvas
-from ..examples import copy_example
-from ..model import Model
-from ..simulation import Simulation
+from ..commands.examples import copy_example
+from ..drawing.style import BLUE, ORANGE, canvas
+from ..engine.simulation import Simulation
+from ..input.model import Model
 from .case import Outcome, Table, at_most, case, relative
 from .model import GRAVITY
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..checking import transfer
-from ..column import Column, Layer
-from ..damping import ConstantRatio, Rayleigh
-from ..drawing import COLORS, canvas
-from ..response import amplifications
-from ..simulation import run
+from ..drawing.style import COLORS, canvas
+from ..engine.checking import transfer
+from ..engine.damping import ConstantRatio, Rayleigh
+from ..facade.run import run
+from ..output.response import amplifications
+from ..site.column import Column, Layer
 from .case import Outcome, Row, absolute, at_most, case, relative
 from .integration import PENALTY, ROCK, WIDTH, column_text, recorded
 from .model import block, contact, control, group, joint, motion, rectangle, residual, simulation

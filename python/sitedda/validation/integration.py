@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..checking import transfer
-from ..drawing import BLUE, COLORS, INK, RED, canvas
-from ..records import read_record
-from ..simulation import run
-from ..spectra import amplification, find_peak
+from ..drawing.style import BLUE, COLORS, INK, RED, canvas
+from ..engine.checking import transfer
+from ..engine.records import read_record
+from ..engine.spectra import amplification, find_peak
+from ..facade.run import run
 from .case import Outcome, Table, absolute, at_most, case, relative
 from .model import (
     STIFF,

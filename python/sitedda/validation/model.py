@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ..groups import group_text
-from ..simulation import Simulation, run
+from ..engine.simulation import Simulation
+from ..facade.run import run
+from ..input.groups import group_text
 
 GRAVITY = 9.81  # m/s²
 STIFF = 1e15  # Pa: a base that does not give

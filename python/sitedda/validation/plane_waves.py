@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..checking import modes
-from ..drawing import BLUE, RED, canvas
-from ..lattice import square_lattice
-from ..model import Model
-from ..simulation import Simulation
+from ..build.lattice import square_lattice
+from ..drawing.style import BLUE, RED, canvas
+from ..engine.checking import modes
+from ..engine.simulation import Simulation
+from ..input.model import Model
 from .case import Outcome, Table, absolute, at_most, case, observed_order, relative
 
 DENSITY, SPEED, POISSON = 2000.0, 200.0, 0.25  # kg/m³, m/s, -

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..files import make_folder
+from ..base.files import make_folder
 from ..report import Page, Paragraph, Picture, Table, provenance, write_html
 from ..report.page import Part
 from .case import Result, Row

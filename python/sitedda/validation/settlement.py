@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drawing import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
-from ..errors import ConvergenceError
+from ..base.errors import ConvergenceError
+from ..drawing.style import BLUE, COLORS, GROUND, RED, STONE, bare, canvas, draw_blocks
 from .case import Outcome, Table, at_most, case
 from .model import (
     GRAVITY,

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..drawing import (
+from ..base.errors import InputError
+from ..drawing.style import (
     BLUE,
     COLORS,
     GROUND,
@@ -19,7 +20,6 @@ from ..drawing import (
     canvas,
     draw_blocks,
 )
-from ..errors import InputError
 from .case import Outcome, Table, at_most, case, observed_order, relative
 from .model import (
     GRAVITY,

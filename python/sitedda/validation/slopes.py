@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..drawing import BLUE, RED, STONE, canvas
-from ..errors import ConvergenceError, SolverError
-from ..model import Model
-from ..simulation import Simulation
+from ..base.errors import ConvergenceError, SolverError
+from ..drawing.style import BLUE, RED, STONE, canvas
+from ..engine.simulation import Simulation
+from ..input.model import Model
 from ..stability import bisect, mechanism, safety
 from ..stability.picture import draw_mechanism
 from ..stability.strength import released

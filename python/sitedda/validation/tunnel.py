@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..drawing import STONE, bare, canvas, draw_blocks
-from ..model import Model
-from ..scene import Scene
-from ..simulation import run
+from ..drawing.style import STONE, bare, canvas, draw_blocks
+from ..facade.run import run
+from ..input.model import Model
+from ..output.scene import Scene
 from .case import Outcome, Row, at_most, case, true
 from .model import GRAVITY, residual
 from .sliding import record_file

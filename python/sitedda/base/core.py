@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The engine, as f2py compiled it, with its errors as exceptions."""
+
+from __future__ import annotations
+
+import os
+import threading
+from functools import cache
+
+# Threads that wait for each other must not hold a core that another process wants.
+os.environ.setdefault("GOMP_SPINCOUNT", "20000")
+
+from .._core import api  # noqa: E402
+from .errors import SiteddaError  # noqa: E402
+
+__all__ = [
+    "FILES",
+    "api",
+    "checked",
+    "commit",
+    "engine_names",
+    "reduced_joint",
+    "version",
+]
+
+api.hear_python()  # Ctrl-C ends long calls with KeyboardInterrupt
+
+FILES = threading.Lock()  # netCDF is not safe in threads: one file operation at a time
+
+
+def checked(*result):
+    """The values of a call of the engine, without the status and message that end them.
+
+    Raises
+    ------
+    SiteddaError
+        Of the kind that the status names, if it is not 0.
+    """
+    *values, status, message = result
+    if status:
+        raise SiteddaError.of(int(status), message.decode("utf-8", "replace").strip())
+    if not values:
+        return None
+    return values[0] if len(values) == 1 else tuple(values)
+
+
+def version() -> str:
+    """Version of the engine, which is that of the package."""
+    return api.engine_version().decode().strip()
+
+
+def commit() -> str:
+    """The commit that the engine was built from; blank if the build could not know."""
+    return api.engine_commit().decode().strip()
+
+
+@cache
+def engine_names(what: str) -> tuple[str, ...]:
+    """Names that the engine publishes.
+
+    Parameters
+    ----------
+    what : str
+        ``'energies'``, ``'phases'``, ``'counts'``; ``'maxima'``, ``'maxima units'`` and ``'maxima
+        numbers'``, as the verdict has them behind ``largest_`` and ``residual_``; ``'boundary
+        kinds'``, and ``'boundary kinds at rest'``, which act like these in models of static stages
+        alone.
+    """
+    return tuple(api.engine_names(what).decode().split())
+
+
+def reduced_joint(text: str, factor: float) -> dict[str, float]:
+    """The variables of a group &joint with which all its strength is divided by a factor.
+
+    Parameters
+    ----------
+    text : str
+        The group, as in a namelist.
+    factor : float
+        Above 0.
+    """
+    names, values = checked(*api.reduced_joint(text.encode(), factor))
+    return dict(zip(names.decode().split(), map(float, values), strict=False))

@@ -1,0 +1,546 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Regions cut into blocks by joints."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ...base.errors import InputError
+from .geometry import (
+    MOST_JOINTS,
+    Cutting,
+    Excavation,
+    Hole,
+    JointLine,
+    JointSet,
+    Region,
+    Surface,
+    Tunnel,
+    Voronoi,
+)
+from .merging import merge_slivers
+from .network import (
+    Network,
+    half_edge_starts,
+    split_network,
+    split_segments,
+    trace_faces,
+    without_dead_ends,
+)
+from .rings import Rings
+from .small_blocks import Sliver, slivers
+
+_ROUNDING = 1e-9  # of the size of the regions
+_BITS = 8  # last bits that places far from (0, 0) may be off
+_SLIVER_AREA = 1e-3  # of the mean area of the blocks
+_SLIVER_EDGE = 1e-3  # of its root
+_BYTES = 4000  # of memory that a block takes while it is cut
+MOST_CORNERS = 512  # of one block
+_MARGIN = 1.25  # of the estimate of crossings; the blocks themselves are counted afterwards
+_NAMED = 5  # places in a message
+_STRAIGHT = 1e-13  # of the size of the regions: corners closer to a straight line are left out
+_LEVEL = 1e-9  # of the size of the regions: corners closer in height are equally low
+_ORDER = 1e-6  # of the size of the regions: centroids closer in height count as level
+
+
+@dataclass
+class Blocks:
+    """Blocks that were cut.
+
+    Attributes
+    ----------
+    polygons : list of ndarray, shape (corners, 2)
+        m, counter-clockwise, from the lowest corner.
+    edge_joints : list of list of str
+        Joint that cut each edge; edge i runs from corner i to the next.
+    holes : list of list of (ndarray, list of str)
+        Corners, clockwise, and joints of the holes that a block surrounds, where rings are allowed.
+    names, materials, regions : list of str
+    messages : list of str
+        What was removed, merged or left.
+    slivers : list of Sliver
+        Blocks that are still slivers.
+    area : float
+        Of the regions without holes, m².
+    dead_ends, loops : int
+        Edges of joints that ended inside a block, and loops of joints inside one block, removed.
+    merged : int
+        Slivers merged with a neighbour.
+    """
+
+    polygons: list[np.ndarray] = field(default_factory=list)
+    edge_joints: list[list[str]] = field(default_factory=list)
+    holes: list[list[tuple[np.ndarray, list[str]]]] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    materials: list[str] = field(default_factory=list)
+    regions: list[str] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
+    slivers: list[Sliver] = field(default_factory=list)
+    area: float = 0.0
+    dead_ends: int = 0
+    loops: int = 0
+    merged: int = 0
+
+    def __len__(self) -> int:
+        """Number of blocks."""
+        return len(self.polygons)
+
+    @property
+    def joints(self) -> list[str]:
+        """The joint of each block that cut the greatest length of its outline."""
+        return main_joints(self.polygons, self.edge_joints)
+
+
+def main_joints(polygons: Sequence, edge_joints: Sequence[Sequence[str]]) -> list[str]:
+    """The joint with the greatest length on each outline; blank if no edge has one."""
+    lengths = Rings.of(polygons).edge_lengths().tolist() if len(polygons) else []
+    found, at = [], 0
+    for names in edge_joints:
+        total: dict[str, float] = {}
+        for name, length in zip(names, lengths[at : at + len(names)], strict=True):
+            if name:
+                total[name] = total.get(name, 0.0) + length
+        at += len(names)
+        found.append(max(sorted(total), key=total.__getitem__) if total else "")
+    return found
+
+
+def cut(
+    regions: Sequence[Region],
+    joints: Sequence[JointLine | JointSet | Voronoi] = (),
+    surfaces: Sequence[Surface] = (),
+    holes: Sequence[Hole | Tunnel] = (),
+    excavations: Sequence[Excavation] = (),
+    settings: Cutting | None = None,
+    rings: bool = False,
+) -> Blocks:
+    """Cut regions into blocks.
+
+    Parameters
+    ----------
+    regions : sequence of Region
+        They must not overlap.
+    joints : sequence of JointLine, JointSet and Voronoi
+    surfaces : sequence of Surface
+        From the top down.
+    holes : sequence of Hole and Tunnel
+    excavations : sequence of Excavation
+    settings : Cutting
+    rings : bool
+        Whether a block may surround others or a hole; no engine takes it before it is meshed.
+
+    Returns
+    -------
+    Blocks
+        In an order that does not depend on that of the input.
+
+    Raises
+    ------
+    InputError
+        If the input cannot be cut, or would make too many blocks; checked before the work.
+
+    Notes
+    -----
+    Where two cuts lie on each other, the edge takes the joint of the one named first here: hole,
+    excavation, single joint, surface, joint set, Voronoi polygons, region.
+    """
+    settings = settings or Cutting()
+    return _Cut(regions, joints, surfaces, holes, excavations, settings).blocks(rings)
+
+
+class _Cut:
+    """The steps of `cut`; coordinates are taken from the middle of the regions."""
+
+    def __init__(self, regions, joints, surfaces, holes, excavations, settings):
+        if not regions:
+            raise InputError("there is nothing to cut; give a region")
+        self.regions, self.surfaces, self.settings = regions, surfaces, settings
+        self.excavations = excavations
+        corners = np.concatenate([region.outline for region in regions])
+        self.centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        self.size = float((corners.max(axis=0) - corners.min(axis=0)).max())
+        # Far from (0, 0) coordinates are rounded more coarsely than the size asks for.
+        self.rounding = _BITS * float(np.spacing(abs(corners).max()))
+        self.tolerance = settings.tolerance or max(_ROUNDING * self.size, self.rounding)
+        self.messages: list[str] = []
+        self.outlines = [self._local(region.outline) for region in regions]
+        self._check_overlap()
+        self.holes = [self._local(hole.outline) for hole in holes]
+        self.pits = [self._local(excavation.outline) for excavation in excavations]
+        self._check_inside(holes, self.holes, "hole")
+        self._check_inside(excavations, self.pits, "excavation")
+        # One after the other: the union of many at once has been seen to lose some (GEOS 3.14).
+        self.domain = reduce(shapely.union, self.outlines)
+        self.domain = reduce(shapely.difference, self.holes, self.domain)
+        if self.domain.area <= 0:
+            raise InputError("the holes leave nothing of the regions")
+        shapely.prepare(self.domain)
+        self._gather(joints, surfaces, holes, excavations)
+
+    def _local(self, outline) -> shapely.Polygon:
+        return shapely.Polygon(outline - self.centre)
+
+    def _check_overlap(self) -> None:
+        one, other = shapely.STRtree(self.outlines).query(self.outlines, predicate="intersects")
+        for i, k in zip(one.tolist(), other.tolist(), strict=True):
+            common = shapely.intersection(self.outlines[i], self.outlines[k]).area if i < k else 0
+            if common > self.tolerance * self.size:
+                names = f"{self.regions[i].name!r} and {self.regions[k].name!r}"
+                raise InputError(f"the regions {names} overlap by {common:g} m²")
+
+    def _check_inside(self, things, polygons, kind: str) -> None:
+        for thing, polygon in zip(things, polygons, strict=True):
+            if not any(shapely.intersection(polygon, one).area > 0 for one in self.outlines):
+                raise InputError(f"the {kind} {thing.name!r} lies outside every region")
+
+    def _gather(self, joints, surfaces, holes, excavations) -> None:
+        """All segments with their labels; bounds are checked before any is made."""
+        reach = self.size * 0.75
+        expected = sum(joint.expected(reach) for joint in joints if hasattr(joint, "expected"))
+        if expected > MOST_JOINTS:
+            raise InputError(
+                f"the joints would have about {expected:.2g} segments, more than {MOST_JOINTS:.2g};"
+                " choose a larger spacing, or a smaller region"
+            )
+        rows = []  # of: rank, joint, segments, outline or not
+        for hole, polygon in zip(holes, self.holes, strict=True):
+            rows.append((0, hole.joint, _ring(polygon), True))
+        for excavation, polygon in zip(excavations, self.pits, strict=True):
+            rows.append((1, excavation.joint, self._clipped(_ring(polygon), ""), False))
+        ranks = {JointLine: 2, JointSet: 4, Voronoi: 5}
+        cutters = [(ranks[type(joint)], joint) for joint in joints]
+        for rank, cutter in [*cutters, *((3, surface) for surface in surfaces)]:
+            rows.append((rank, cutter.joint, self._segments(cutter, reach), False))
+        for region, polygon in zip(self.regions, self.outlines, strict=True):
+            rows.append((6, region.joint, _ring(polygon), True))
+        keys = sorted({row[:2] for row in rows})
+        self.joint_names = [name for _, name in keys]
+        counts = [len(row[2]) for row in rows]
+        self.segments = np.concatenate([row[2] for row in rows])
+        self.labels = np.repeat([keys.index(row[:2]) for row in rows], counts)
+        self.outline = np.repeat([row[3] for row in rows], counts)
+        self._check_amount()
+
+    def _segments(self, cutter, reach: float) -> np.ndarray:
+        """The parts of a joint or a surface within what it cuts; an error says which one it is."""
+        try:
+            more = {"corner": self._corner(cutter)} if isinstance(cutter, JointSet) else {}
+            return self._clipped(cutter.segments(self.centre, reach, **more) - self.centre, cutter)
+        except InputError as error:
+            error.cause = cutter
+            raise
+
+    def _corner(self, cutter) -> np.ndarray:
+        """The lower left corner of the box around what a joint set cuts, m."""
+        cut = [region.outline for region in self.regions if cutter.region in ("", region.name)]
+        return np.min([outline.min(axis=0) for outline in cut or [self.centre[None]]], axis=0)
+
+    def _clipped(self, segments, cutter) -> np.ndarray:
+        """The parts of segments within the regions, or within one of them."""
+        domain, wanted = self.domain, getattr(cutter, "region", "")
+        if wanted:
+            names = [region.name for region in self.regions]
+            if wanted not in names:
+                raise InputError(f"region = {wanted!r} is none of the regions {', '.join(names)}")
+            domain = shapely.intersection(domain, self.outlines[names.index(wanted)])
+            shapely.prepare(domain)
+        if not len(segments):
+            return segments
+        lines = shapely.linestrings(segments)
+        lines = lines[shapely.intersects(domain, lines)]
+        crossing = ~shapely.contains_properly(domain, lines)
+        lines[crossing] = shapely.intersection(lines[crossing], domain)
+        parts = shapely.get_parts(shapely.get_parts(lines))
+        parts = parts[shapely.get_type_id(parts) == 1]
+        parts = parts[shapely.length(parts) > 0]
+        ends, owner = shapely.get_coordinates(parts, return_index=True)
+        inside = owner[1:] == owner[:-1]
+        return np.stack([ends[:-1][inside], ends[1:][inside]], axis=1)
+
+    def _check_amount(self) -> None:
+        """Refuse more blocks than wanted, or than memory can hold, from lengths and directions.
+
+        Segments of lengths L at angles θ that lie anywhere in an area A cross
+        ½ Σ Lᵢ Lⱼ |sin(θᵢ − θⱼ)| / A times on average.
+        """
+        joints = self.segments[~self.outline]
+        along = joints[:, 1] - joints[:, 0]
+        bins = 90
+        angle = np.mod(np.arctan2(along[:, 1], along[:, 0]), np.pi)
+        which = np.minimum((angle * bins / np.pi).astype(int), bins - 1)
+        length = np.bincount(which, np.hypot(*along.T), bins)
+        turn = np.arange(bins) * np.pi / bins
+        sine = abs(np.sin(turn[:, None] - turn))
+        crossings = 0.5 * float(length @ sine @ length) / self.domain.area
+        expected = crossings + len(joints) + len(self.regions)
+        most = self.settings.most_blocks
+        if crossings > _MARGIN * most:
+            raise InputError(
+                f"the joints would cross about {crossings:.2g} times and make as many blocks, more "
+                f"than most_blocks = {most}; choose larger spacings, or a smaller region"
+            )
+        free = _free_memory()
+        if expected * _BYTES > free:
+            raise InputError(
+                f"cutting about {expected:.2g} blocks needs {expected * _BYTES / 1e9:.2g} GB of "
+                f"memory, {free / 1e9:.2g} GB are free"
+            )
+
+    def blocks(self, rings: bool = False) -> Blocks:
+        """The blocks, with slivers merged, named or refused."""
+        network = split_segments(self.segments, self.labels, self.outline, self.tolerance)
+        network, dead, loops = without_dead_ends(network)
+        faces = trace_faces(network)
+        if len(faces.cycles) > self.settings.most_blocks:
+            raise InputError(
+                f"the joints make {len(faces.cycles)} blocks, more than most_blocks = "
+                f"{self.settings.most_blocks}; choose larger spacings, or a smaller region"
+            )
+        network, faces = self._without_short_edges(network, faces)
+        self._tell_loops(loops)
+        polygons = _shapes(network, faces.cycles)
+        inner = self._inner(network, faces, polygons)
+        if inner and not rings:
+            self._refuse_rings(network, inner)
+        for face, cycles in inner.items():
+            holes = [network.nodes[half_edge_starts(network)[cycle]] for cycle in cycles]
+            polygons[face] = shapely.Polygon(polygons[face].exterior, holes)
+        kinds, keys = self._kinds(polygons)
+        self._check_area(shapely.area(polygons[kinds >= 0]))
+        mean = self.domain.area / max(1, int((kinds >= 0).sum()))
+        least = self.settings.least_area
+        least = _SLIVER_AREA * mean if least is None else least
+        cycles, merged = faces.cycles, 0
+        if self.settings.slivers == "merge":
+            cycles, _, merged, _ = merge_slivers(
+                network, faces, kinds, least, self.settings.least_angle
+            )
+        keep = [i for i, cycle in enumerate(cycles) if cycle and kinds[i] >= 0]
+        inner = [inner.get(i, []) for i in keep]
+        found = self._finished(
+            network, [cycles[i] for i in keep], [keys[kinds[i]] for i in keep], inner
+        )
+        found.area, found.dead_ends, found.loops = self.domain.area, dead, len(loops)
+        found.merged = merged
+        self._judge_slivers(found, mean, least)
+        found.messages = self.messages
+        return found
+
+    def _without_short_edges(self, network: Network, faces):
+        """Where slivers are merged, make corners that are close to each other one."""
+        least = self.settings.least_edge
+        if least is None:
+            least = _SLIVER_EDGE * np.sqrt(self.domain.area / max(1, len(faces.cycles)))
+        if self.settings.slivers != "merge" or least <= self.tolerance:
+            return network, faces
+        before = network.moved
+        for reach in (least, least / 2, least / 4):
+            try:
+                network, _, _ = without_dead_ends(split_network(network, reach, rigid=True))
+            except InputError:  # what was made one came close to others again and again
+                continue
+            least = reach
+            break
+        if network.moved > before:
+            count = network.moved - before
+            self.messages.append(f"{count} corners closer than {least:.3g} m were made one")
+        return network, trace_faces(network)
+
+    def _tell_loops(self, loops) -> None:
+        if loops:
+            self.messages.append(
+                f"{len(loops)} loops of joints, each inside one block, were left out, as at "
+                f"{self._listed(loops)}"
+            )
+
+    def _listed(self, places) -> str:
+        shown = [f"({x:.6g}, {y:.6g})" for x, y in np.array(places[:_NAMED]) + self.centre]
+        return ", ".join(shown) + (" …" if len(places) > _NAMED else "")
+
+    def _kinds(self, polygons):
+        """For each face the number of its key, or −1 outside; the keys: region, pit, material."""
+        points = shapely.point_on_surface(polygons)
+        region = _containing(points, self.outlines)
+        region[_containing(points, self.holes) >= 0] = -1
+        pit = _containing(points, self.pits)
+        places = shapely.get_coordinates(points) + self.centre
+        above = np.array([surface.is_above(places) for surface in self.surfaces], dtype=bool)
+        layer = np.full(len(polygons), -1)
+        for i, surface in enumerate(self.surfaces):
+            if surface.material:
+                layer[above[i]] = i
+        keys, kinds = np.unique(np.column_stack([region, pit, layer]), axis=0, return_inverse=True)
+        return np.where(region >= 0, kinds.ravel(), -1), keys
+
+    def _inner(self, network: Network, faces, polygons) -> dict[int, list[np.ndarray]]:
+        """Half-edges round what a face surrounds: such a block is no simple polygon."""
+        count = len(network.nodes)
+        ends = network.edges.T
+        graph = coo_array((np.ones(ends.shape[1]), ends), shape=(count, count))
+        _, part = connected_components(graph, directed=False)
+        parts, first = np.unique(part[network.edges[:, 0]], return_index=True)
+        if len(parts) < 2:
+            return {}
+        nodes = network.edges[first, 0]
+        tree = shapely.STRtree(polygons)
+        node, face = tree.query(shapely.points(network.nodes[nodes]), predicate="within")
+        found: dict[int, list[np.ndarray]] = {}
+        for n in np.unique(node):
+            around = face[node == n]
+            f = int(around[faces.areas[around].argmin()])
+            place = self._inside_edge(network, faces.cycles[f])
+            if shapely.contains_xy(self.domain, *place):
+                found.setdefault(f, []).append(_outer_cycle(network, faces, part == parts[n]))
+        return found
+
+    def _refuse_rings(self, network: Network, inner) -> None:
+        cycle = next(iter(inner.values()))[0]
+        raise InputError(
+            "a block is a ring around the hole or region with a corner at "
+            f"{self._listed(network.nodes[half_edge_starts(network)[cycle[:1]]])}; draw a joint "
+            "that cuts it, or mesh it"
+        )
+
+    @staticmethod
+    def _inside_edge(network: Network, cycle) -> np.ndarray:
+        """A point just inside the longest edge of a face."""
+        start = half_edge_starts(network)
+        edges = np.array(cycle)
+        a, b = network.nodes[start[edges]], network.nodes[start[edges ^ 1]]
+        longest = int(((b - a) ** 2).sum(axis=1).argmax())
+        x, y = b[longest] - a[longest]
+        return 0.5 * (a[longest] + b[longest]) + 1e-6 * np.array([-y, x])
+
+    def _check_area(self, areas) -> None:
+        lost = abs(float(areas.sum()) - self.domain.area)
+        if lost > 1e-9 * self.domain.area:
+            raise InputError(
+                f"the blocks and the regions differ by {lost:g} m² of {self.domain.area:g} m²: "
+                "outlines lie closer to each other than the tolerance; give one with common corners"
+            )
+
+    def _finished(self, network: Network, cycles, keys, inner) -> Blocks:
+        """Corners, joints of the edges and names, in an order of their own."""
+        near = max(_STRAIGHT * self.size, self.rounding)
+        edges = np.concatenate([np.array(cycle) for cycle in cycles])
+        rings = Rings(network.nodes[half_edge_starts(network)[edges]], list(map(len, cycles)))
+        labels = network.labels[edges >> 1]
+        keep = ~rings.straight(near) | (labels != rings.before(labels))
+        labels = labels[keep]
+        rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
+        self._check_corners(rings)
+        turned = rings.from_lowest(max(_LEVEL * self.size, self.rounding))
+        polygons = np.split(rings.corners[turned] + self.centre, rings.first[1:-1])
+        joints = np.array(self.joint_names, dtype=object)[labels[turned]].tolist()
+        order = np.lexsort(np.round(rings.centroids() / (_ORDER * self.size)).T)
+        blocks, numbers = Blocks(), Counter()
+        for i in order.tolist():
+            region, pit, layer = keys[i]
+            stem = self.excavations[pit].name if pit >= 0 else self.regions[region].name
+            numbers[stem] += 1
+            material = self.surfaces[layer].material if layer >= 0 else ""
+            blocks.polygons.append(polygons[i])
+            blocks.edge_joints.append(joints[rings.first[i] : rings.first[i + 1]])
+            blocks.holes.append([self._hole(network, cycle) for cycle in inner[i]])
+            blocks.names.append(f"{stem}_{numbers[stem]}")
+            blocks.regions.append(self.regions[region].name)
+            blocks.materials.append(material or self.regions[region].material)
+        return blocks
+
+    def _hole(self, network: Network, cycle) -> tuple[np.ndarray, list[str]]:
+        """Corners and joints of what a block surrounds."""
+        corners = network.nodes[half_edge_starts(network)[cycle]] + self.centre
+        return corners, [self.joint_names[label] for label in network.labels[cycle >> 1]]
+
+    def _check_corners(self, rings: Rings) -> None:
+        count = np.diff(rings.first)
+        most = int(count.argmax())
+        if count[most] > MOST_CORNERS:
+            raise InputError(
+                f"the block at {self._listed(rings.corners[rings.first[most]][None])} has "
+                f"{count[most]} corners, more than {MOST_CORNERS}; draw its outline with fewer "
+                "points or cut it"
+            )
+
+    def _judge_slivers(self, blocks: Blocks, mean: float, least_area: float) -> None:
+        """Name the slivers that are left, or refuse them."""
+        least_edge = self.settings.least_edge
+        if least_edge is None:
+            least_edge = _SLIVER_EDGE * np.sqrt(mean)
+        if blocks.merged:
+            self.messages.append(
+                f"{blocks.merged} slivers were merged with the neighbour that they had the longest "
+                "common edge with"
+            )
+        blocks.slivers = slivers(
+            blocks.polygons,
+            blocks.names,
+            least_area=least_area,
+            least_edge=least_edge,
+            least_angle=self.settings.least_angle,
+        )
+        if not blocks.slivers:
+            return
+        shown = "; ".join(map(str, blocks.slivers[:_NAMED]))
+        words = f"{len(blocks.slivers)} blocks are slivers: {shown}"
+        words += " …" if len(blocks.slivers) > _NAMED else ""
+        if self.settings.slivers == "refuse":
+            raise InputError(f"{words}; merge them (slivers = 'merge') or move the joints")
+        self.messages.append(words)
+
+
+def _ring(polygon: shapely.Polygon) -> np.ndarray:
+    """The sides of a polygon, shape (n, 2, 2)."""
+    corners = shapely.get_coordinates(polygon.exterior)
+    return np.stack([corners[:-1], corners[1:]], axis=1)
+
+
+def _outer_cycle(network: Network, faces, nodes) -> np.ndarray:
+    """The half-edges round a part of the network, clockwise, from its nodes."""
+    start = half_edge_starts(network)
+    outside = np.flatnonzero((faces.face < 0) & nodes[start])
+    following = dict(zip(start[outside].tolist(), outside.tolist(), strict=True))
+    cycle = [outside[0]]
+    while (after := following[int(start[cycle[-1] ^ 1])]) != cycle[0]:
+        cycle.append(after)
+    return np.array(cycle)
+
+
+def _containing(points, polygons) -> np.ndarray:
+    """The polygon that each point lies in, −1 if none."""
+    found = np.full(len(points), -1)
+    if polygons:
+        point, polygon = shapely.STRtree(polygons).query(points, predicate="within")
+        found[point] = polygon
+    return found
+
+
+def _shapes(network: Network, cycles) -> np.ndarray:
+    """Faces as polygons of shapely."""
+    lengths = [len(cycle) for cycle in cycles]
+    if not lengths:
+        return np.array([], dtype=object)
+    start = half_edge_starts(network)
+    owner = np.repeat(np.arange(len(cycles)), lengths)
+    places = network.nodes[start[np.concatenate(cycles)]]
+    return shapely.polygons(shapely.linearrings(places, indices=owner))
+
+
+def _free_memory() -> float:
+    """Bytes of memory that are free; what the system does not tell is taken as plenty."""
+    try:
+        with open("/proc/meminfo") as file:
+            lines = dict(line.split(":") for line in file)
+        return 1024.0 * int(lines["MemAvailable"].split()[0])
+    except (OSError, KeyError, ValueError):
+        pages = getattr(os, "sysconf", lambda _: -1)("SC_PHYS_PAGES")
+        return float(pages) * os.sysconf("SC_PAGE_SIZE") if pages > 0 else float("inf")

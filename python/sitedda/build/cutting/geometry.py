@@ -1,0 +1,586 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is cut, and what cuts it: regions, surfaces, joints, polygons, holes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...base.errors import InputError
+from .distributions import check_distribution, draw, draw_lengths, uniform
+
+MOST_JOINTS = 2_000_000  # segments of all joints together
+_FARTHEST = 1e9  # m
+_NO_POINTS = np.zeros((0, 2))
+
+
+def points_of(name: str, values, least: int) -> np.ndarray:
+    """Points, shape (n, 2), from a list x, y, x, y …, an array, or a polygon of shapely."""
+    if hasattr(values, "exterior"):
+        if len(values.interiors):
+            raise InputError(f"{name}: the polygon has holes; give each as a hole of its own")
+        values = np.asarray(values.exterior.coords)[:-1, :2]
+    elif hasattr(values, "coords"):
+        values = np.asarray(values.coords)[:, :2]
+    try:
+        points = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must hold numbers x, y, x, y …") from None
+    if points.size % 2 or (points.ndim == 2 and points.shape[1] != 2) or points.ndim > 2:
+        raise InputError(f"{name} must hold pairs x, y; there are {points.size} numbers")
+    points = points.reshape(-1, 2)
+    if not (abs(points) <= _FARTHEST).all():
+        at = int(np.flatnonzero(~(abs(points) <= _FARTHEST).all(axis=1))[0])
+        raise InputError(
+            f"{name}: point {at + 1} ({points[at, 0]:g}, {points[at, 1]:g}) lies beyond "
+            f"{_FARTHEST:g} m or is no number"
+        )
+    if len(points) < least:
+        raise InputError(f"{name}: {len(points)} points given, at least {least} are needed")
+    return points
+
+
+def outline_of(name: str, values) -> np.ndarray:
+    """The corners of a polygon, counter-clockwise, shape (n, 2); a last one equal to the first
+    is dropped.
+    """
+    points = points_of(name, values, 3)
+    if (points[0] == points[-1]).all():
+        points = points[:-1]
+    points = points[(points != np.roll(points, 1, axis=0)).any(axis=1)]
+    if len(points) < 3:
+        raise InputError(f"{name}: a polygon needs at least 3 different points")
+    import shapely
+
+    polygon = shapely.Polygon(points)
+    if not polygon.is_valid:
+        raise InputError(f"{name} crosses or touches itself: {shapely.is_valid_reason(polygon)}")
+    return points if shapely.is_ccw(polygon.exterior) else points[::-1].copy()
+
+
+def _positive(thing, *names: str) -> None:
+    for name in names:
+        value = getattr(thing, name)
+        if not 0 < value <= _FARTHEST:
+            raise InputError(f"{name} = {value:g} must be a positive number")
+
+
+def _chain(points) -> np.ndarray:
+    """Segments between successive points, shape (n − 1, 2, 2)."""
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+@dataclass(kw_only=True)
+class Region:
+    """A polygon to be cut into blocks.
+
+    Attributes
+    ----------
+    name : str
+        Its blocks are ``name_1``, ``name_2`` …
+    outline : array_like
+        Corners x, y in either sense, m; or a polygon of shapely.
+    material, joint : str
+        Of its blocks, and of its outline; blank: the first of the model.
+    """
+
+    name: str = "rock"
+    outline: np.ndarray = field(default_factory=_NO_POINTS.copy)
+    material: str = ""
+    joint: str = ""
+
+    def __post_init__(self):
+        self.outline = outline_of("outline", self.outline)
+        _check_stem(self.name)
+
+
+def _check_stem(name: str) -> None:
+    if not name or len(name) > 56:
+        raise InputError(f"name = {name!r} must have 1 to 56 characters: its blocks get numbers")
+
+
+@dataclass(kw_only=True)
+class Hole:
+    """A polygon that is left empty.
+
+    Attributes
+    ----------
+    name : str
+    outline : array_like
+        Corners x, y, m.
+    joint : str
+        Of its outline; blank: the first of the model.
+    """
+
+    name: str = "hole"
+    outline: np.ndarray = field(default_factory=_NO_POINTS.copy)
+    joint: str = ""
+
+    def __post_init__(self):
+        self.outline = outline_of("outline", self.outline)
+
+
+@dataclass(kw_only=True)
+class Excavation:
+    """A polygon whose outline cuts blocks that a later stage can remove: ``name_1``, ``name_2`` …
+
+    Attributes
+    ----------
+    name : str
+    outline : array_like
+        Corners x, y, m.
+    joint : str
+        Of its outline; blank: the first of the model.
+    """
+
+    name: str = "excavation"
+    outline: np.ndarray = field(default_factory=_NO_POINTS.copy)
+    joint: str = ""
+
+    def __post_init__(self):
+        self.outline = outline_of("outline", self.outline)
+        _check_stem(self.name)
+
+
+@dataclass(kw_only=True)
+class Tunnel:
+    """A hole of a usual shape.
+
+    Attributes
+    ----------
+    name : str
+    centre : (float, float)
+        Middle of its width and height, m.
+    width, height : float
+        m; a height left out is the width.
+    shape : {'circle', 'horseshoe', 'rectangle'}
+        An ellipse where width and height differ; upright walls under half an ellipse whose height
+        is half the width; or a box.
+    sides : int
+        Of a polygon that stands for a whole ellipse, 8 … 512.
+    joint : str
+        Of its outline; blank: the first of the model.
+    """
+
+    name: str = "tunnel"
+    centre: np.ndarray = (0.0, 0.0)
+    width: float = 0.0
+    height: float = 0.0
+    shape: str = "circle"
+    sides: int = 32
+    joint: str = ""
+
+    def __post_init__(self):
+        self.centre = points_of("centre", self.centre, 1)[0]
+        self.height = self.height or self.width
+        _positive(self, "width", "height")
+        if not 8 <= self.sides <= 512:
+            raise InputError(f"sides = {self.sides} must lie between 8 and 512")
+        if self.shape not in ("circle", "horseshoe", "rectangle"):
+            raise InputError(f"shape = {self.shape!r} must be 'circle', 'horseshoe' or 'rectangle'")
+        if self.shape == "horseshoe" and self.height <= self.width / 2:
+            raise InputError("height must be more than half the width of a horseshoe")
+
+    @property
+    def outline(self) -> np.ndarray:
+        """Corners, shape (n, 2), m, counter-clockwise; those of an ellipse lie on it."""
+        half, tall = self.width / 2, self.height / 2
+        if self.shape == "rectangle":
+            corners = np.array([[-half, -tall], [half, -tall], [half, tall], [-half, tall]])
+        elif self.shape == "circle":
+            angle = 2 * np.pi * (np.arange(self.sides) + 0.5) / self.sides
+            corners = np.column_stack([half * np.cos(angle), tall * np.sin(angle)])
+        else:
+            angle = np.linspace(0, np.pi, self.sides // 2 + 1)
+            roof = half * np.column_stack([np.cos(angle), np.sin(angle)])
+            corners = np.vstack([[[-half, -tall], [half, -tall]], roof + (0, tall - half)])
+        return corners + self.centre
+
+
+@dataclass(kw_only=True)
+class Surface:
+    """A line from left to right across the regions, below which another material may begin.
+
+    Attributes
+    ----------
+    points : array_like
+        x, y with growing x, m; level beyond the first and the last.
+    material : str
+        Of the blocks below, down to the next surface in the order given; blank: as it was.
+    joint : str
+        Of the cut; blank: the first of the model.
+    """
+
+    points: np.ndarray = field(default_factory=_NO_POINTS.copy)
+    material: str = ""
+    joint: str = ""
+
+    def __post_init__(self):
+        self.points = points_of("points", self.points, 1)
+        if (np.diff(self.points[:, 0]) <= 0).any():
+            at = int(np.flatnonzero(np.diff(self.points[:, 0]) <= 0)[0]) + 2
+            raise InputError(f"points: x must grow; at point {at} it does not")
+
+    def segments(self, centre, radius: float) -> np.ndarray:
+        """Segments across a circle (m), shape (n, 2, 2)."""
+        left, right = centre[0] - radius, centre[0] + radius
+        x, y = self.points.T
+        before = [[left, y[0]]] if left < x[0] else []
+        after = [[right, y[-1]]] if right > x[-1] else []
+        return _chain(np.vstack([*before, self.points, *after]))
+
+    def is_above(self, places) -> np.ndarray:
+        """Whether the surface lies above places, shape (n, 2), m."""
+        return np.interp(places[:, 0], *self.points.T) > places[:, 1]
+
+
+@dataclass(kw_only=True)
+class JointLine:
+    """A single joint, or a fault, as a chain of straight pieces.
+
+    Attributes
+    ----------
+    points : array_like
+        x, y of its bends, m.
+    joint : str
+        Blank: the first of the model.
+    region : str
+        The only region that it cuts; blank: all.
+    """
+
+    points: np.ndarray = field(default_factory=_NO_POINTS.copy)
+    joint: str = ""
+    region: str = ""
+
+    def __post_init__(self):
+        self.points = points_of("points", self.points, 2)
+
+    def segments(self, centre, radius: float) -> np.ndarray:
+        """Its pieces, shape (n, 2, 2), m."""
+        return _chain(self.points)
+
+    def expected(self, radius: float) -> float:
+        """Number of segments."""
+        return len(self.points) - 1
+
+
+@dataclass(kw_only=True)
+class JointSet:
+    """Parallel joints, or joints that are so on average.
+
+    Attributes
+    ----------
+    joint : str
+        Blank: the first of the model.
+    angle : float
+        Of the joints, degrees from the x axis, counter-clockwise.
+    dip : float
+        In place of `angle`: degrees below the horizontal, towards +x.
+    spacing : float
+        Between neighbours, at right angles to them, m.
+    trace_length : float
+        m; 0: without end.
+    bridge : float
+        Rock between two traces on one line, m.
+    angle_distribution, spacing_distribution, trace_length_distribution, bridge_distribution : str
+        'constant', 'uniform', 'normal', 'log-normal' or 'exponential'.
+    angle_deviation, spacing_deviation, trace_length_deviation, bridge_deviation : float
+        Standard deviation; of a uniform distribution the greatest distance from the mean.
+    origin : (float, float)
+        A point on a joint; on its line traces begin there, unless their lengths are random.  None:
+        the lower left corner of the box around what is cut, so that the blocks move with it.
+    stagger : float
+        Share of a trace and a bridge by which each line is shifted beyond the one before.
+    seed : int
+        0 … 2⁶³ − 1.
+    region : str
+        The only region that is cut; blank: all.
+
+    Notes
+    -----
+    Joints are drawn from the origin outwards, each line from numbers of its own: with the same
+    origin, a larger region holds the joints of a smaller one.  Joints of random angle turn about
+    the middle of their trace; those without end about the point nearest to the middle of the
+    regions.
+    """
+
+    joint: str = ""
+    angle: float | None = None
+    dip: float | None = None
+    spacing: float = 0.0
+    trace_length: float = 0.0
+    bridge: float = 0.0
+    angle_distribution: str = "constant"
+    angle_deviation: float = 0.0
+    spacing_distribution: str = "constant"
+    spacing_deviation: float = 0.0
+    trace_length_distribution: str = "constant"
+    trace_length_deviation: float = 0.0
+    bridge_distribution: str = "constant"
+    bridge_deviation: float = 0.0
+    origin: np.ndarray | None = None
+    stagger: float = 0.0
+    seed: int = 0
+    region: str = ""
+
+    def __post_init__(self):
+        if (self.angle is None) == (self.dip is None):
+            raise InputError("give either angle or dip")
+        if self.angle is None:
+            self.angle = -self.dip
+        if not abs(self.angle) <= 360:
+            raise InputError(f"angle = {self.angle:g} must lie between -360 and 360")
+        if self.origin is not None:
+            self.origin = points_of("origin", self.origin, 1)[0]
+        _positive(self, "spacing")
+        for name in ("trace_length", "bridge"):
+            if not 0 <= getattr(self, name) <= _FARTHEST:
+                raise InputError(f"{name} = {getattr(self, name):g} must not be negative")
+        if self.bridge and not self.trace_length:
+            raise InputError("bridge needs a trace_length")
+        if not 0 <= self.seed < 2**63:
+            raise InputError(f"seed = {self.seed} must lie between 0 and 2**63 - 1")
+        if not abs(self.stagger) <= 1:
+            raise InputError(f"stagger = {self.stagger:g} must lie between -1 and 1")
+        for name in ("angle", "spacing", "trace_length", "bridge"):
+            check_distribution(name, *self._distribution(name))
+
+    def _distribution(self, name: str):
+        values = (f"{name}_distribution", name, f"{name}_deviation")
+        return tuple(getattr(self, value) for value in values)
+
+    def expected(self, radius: float) -> float:
+        """About how many segments there are in a circle (m)."""
+        lines = 2 * radius / self.spacing + 1
+        period = self.trace_length + self.bridge
+        return lines * (2 * radius / period + 1) if period else lines
+
+    def segments(self, centre, radius: float, corner=(0.0, 0.0)) -> np.ndarray:
+        """The joints that reach into a circle (m), shape (n, 2, 2).
+
+        They begin at the `corner` (m) if no origin is given.
+        """
+        origin = np.asarray(corner if self.origin is None else self.origin)
+        angle = np.radians(self.angle)
+        along, across = np.array([np.cos(angle), np.sin(angle)]), [-np.sin(angle), np.cos(angle)]
+        middle = centre - origin
+        s0, p0 = along @ middle, across @ middle
+        reach = radius / np.cos(np.radians(self._largest_turn()))
+        found = []
+        if np.hypot(*middle) > 1e6 * self.spacing:
+            raise InputError("origin is more than a million spacings away from the regions")
+        for side in (1, -1):
+            places = self._offsets(side, max(side * p0 + reach, 0.0))
+            turns = np.radians(self._turns((3 + (side < 0),), len(places)))
+            for k in np.flatnonzero(abs(side * places - p0) <= reach):
+                p = side * places[k]
+                if not self.trace_length:
+                    ends = np.array([[s0 - 2 * reach, s0 + 2 * reach]])
+                    found.append(_placed(origin, ends, p, turns[k : k + 1], along, across))
+                    continue
+                ends, turn = self._traces(side, k, s0 - reach, s0 + reach)
+                found.append(_placed(origin, ends, p, turn, along, across))
+        return np.concatenate(found) if found else np.zeros((0, 2, 2))
+
+    def _largest_turn(self) -> float:
+        """Degrees that a joint hardly ever turns beyond."""
+        share = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3)
+        return min(share * self.angle_deviation, 75.0)
+
+    def _turns(self, stream, count: int) -> np.ndarray:
+        if self.angle_distribution == "constant":
+            return np.zeros(count)
+        return draw(uniform(self.seed, stream, count), *self._distribution("angle")) - self.angle
+
+    def _offsets(self, side: int, end: float) -> np.ndarray:
+        """Distances of the lines from the origin on one side, up to one beyond the end (m).
+
+        The line through the origin counts to the upper side.
+        """
+        count = int(end / self.spacing * 1.2) + 16
+        while True:
+            share = uniform(self.seed, (1 + (side < 0),), count)
+            steps = draw_lengths(share, *self._distribution("spacing"))
+            places = np.cumsum(steps)
+            if places[-1] > end:
+                places = places[: np.searchsorted(places, end) + 1]
+                return np.append(0.0, places) if side > 0 else places
+            count *= 2
+
+    def _traces(self, side: int, k: int, start: float, stop: float):
+        """Ends of the traces on a line, shape (n, 2), m from the origin, and their turns, rad."""
+        period = self.trace_length + self.bridge
+        constant = self.trace_length_distribution == self.bridge_distribution == "constant"
+        index = k if side > 0 else k + 1
+        shift = self.stagger * side * index * period
+        place = (int(side < 0), int(index))
+        if not constant:
+            shift += period * (uniform(self.seed, (7, *place), 1)[0] - 0.5)
+        ends, turns = [], []
+        for way in (0, 1):
+            pairs = self._row((*place, way), max(stop - shift, shift - start, period))
+            pairs = shift + pairs if way == 0 else shift - pairs[:, ::-1]
+            keep = (pairs[:, 1] > start) & (pairs[:, 0] < stop)
+            ends.append(pairs[keep])
+            turns.append(np.radians(self._turns((8, *place, way), len(pairs)))[keep])
+        return np.concatenate(ends), np.concatenate(turns)
+
+    def _row(self, place, end: float) -> np.ndarray:
+        """Beginnings and ends of traces in one direction, shape (n, 2), to beyond the end (m).
+
+        The first direction begins with a trace, the second with a bridge.
+        """
+        count = int(end / (self.trace_length + self.bridge) * 1.2) + 8
+        while True:
+            lengths = draw_lengths(
+                uniform(self.seed, (5, *place), count), *self._distribution("trace_length")
+            )
+            gaps = np.zeros(count)
+            if self.bridge:
+                gaps = draw_lengths(
+                    uniform(self.seed, (6, *place), count), *self._distribution("bridge")
+                )
+            finish = np.cumsum(lengths + gaps)
+            if finish[-1] > end:
+                return np.column_stack(
+                    [finish - lengths - gaps, finish - gaps]
+                    if place[2] == 0
+                    else [finish - lengths, finish]
+                )
+            count *= 2
+
+
+def _placed(origin, ends, p: float, turns, along, across) -> np.ndarray:
+    """Segments from their ends along a line at a distance p (m), turned about their middles."""
+    middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
+    foot = origin + middle[:, None] * along + p * np.asarray(across)
+    arm = np.outer(np.cos(turns), along) + np.outer(np.sin(turns), across)
+    arm *= half[:, None]
+    return np.stack([foot - arm, foot + arm], axis=1)
+
+
+@dataclass(kw_only=True)
+class Voronoi:
+    """Random polygons.
+
+    Attributes
+    ----------
+    size : float
+        Side of a square as large as a polygon is on average, m.
+    iterations : int
+        How often each seed point is moved to the middle of its polygon: 0 wild … 50 even.
+    seed : int
+        0 … 2⁶³ − 1.
+    joint : str
+        Blank: the first of the model.
+    region : str
+        The only region that is cut; blank: all.
+    """
+
+    size: float = 0.0
+    iterations: int = 3
+    seed: int = 0
+    joint: str = ""
+    region: str = ""
+
+    def __post_init__(self):
+        _positive(self, "size")
+        if not 0 <= self.iterations <= 50:
+            raise InputError(f"iterations = {self.iterations} must lie between 0 and 50")
+        if not 0 <= self.seed < 2**63:
+            raise InputError(f"seed = {self.seed} must lie between 0 and 2**63 - 1")
+
+    def expected(self, radius: float) -> float:
+        """About how many segments there are in a circle (m)."""
+        return 3 * (2 * (min(radius / self.size, 1e9) + 3)) ** 2
+
+    def segments(self, centre, radius: float) -> np.ndarray:
+        """Sides of the polygons in a circle (m), shape (n, 2, 2)."""
+        from scipy.spatial import Voronoi as Diagram
+
+        half = radius + 3 * self.size
+        count = max(4, round((2 * half / self.size) ** 2))
+        share = uniform(self.seed, (9,), 2 * count).reshape(-1, 2)
+        points = half * (2 * share - 1)
+        for _ in range(self.iterations):
+            points = _middles(Diagram(_mirrored(points, half, 6 * self.size)), count)
+        diagram = Diagram(_mirrored(points, half, 6 * self.size))
+        sides = np.array(diagram.ridge_vertices)
+        near = (diagram.ridge_points < count).any(axis=1) & (sides >= 0).all(axis=1)
+        return diagram.vertices[sides[near]] + centre
+
+
+def _mirrored(points, half: float, band: float) -> np.ndarray:
+    """Points with the images of those near the sides of a square: every polygon is bounded."""
+    images = [points]
+    for axis in (0, 1):
+        for side in (-half, half):
+            image = points[abs(points[:, axis] - side) < band].copy()
+            image[:, axis] = 2 * side - image[:, axis]
+            images.append(image)
+    return np.concatenate(images)
+
+
+def _middles(diagram, count: int) -> np.ndarray:
+    """Centroids of the first polygons of a Voronoi diagram, shape (count, 2).
+
+    Each is the sum of the triangles between its point and its sides.
+    """
+    points, sides = diagram.points, np.array(diagram.ridge_vertices)
+    area, moment = np.zeros(count), np.zeros((count, 2))
+    bounded = (sides >= 0).all(axis=1)
+    ends = diagram.vertices[sides[bounded]]
+    for which in (0, 1):
+        owner = diagram.ridge_points[bounded, which]
+        inside = owner < count
+        own, a, b = owner[inside], ends[inside, 0], ends[inside, 1]
+        p = points[own]
+        size = 0.5 * abs(
+            (a[:, 0] - p[:, 0]) * (b[:, 1] - p[:, 1]) - (a[:, 1] - p[:, 1]) * (b[:, 0] - p[:, 0])
+        )
+        area += np.bincount(own, size, count)
+        third = (a + b + p) / 3
+        moment += np.column_stack([np.bincount(own, size * xy, count) for xy in third.T])
+    return np.where(area[:, None] > 0, moment / np.maximum(area, 1e-300)[:, None], points[:count])
+
+
+@dataclass(kw_only=True)
+class Cutting:
+    """How joints become blocks, and what is done with slivers.
+
+    Attributes
+    ----------
+    slivers : {'merge', 'refuse', 'keep'}
+        Merge each with the neighbour that it has the longest common edge with, refuse the model,
+        or leave them.
+    least_area : float
+        m²; smaller blocks are slivers (1e-3 of the mean area).
+    least_edge : float
+        m; when slivers are merged, corners closer than this to each other or to a joint become one
+        first (1e-3 of the root of the mean area); when refused, shorter edges make a sliver.
+    least_angle : float
+        Degrees; blocks with a sharper corner are slivers (0).
+    tolerance : float
+        m; what is closer than this is the same point, as ends of joints that miss an outline by
+        rounding (1e-9 of the size of the regions).
+    most_blocks : int
+        More are refused, before the work (1,000,000).
+    """
+
+    slivers: str = "merge"
+    least_area: float | None = None
+    least_edge: float | None = None
+    least_angle: float = 0.0
+    tolerance: float | None = None
+    most_blocks: int = 1_000_000
+
+    def __post_init__(self):
+        if self.slivers not in ("merge", "refuse", "keep"):
+            raise InputError(f"slivers = {self.slivers!r} must be 'merge', 'refuse' or 'keep'")
+        for name in ("least_area", "least_edge", "least_angle", "tolerance"):
+            value = getattr(self, name)
+            if value is not None and not 0 <= value <= _FARTHEST:
+                raise InputError(f"{name} = {value:g} must not be negative")
+        if not 0 < self.most_blocks <= 10_000_000:
+            raise InputError(f"most_blocks = {self.most_blocks} must lie between 1 and 10000000")

@@ -1,0 +1,472 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The plane graph of joints: crossings, common ends, dead ends, and the faces that become blocks.
+
+Segments are split where they cross or touch, which gives nodes and edges; every edge keeps the
+number of the segment that it comes from.  Faces whose outline is one simple polygon are exactly
+those of a graph that stays connected when any one node is taken out, so dead ends, bridges and
+loops of joints that hang on one node or on none are removed before the faces are traced.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ...base.errors import InputError
+
+_PASSES = 40
+# Of the tolerance: nodes closer to an edge split it.  Below cos 45° two nodes that are no closer to
+# each other than the tolerance cannot both lie that close to the edge from a third to the other,
+# which would split the two edges in turn without end.
+_BESIDE = 0.7
+_ROUNDING = 16 * np.finfo(float).eps  # of the size of the regions: of places and their products
+_CANDIDATES = 1_000_000  # pairs of segments looked at together
+MOST_CANDIDATES = 400_000_000
+
+# Kinds of nodes, by how little they may move.
+CORNER, BOUNDARY, CROSSING, END = range(4)
+
+
+@dataclass
+class Network:
+    """Nodes and the edges between them.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (nodes, 2)
+        m.
+    kinds : ndarray, shape (nodes,)
+        0 corner of an outline, 1 on an outline, 2 crossing, 3 end of a joint.
+    edges : ndarray, shape (edges, 2)
+        Nodes at the ends, the smaller number first; no edge twice.
+    labels : ndarray, shape (edges,)
+        The smallest label of the segments that an edge is part of.
+    outline : ndarray of bool, shape (edges,)
+        Whether an edge is part of an outline.
+    moved : int
+        Nodes that were moved to become one with others.
+    """
+
+    nodes: np.ndarray
+    kinds: np.ndarray
+    edges: np.ndarray
+    labels: np.ndarray
+    outline: np.ndarray
+    moved: int = 0
+
+    def subset(self, keep) -> Network:
+        """The network with some of its edges, all nodes kept."""
+        edges, labels, outline = self.edges[keep], self.labels[keep], self.outline[keep]
+        return Network(self.nodes, self.kinds, edges, labels, outline, self.moved)
+
+
+def split_segments(segments, labels, outline, tolerance: float) -> Network:
+    """The network of segments, split where they cross or touch.
+
+    Parameters
+    ----------
+    segments : ndarray, shape (n, 2, 2)
+        Both ends, m.
+    labels : ndarray of int, shape (n,)
+    outline : ndarray of bool, shape (n,)
+        Segments of outlines, whose corners do not move.
+    tolerance : float
+        m, see `split_network`.
+    """
+    return split_network(_in_order(segments, labels, outline), tolerance)
+
+
+def split_network(network: Network, tolerance: float, rigid: bool = False) -> Network:
+    """The network with its edges split where they cross or touch.
+
+    Parameters
+    ----------
+    network : Network
+    tolerance : float
+        m: nodes that are closer to each other become one, those that are closer than 0.7 of it to
+        an edge split it, and free ends of joints are moved onto it.
+    rigid : bool
+        Outlines keep their shape: what lies on one does not become one with another.
+    """
+    network = _joined(network, tolerance, rigid)
+    for _ in range(_PASSES):
+        events = _events(network, tolerance, rigid)
+        before = len(network.nodes)
+        network = _split(network, *events)
+        network = _joined(network, tolerance, rigid)
+        if not len(events[0]) and len(network.nodes) == before:
+            return network
+    raise InputError(
+        f"corners within {tolerance:g} m of each other and of joints cannot be made one without "
+        "bringing others as close; choose a smaller least_edge"
+    )
+
+
+def _in_order(segments, labels, outline) -> Network:
+    """Segments as a network of edges that do not know each other, in an order of their own.
+
+    The result then does not depend on the order of the input.
+    """
+    first, second = segments[:, 0], segments[:, 1]
+    turn = (first[:, 0] > second[:, 0]) | (
+        (first[:, 0] == second[:, 0]) & (first[:, 1] > second[:, 1])
+    )
+    segments = np.where(turn[:, None, None], segments[:, ::-1], segments)
+    flat = segments.reshape(-1, 4)
+    order = np.lexsort((*flat.T[::-1], labels, ~outline))
+    segments, labels, outline = segments[order], labels[order], outline[order]
+    nodes = segments.reshape(-1, 2)
+    kinds = np.repeat(np.where(outline, CORNER, END), 2)
+    edges = np.arange(len(nodes)).reshape(-1, 2)
+    return Network(nodes, kinds, edges, labels, outline)
+
+
+def _candidates(network: Network, tolerance: float):
+    """Pairs of edges whose boxes overlap, in portions: arrays i < j."""
+    ends = network.nodes[network.edges]
+    low, high = ends.min(axis=1) - tolerance, ends.max(axis=1) + tolerance
+    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    tree = shapely.STRtree(boxes)
+    at, portion, total = 0, 256, 0
+    while at < len(boxes):
+        one, other = tree.query(boxes[at : at + portion])
+        one = one + at
+        at += portion
+        keep = one < other
+        total += len(one)
+        if total > MOST_CANDIDATES:
+            raise InputError(
+                f"more than {MOST_CANDIDATES:.0e} pairs of joints lie near each other; use fewer "
+                "or shorter joints"
+            )
+        portion = max(1, 2 * portion if len(one) < _CANDIDATES else portion // 2)
+        order = np.lexsort((other[keep], one[keep]))
+        yield one[keep][order], other[keep][order]
+
+
+def _cross(a, b):
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _events(network: Network, tolerance: float, rigid: bool):
+    """Where edges are to be split: edge, share of its length, node; and the new nodes.
+
+    Returns
+    -------
+    edge, share, node : ndarray
+        Nodes beyond those of the network are new.
+    places : ndarray, shape (new, 2)
+    kinds : ndarray, shape (new,)
+    moved, targets : ndarray
+        Free ends that touch an edge, and their places on it; those on outlines last.
+    """
+    edge, share, node, places, kinds, moved, targets, on_outline = ([] for _ in range(8))
+    fresh = len(network.nodes)
+    for one, other in _candidates(network, tolerance):
+        touched = np.zeros(len(one), dtype=bool)
+        for this, that in ((one, other), (other, one)):
+            for side in (0, 1):
+                ends = network.edges[that, side]
+                hit, along, where = _touches(network, this, ends, _BESIDE * tolerance)
+                if rigid:
+                    stiff = network.outline[this[hit]] & (network.kinds[ends[hit]] <= BOUNDARY)
+                    hit, along, where = hit[~stiff], along[~stiff], where[~stiff]
+                touched[hit] = True
+                edge.append(this[hit])
+                share.append(along)
+                end = ends[hit]
+                node.append(end)
+                limit = np.where(network.outline[this[hit]], CROSSING, END)
+                free = network.kinds[end] >= limit
+                moved.append(end[free])
+                targets.append(where[free])
+                on_outline.append(network.outline[this[hit]][free])
+        hit, along, across, where = _crossings(network, one, other, ~touched)
+        new = fresh + np.arange(len(hit))
+        fresh += len(hit)
+        edge += [one[hit], other[hit]]
+        share += [along, across]
+        node += [new, new]
+        places.append(where)
+        outlines = network.outline[one[hit]].astype(int) + network.outline[other[hit]]
+        kinds.append(CROSSING - outlines)
+    join = np.concatenate
+    if not edge:
+        none = np.zeros(0, dtype=int)
+        return none, np.zeros(0), none, np.zeros((0, 2)), none, none, np.zeros((0, 2))
+    last = np.argsort(join(on_outline), kind="stable")
+    moved, targets = join(moved)[last], join(targets)[last]
+    return join(edge), join(share), join(node), join(places), join(kinds), moved, targets
+
+
+def _touches(network, edge, node, tolerance):
+    """Which of the nodes lie within the tolerance of an edge that they are not an end of."""
+    a, b = network.nodes[network.edges[edge]].swapaxes(0, 1)
+    along, to = b - a, network.nodes[node] - a
+    squared = (along**2).sum(axis=1)
+    share = (to * along).sum(axis=1) / squared
+    away = abs(_cross(along, to)) / np.sqrt(squared)
+    foreign = (network.edges[edge] != node[:, None]).all(axis=1)
+    hit = np.flatnonzero(foreign & (share > 0) & (share < 1) & (away <= tolerance))
+    return hit, share[hit], a[hit] + share[hit, None] * along[hit]
+
+
+def _crossings(network, one, other, wanted):
+    """Which pairs of edges cross inside both, the shares of their lengths, and where."""
+    foreign = (network.edges[one][:, :, None] != network.edges[other][:, None, :]).all(axis=(1, 2))
+    pairs = np.flatnonzero(wanted & foreign)
+    a, b = network.nodes[network.edges[one[pairs]]].swapaxes(0, 1)
+    c, d = network.nodes[network.edges[other[pairs]]].swapaxes(0, 1)
+    r, s, between = b - a, d - c, c - a
+    sine = _cross(r, s)
+    parallel = sine == 0
+    sine = np.where(parallel, 1.0, sine)
+    t, u = _cross(between, s) / sine, _cross(between, r) / sine
+    apart = ~(_collinear(r, c - a, network) & _collinear(r, d - a, network))
+    apart &= ~(_collinear(s, a - c, network) & _collinear(s, b - c, network))
+    hit = np.flatnonzero(~parallel & apart & (t > 0) & (t < 1) & (u > 0) & (u < 1))
+    return pairs[hit], t[hit], u[hit], a[hit] + t[hit, None] * r[hit]
+
+
+def _collinear(along, to, network) -> np.ndarray:
+    """Whether a place lies on the line of an edge but for the rounding of places.
+
+    Edges of one side of an outline are no more parallel than that; the shares at which they would
+    cross are rounding over rounding.
+    """
+    rounding = _ROUNDING * abs(network.nodes).max()
+    return abs(_cross(along, to)) <= rounding * (np.hypot(*along.T) + np.hypot(*to.T))
+
+
+def _split(network, edge, share, node, places, kinds, moved, targets) -> Network:
+    """The network with its edges split at the nodes that lie on them."""
+    nodes = np.concatenate([network.nodes, places])
+    kinds = np.concatenate([network.kinds, kinds]).astype(int)
+    # Where a free end touches both, an outline has the last word over a joint.
+    nodes[moved] = targets
+    on_outline = np.zeros(len(kinds), dtype=bool)
+    on_outline[node[network.outline[edge]]] = True
+    kinds = np.where(on_outline, np.minimum(kinds, BOUNDARY), np.minimum(kinds, END))
+    kinds[node] = np.minimum(kinds[node], CROSSING)
+    count = np.arange(len(network.edges))
+    edge = np.concatenate([count, edge, count])
+    share = np.concatenate([np.full(len(count), -1.0), share, np.full(len(count), 2.0)])
+    node = np.concatenate([network.edges[:, 0], node, network.edges[:, 1]])
+    order = np.lexsort((node, share, edge))
+    edge, node = edge[order], node[order]
+    inside = edge[1:] == edge[:-1]
+    edges = np.column_stack([node[:-1], node[1:]])[inside]
+    source = edge[:-1][inside]
+    return Network(
+        nodes, kinds, edges, network.labels[source], network.outline[source], network.moved
+    )
+
+
+def _joined(network: Network, tolerance: float, rigid: bool) -> Network:
+    """The network with nodes that are close to each other made one, and every edge once."""
+    count = len(network.nodes)
+    pairs = cKDTree(network.nodes).query_pairs(tolerance, output_type="ndarray")
+    if rigid and len(pairs):
+        pairs = _rigid_pairs(network, pairs)
+    links = coo_array((np.ones(len(pairs)), pairs.T.reshape(2, -1)), shape=(count, count))
+    groups, group = connected_components(links, directed=False)
+    nodes, kinds = network.nodes, network.kinds
+    best = np.full(groups, END)
+    np.minimum.at(best, group, kinds)
+    leads = kinds == best[group]
+    weight = np.bincount(group, leads, groups)
+    places = np.column_stack([np.bincount(group, leads * xy, groups) / weight for xy in nodes.T])
+    # One node alone keeps its place to the last bit.
+    first = np.full(groups, count)
+    np.minimum.at(first, group, np.where(leads, np.arange(count), count))
+    alone = weight == 1
+    places[alone] = nodes[first[alone]]
+    edges = np.sort(group[network.edges], axis=1)
+    keep = edges[:, 0] != edges[:, 1]
+    key, where = np.unique(edges[keep] @ np.array([groups, 1]), return_inverse=True)
+    labels = np.full(len(key), np.iinfo(np.int64).max)
+    np.minimum.at(labels, where, network.labels[keep])
+    outline = np.zeros(len(key), dtype=bool)
+    np.logical_or.at(outline, where, network.outline[keep])
+    edges = np.column_stack(np.divmod(key, groups))
+    moved = network.moved + int((nodes != places[group]).any(axis=1).sum())
+    return Network(places, best, edges, labels, outline, moved)
+
+
+def _rigid_pairs(network: Network, pairs) -> np.ndarray:
+    """Of pairs of nodes that are close, those that may become one while outlines keep their shape.
+
+    A node within the regions may become one with the nearest on an outline, a node on an outline
+    with the nearest corner beside it on the same outline, and nodes of one kind with each other if
+    they have no such partner; corners stay.
+    """
+    kinds = np.minimum(network.kinds, CROSSING)
+    count = np.array([len(network.nodes), 1])
+    sides = np.sort(network.edges[network.outline], axis=1) @ count
+    beside = np.isin(np.sort(pairs, axis=1) @ count, sides)
+    kept, taken = [], np.zeros(len(kinds), dtype=bool)
+    for kind in (BOUNDARY, CROSSING):
+        allowed = beside if kind == BOUNDARY else np.ones(len(pairs), dtype=bool)
+        down = allowed & (kinds[pairs].max(axis=1) == kind) & (kinds[pairs].min(axis=1) < kind)
+        upper = np.where(kinds[pairs[down, 0]] == kind, pairs[down, 0], pairs[down, 1])
+        away = np.linalg.norm(np.diff(network.nodes[pairs[down]], axis=1)[:, 0], axis=1)
+        order = np.lexsort((away, upper))
+        partnered, nearest = np.unique(upper[order], return_index=True)
+        kept.append(pairs[down][order[nearest]])
+        taken[partnered] = True
+        same = allowed & (kinds[pairs] == kind).all(axis=1) & ~taken[pairs].any(axis=1)
+        kept.append(pairs[same])
+    return np.concatenate(kept)
+
+
+def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]:
+    """The part of a network whose faces are simple polygons.
+
+    Returns
+    -------
+    Network
+    int
+        Edges of dead ends that were removed.
+    list of ndarray
+        A place (m) on each loop of joints that was removed, since it lies inside one block and
+        touches its outline at no more than one point.
+    """
+    rest = _pruned(network)
+    dead = len(network.edges) - len(rest.edges)
+    parts = _blocks_of_graph(len(rest.nodes), rest.edges)
+    anchored = np.unique(parts[rest.outline])
+    keep = np.isin(parts, anchored)
+    sizes = np.bincount(parts, minlength=parts.max(initial=0) + 1)
+    loose = ~keep & (sizes[parts] > 1)
+    _, first = np.unique(parts[loose], return_index=True)
+    places = [rest.nodes[rest.edges[loose][i, 0]] for i in first]
+    return rest.subset(keep), dead + int((~keep & ~loose).sum()), places
+
+
+def _pruned(network: Network) -> Network:
+    """The network without edges that end freely, again and again."""
+    while True:
+        degree = np.bincount(network.edges.ravel(), minlength=len(network.nodes))
+        keep = (degree[network.edges] > 1).all(axis=1)
+        if keep.all():
+            return network
+        network = network.subset(keep)
+
+
+def _blocks_of_graph(nodes: int, edges) -> np.ndarray:
+    """Number of the biconnected part of each edge (Hopcroft & Tarjan 1973), shape (edges,)."""
+    ends = edges.ravel()
+    order = np.argsort(ends, kind="stable")
+    first = np.searchsorted(ends[order], np.arange(nodes + 1)).tolist()
+    around = (order // 2).tolist()
+    there = edges[order // 2, 1 - order % 2].tolist()
+    part = [-1] * len(edges)
+    depth, low = [0] * nodes, [0] * nodes
+    at = first[:-1]
+    parts = clock = 0
+    for root in np.unique(ends).tolist():
+        if depth[root]:
+            continue
+        clock += 1
+        depth[root] = low[root] = clock
+        path, pending, came = [root], [], [-1]
+        while path:
+            v = path[-1]
+            i = at[v]
+            if i < first[v + 1]:
+                at[v] = i + 1
+                e, w = around[i], there[i]
+                if e == came[-1] or depth[w] > depth[v]:
+                    continue
+                pending.append(e)
+                if depth[w]:
+                    low[v] = min(low[v], depth[w])
+                else:
+                    clock += 1
+                    depth[w] = low[w] = clock
+                    path.append(w)
+                    came.append(e)
+                continue
+            path.pop()
+            e = came.pop()
+            if not path:
+                continue
+            u = path[-1]
+            low[u] = min(low[u], low[v])
+            if low[v] >= depth[u]:
+                while True:
+                    last = pending.pop()
+                    part[last] = parts
+                    if last == e:
+                        break
+                parts += 1
+    return np.array(part, dtype=int)
+
+
+@dataclass
+class Faces:
+    """Faces of a network, each on the left of its half-edges.
+
+    Half-edge 2e runs along edge e from its first node to its second, 2e + 1 runs back.
+
+    Attributes
+    ----------
+    cycles : list of list of int
+        Half-edges around each face, counter-clockwise.
+    face : ndarray, shape (half-edges,)
+        The face on the left of each; −1 outside.
+    areas : ndarray, shape (faces,)
+        m².
+    """
+
+    cycles: list[list[int]]
+    face: np.ndarray
+    areas: np.ndarray
+
+
+def half_edge_starts(network: Network) -> np.ndarray:
+    """The node where each half-edge begins, shape (2 × edges,)."""
+    return network.edges.ravel()
+
+
+def trace_faces(network: Network) -> Faces:
+    """All bounded faces of a network without dead ends."""
+    start = half_edge_starts(network)
+    count = len(start)
+    twin = np.arange(count) ^ 1
+    along = network.nodes[start[twin]] - network.nodes[start]
+    angle = np.arctan2(along[:, 1], along[:, 0])
+    order = np.lexsort((angle, start))
+    place = np.empty(count, dtype=int)
+    place[order] = np.arange(count)
+    first = np.searchsorted(start[order], start)
+    last = np.searchsorted(start[order], start, side="right") - 1
+    # At the end of a half-edge the face goes on with the next edge clockwise from its twin.
+    before = np.where(place == first, last, place - 1)
+    following = order[before][twin].tolist()
+    x, y = network.nodes[start].T.tolist()
+    seen, cycles, areas = [False] * count, [], []
+    for h in range(count):
+        if seen[h]:
+            continue
+        cycle, twice = [], 0.0
+        x0, y0 = x[h], y[h]
+        while not seen[h]:
+            seen[h] = True
+            cycle.append(h)
+            after = following[h]
+            twice += (x[h] - x0) * (y[after] - y0) - (y[h] - y0) * (x[after] - x0)
+            h = after
+        if twice > 0:
+            cycles.append(cycle)
+            areas.append(0.5 * twice)
+    face = np.full(count, -1)
+    lengths = [len(cycle) for cycle in cycles]
+    if cycles:
+        face[np.concatenate(cycles)] = np.repeat(np.arange(len(cycles)), lengths)
+    return Faces(cycles, face, np.array(areas))

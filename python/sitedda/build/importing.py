@@ -1,0 +1,348 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lines and polygons from DXF, GeoJSON, WKT and CSV files, which are not trusted."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError, OutputError
+
+MOST_BYTES = 64 * 2**20  # of a file
+MOST_POINTS = 2_000_000  # of all lines of a file
+MOST_OF_CURVE = 20_000
+MOST_LINES = 500_000
+DEEPEST = 8  # of blocks or collections within each other
+_FARTHEST = 1e9  # m
+_SAGITTA = 1e-3  # of the radius: how far the chords of a curve may run beside it
+_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
+
+
+@dataclass
+class Outline:
+    """A line of a file.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 2)
+        m; those of a closed line without the first again.
+    closed : bool
+    name : str
+        Of the line, or blank.
+    layer : str
+    """
+
+    points: np.ndarray
+    closed: bool
+    name: str = ""
+    layer: str = ""
+
+    def closed_points(self, group: str) -> np.ndarray:
+        """The points for a group: those of a closed chain of joints end where they begin."""
+        if self.closed and group == "joint_line":
+            return np.vstack([self.points, self.points[:1]])
+        return self.points
+
+
+def read_outlines(
+    file, layer: str | None = None, scale: float | None = None, closed: bool | None = None
+) -> list[Outline]:
+    """The lines and polygons of a file.
+
+    Parameters
+    ----------
+    file : path
+        ``.dxf``, ``.geojson`` or ``.json``, ``.wkt``, ``.csv`` or ``.txt``.
+    layer : str, optional
+        Only those of a layer of a DXF file, or whose property ``layer`` is that in GeoJSON.
+    scale : float, optional
+        Metres in a unit of the file (by the header of a DXF file, else 1).
+    closed : bool, optional
+        Only closed lines, or only open ones.
+
+    Returns
+    -------
+    list of Outline
+
+    Raises
+    ------
+    InputError
+        If the file is not what its name says, or exceeds a limit: 64 MiB, 2 000 000 points,
+        500 000 lines, 8 levels of nesting.
+    OutputError
+        If it cannot be read.
+
+    Notes
+    -----
+    A CSV file has a line for each point: x, y, or name, x, y, or columns with these words as
+    headers; points of one name follow each other.  A line whose last point is the first is closed;
+    without names a CSV file holds one line.
+    """
+    file = Path(file)
+    readers = {".dxf": _dxf, ".geojson": _geojson, ".json": _geojson, ".wkt": _wkt}
+    readers |= {".csv": _csv, ".txt": _csv}
+    reader = readers.get(file.suffix.lower())
+    if reader is None:
+        known = ", ".join(readers)
+        raise InputError(f"{file}: the name must end in one of {known}")
+    if scale is not None and not 0 < scale <= 1e6:
+        raise InputError(f"scale = {scale:g} must be a positive number")
+    _check_size(file)
+    try:
+        found = list(_limited(file, reader(file, scale)))
+    except OSError as trouble:
+        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+    except RecursionError:
+        raise InputError(f"{file}: nested too deeply") from None
+    if layer is not None:
+        layers = sorted({one.layer for one in found})
+        found = [one for one in found if one.layer == layer]
+        if not found:
+            names = ", ".join(map(repr, filter(None, layers[:12]))) or "no layers"
+            raise InputError(f"{file}: nothing lies on layer {layer!r}; there are {names}")
+    if closed is not None:
+        found = [one for one in found if one.closed == closed]
+    if not found:
+        kind = {None: "lines", True: "closed lines", False: "open lines"}[closed]
+        raise InputError(f"{file} holds no {kind}")
+    return found
+
+
+def _check_size(file: Path) -> None:
+    try:
+        size = file.stat().st_size
+        regular = file.is_file()
+    except FileNotFoundError as trouble:
+        raise InputError(f"{file}: there is no such file") from trouble
+    except OSError as trouble:
+        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+    if not regular:
+        raise InputError(f"{file} is not a file")
+    if size > MOST_BYTES:
+        raise InputError(f"{file} has {size} bytes, more than {MOST_BYTES}")
+
+
+def _limited(file: Path, lines) -> Iterator[Outline]:
+    """Lines as they should be: bounded in number, finite, closed ones without the last point."""
+    total = 0
+    for count, (points, closed, name, layer) in enumerate(lines, 1):
+        total += len(points)
+        if count > MOST_LINES or total > MOST_POINTS:
+            raise InputError(f"{file} holds more than {MOST_LINES} lines or {MOST_POINTS} points")
+        points = np.array(points, dtype=float).reshape(-1, 2)
+        if not (abs(points) <= _FARTHEST).all():
+            raise InputError(
+                f"{file}: line {count} {name} has a point that lies beyond {_FARTHEST:g} m or is "
+                "no number"
+            )
+        same = len(points) > 3 and (points[0] == points[-1]).all()
+        points = points[:-1] if same else points
+        if len(points) >= 2:
+            yield Outline(points, bool(closed or same), name[:64], layer)
+
+
+# --- Formats -------------------------------------------------------------------------------------
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{file} is not a text file in UTF-8") from None
+
+
+def _csv(file: Path, scale):
+    """One line for each run of equal names."""
+    try:
+        rows = [row for row in csv.reader(_text(file).splitlines()) if row and row[0][:1] != "#"]
+    except csv.Error as trouble:
+        raise InputError(f"{file} is no CSV file that can be read: {trouble}") from None
+    rows = [[cell.strip() for cell in row] for row in rows]
+    if not rows:
+        return
+    heads = [cell.lower() for cell in rows[0]]
+    if "x" in heads and "y" in heads:
+        x, y, rows, start = heads.index("x"), heads.index("y"), rows[1:], 2
+        name = next((heads.index(word) for word in ("name", "block") if word in heads), None)
+    else:
+        x, y, start, name = (0, 1, 1, None) if len(rows[0]) < 3 else (1, 2, 1, 0)
+    lines: list[tuple[str, list]] = []
+    for number, row in enumerate(rows, start):
+        try:
+            point = (float(row[x]), float(row[y]))
+        except (ValueError, IndexError):
+            raise InputError(
+                f"{file}, row {number}: {','.join(row)[:60]!r} holds no x, y"
+            ) from None
+        label = row[name] if name is not None and name < len(row) else ""
+        if not lines or lines[-1][0] != label:
+            lines.append((label, []))
+        lines[-1][1].append(point)
+    for label, points in lines:
+        yield np.array(points) * (scale or 1.0), name is not None, label, ""
+
+
+def _wkt(file: Path, scale):
+    """One geometry a line."""
+    import shapely
+
+    for number, line in enumerate(_text(file).splitlines(), 1):
+        if not line.strip() or line.lstrip()[0] == "#":
+            continue
+        if _depth(line, "(") > DEEPEST:
+            raise InputError(f"{file}, line {number}: nested too deeply")
+        try:
+            shape = shapely.from_wkt(line)
+        except (shapely.errors.ShapelyError, UnicodeError) as trouble:
+            words = str(trouble).splitlines()[0][:100]
+            raise InputError(f"{file}, line {number}: {words}") from None
+        yield from _of_shape(file, shape, scale or 1.0, "", "")
+
+
+def _depth(text: str, opening: str) -> int:
+    """How deeply brackets are nested in a text."""
+    deepest = depth = 0
+    for mark in text:
+        depth += (mark in opening) - (mark in ")]}")
+        deepest = max(deepest, depth)
+    return deepest
+
+
+def _of_shape(file: Path, shape, scale: float, name: str, layer: str, depth: int = 0):
+    """The lines of a geometry of shapely."""
+    if depth > DEEPEST:
+        raise InputError(f"{file}: nested too deeply")
+    if hasattr(shape, "geoms"):
+        for part in shape.geoms:
+            yield from _of_shape(file, part, scale, name, layer, depth + 1)
+    elif shape.geom_type == "Polygon" and not shape.is_empty:
+        if len(shape.interiors):
+            raise InputError(f"{file}: a polygon {name} has holes; give each as one of its own")
+        yield np.array(shape.exterior.coords)[:, :2] * scale, True, name, layer
+    elif shape.geom_type in ("LineString", "LinearRing"):
+        points = np.array(shape.coords).reshape(len(shape.coords), -1)[:, :2]
+        yield points * scale, False, name, layer
+
+
+def _geojson(file: Path, scale):
+    """Features, collections of them, or bare geometries."""
+    text = _text(file)
+    if _depth(text, "([{") > 4 * DEEPEST:
+        raise InputError(f"{file}: nested too deeply")
+    try:
+        data = json.loads(text)
+    except ValueError as trouble:
+        raise InputError(f"{file} is no JSON: {trouble}") from None
+    features = data.get("features", [data]) if isinstance(data, dict) else None
+    if not isinstance(features, list):
+        raise InputError(f"{file} is no GeoJSON: it holds no features")
+    for number, feature in enumerate(features, 1):
+        where = f"{file}, feature {number}"
+        if not isinstance(feature, dict):
+            raise InputError(f"{where} is no object")
+        geometry = feature.get("geometry", feature)
+        given = feature.get("properties")
+        given = given if isinstance(given, dict) else {}
+        name, layer = (str(given.get(key) or "") for key in ("name", "layer"))
+        if geometry is not None:
+            yield from _of_geometry(where, geometry, scale or 1.0, name, layer)
+
+
+def _of_geometry(where: str, geometry, scale: float, name: str, layer: str, depth: int = 0):
+    """The lines of a geometry of GeoJSON."""
+    kind = geometry.get("type") if isinstance(geometry, dict) else None
+    if depth > DEEPEST:
+        raise InputError(f"{where}: nested too deeply")
+    if kind == "GeometryCollection":
+        parts = geometry.get("geometries")
+        for part in parts if isinstance(parts, list) else []:
+            yield from _of_geometry(where, part, scale, name, layer, depth + 1)
+        return
+    levels = {"LineString": 0, "MultiLineString": 1, "Polygon": 1, "MultiPolygon": 2}
+    if kind in ("Point", "MultiPoint"):
+        return
+    if kind not in levels:
+        raise InputError(f"{where}: the type {kind!r} is not known")
+    lines = [geometry.get("coordinates")]
+    for level in range(levels[kind]):
+        if not all(isinstance(line, list) for line in lines):
+            raise InputError(f"{where}: coordinates of {kind} are not nested as they should be")
+        if (
+            kind.endswith("Polygon")
+            and level == levels[kind] - 1
+            and any(len(rings) > 1 for rings in lines)
+        ):
+            raise InputError(f"{where}: a polygon {name} has holes; give each as one of its own")
+        lines = [part for line in lines for part in line]
+    for line in lines:
+        try:
+            points = np.array([point[:2] for point in line], dtype=float)
+            if points.ndim != 2 or points.shape[1] != 2:
+                raise ValueError
+        except (TypeError, ValueError, KeyError, OverflowError):
+            raise InputError(f"{where}: coordinates of {kind} are no pairs of numbers") from None
+        yield points * scale, kind.endswith("Polygon"), name, layer
+
+
+def _dxf(file: Path, scale):
+    """Lines, polylines, arcs, circles, ellipses and splines of the model space."""
+    try:
+        import ezdxf
+    except ImportError:
+        raise InputError(
+            f"{file}: reading DXF needs the package ezdxf (pip install sitedda[dxf])"
+        ) from None
+    try:
+        drawing = ezdxf.readfile(file)
+    except OSError as trouble:
+        raise InputError(f"{file} is no DXF file: {trouble}") from None
+    except Exception as trouble:  # a parser of foreign text may raise anything
+        words = (str(trouble).splitlines() or [type(trouble).__name__])[0][:100]
+        raise InputError(f"{file} is no DXF file that can be read: {words}") from None
+    unit = scale or _UNITS.get(drawing.units, 1.0)
+    budget = [MOST_LINES]
+    for entity in drawing.modelspace():
+        for points, closed, layer in _of_entity(file, entity, budget, 0):
+            yield np.asarray(points) * unit, closed, "", layer
+
+
+def _of_entity(file: Path, entity, budget: list[int], depth: int):
+    """The lines of an entity; those of a block that is inserted, without end of nesting bounded."""
+    from ezdxf import path
+
+    budget[0] -= 1
+    if depth > DEEPEST or budget[0] < 0:
+        raise InputError(f"{file}: blocks are nested too deeply, or inserted too often")
+    kind = entity.dxftype()
+    try:
+        if kind == "INSERT":
+            rows = max(1, entity.dxf.row_count) * max(1, entity.dxf.column_count)
+            if rows > budget[0]:
+                raise InputError(f"{file}: a block is inserted {rows} times")
+            for one in entity.multi_insert() if rows > 1 else [entity]:
+                for part in one.virtual_entities():
+                    yield from _of_entity(file, part, budget, depth + 1)
+        elif kind in ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"):
+            way = path.make_path(entity)
+            size = path.bbox([way]).size.magnitude
+            if not size <= 1e6 * _FARTHEST:  # in units of the file; not a number, too
+                raise InputError(f"{file}: an entity {kind} has no finite size")
+            beside = _SAGITTA * max(size, 1e-9)
+            points = [(p.x, p.y) for p in _bounded(file, way.flattening(beside))]
+            yield points, way.is_closed, entity.dxf.get("layer", "")
+    except InputError:
+        raise
+    except Exception as trouble:  # what a broken entity raises is not known beforehand
+        raise InputError(f"{file}: an entity {kind} cannot be read: {trouble}") from None
+
+
+def _bounded(file: Path, points) -> Iterator:
+    for count, point in enumerate(points):
+        if count > MOST_OF_CURVE:
+            raise InputError(f"{file} holds a curve of more than {MOST_OF_CURVE} points")
+        yield point

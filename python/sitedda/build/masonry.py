@@ -1,0 +1,502 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Masonry from a few numbers: arches, piers, lintels, colonnades, walls."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.errors import InputError
+
+MOST_BLOCKS = 100_000  # of one structure
+
+
+@dataclass(frozen=True)
+class Stone:
+    """A block of masonry.
+
+    Attributes
+    ----------
+    name : str
+    polygon : ndarray, shape (n, 2)
+        Corners, m, counter-clockwise.
+    material, joint : str
+        Blank: the first of the model.
+    """
+
+    name: str
+    polygon: np.ndarray
+    material: str = ""
+    joint: str = ""
+
+
+def _require_positive(thing, *names: str) -> None:
+    for name in names:
+        value = getattr(thing, name)
+        if not 0 < value <= 1e9:
+            raise InputError(f"{name} = {value:g} must be a positive number")
+
+
+def _require_count(thing, **least: int) -> None:
+    for name, low in least.items():
+        value = getattr(thing, name)
+        if not low <= value <= MOST_BLOCKS:
+            raise InputError(f"{name} = {value} must lie between {low} and {MOST_BLOCKS}")
+
+
+def _require_few(blocks: int) -> None:
+    if blocks > MOST_BLOCKS:
+        raise InputError(f"{blocks} blocks are more than {MOST_BLOCKS}")
+
+
+def _require_place(thing, *names: str) -> None:
+    for name in names:
+        value = np.asarray(getattr(thing, name), dtype=float)
+        if not (abs(value) <= 1e9).all():
+            raise InputError(f"{name} = {value} is not a usable place")
+
+
+def _require_stem(name: str) -> None:
+    if not name or len(name) > 40:
+        raise InputError(f"name = {name!r} must have 1 to 40 characters: its blocks get numbers")
+
+
+def _rectangle(left, bottom, right, top) -> np.ndarray:
+    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+
+
+def _courses(left, right, bottom, height, courses, stones) -> Iterator[tuple[int, np.ndarray]]:
+    """Stones in running bond between two straight faces: number of the course and corners.
+
+    Parameters
+    ----------
+    left, right : (float, float)
+        x of a face at the bottom and at the top, m.
+    bottom, height : float
+        m.
+    courses, stones : int
+        Courses, and stones in a full course; every other course begins and ends with half a stone,
+        unless there is only one.
+    """
+    for k in range(courses):
+        shares = np.arange(stones + 1) / stones
+        if k % 2 and stones > 1:
+            shares = np.concatenate([[0.0], (np.arange(stones) + 0.5) / stones, [1.0]])
+        low, high = k / courses, (k + 1) / courses
+        foot = np.interp(shares, [0, 1], [np.interp(low, [0, 1], side) for side in (left, right)])
+        head = np.interp(shares, [0, 1], [np.interp(high, [0, 1], side) for side in (left, right)])
+        y, top = bottom + low * height, bottom + high * height
+        for i in range(len(shares) - 1):
+            yield (
+                k,
+                np.array(
+                    [(foot[i], y), (foot[i + 1], y), (head[i + 1], top), (head[i], top)],
+                    dtype=float,
+                ),
+            )
+
+
+def _numbered(name: str, polygons, material: str, joint: str) -> list[Stone]:
+    return [Stone(f"{name}_{i}", one, material, joint) for i, one in enumerate(polygons, 1)]
+
+
+@dataclass(kw_only=True)
+class Arch:
+    """An arch of straight-sided voussoirs, cut at right angles to its centre line.
+
+    Attributes
+    ----------
+    name : str
+    centre : (float, float)
+        Middle between the springings of the centre line, m.
+    radius : float
+        Of the centre line of a half-circle, m; in place of `span` and `rise`.
+    span, rise : float
+        Of the centre line, m.  A rise of half the span is a half-circle, less a segmental arch,
+        more a pointed one of two arcs whose centres lie on the springing line.
+    thickness : float
+        m.
+    voussoirs : int
+        Of equal angle; even for a pointed arch.
+    abutment : float
+        Size of a block behind each springing, ``name_left`` and ``name_right``, m (0: none).
+    material, joint : str
+        Blank: the first of the model.
+    """
+
+    name: str = "voussoir"
+    centre: np.ndarray = (0.0, 0.0)
+    radius: float | None = None
+    span: float | None = None
+    rise: float | None = None
+    thickness: float = 0.0
+    voussoirs: int = 0
+    abutment: float = 0.0
+    material: str = ""
+    joint: str = ""
+
+    def __post_init__(self):
+        _require_stem(self.name)
+        _require_place(self, "centre")
+        if self.radius is not None:
+            if self.span is not None or self.rise is not None:
+                raise InputError("give either radius, or span and rise")
+            _require_positive(self, "radius")
+            self.span, self.rise = 2 * self.radius, self.radius
+        if self.span is None or self.rise is None:
+            raise InputError("give radius, or span and rise")
+        _require_positive(self, "span", "rise", "thickness")
+        _require_count(self, voussoirs=2)
+        if not 0 <= self.abutment <= 1e9:
+            raise InputError(f"abutment = {self.abutment:g} must not be negative")
+        if self.is_pointed and self.voussoirs % 2:
+            raise InputError(f"voussoirs = {self.voussoirs} of a pointed arch must be even")
+        radius, _ = self._arc()
+        if self.thickness / 2 >= radius:
+            raise InputError(
+                f"thickness = {self.thickness:g} must be less than twice the radius, {radius:g} m"
+            )
+
+    @property
+    def is_pointed(self) -> bool:
+        """Whether the centre line has a corner at the crown."""
+        return self.rise > 0.5 * self.span * (1 + 1e-12)
+
+    def _arc(self) -> tuple[float, tuple[float, float]]:
+        """Radius (m) of the right arc, and its centre from the middle of the springing line."""
+        half, rise = self.span / 2, self.rise
+        if self.is_pointed:
+            radius = (half**2 + rise**2) / (2 * half)
+            return radius, (half - radius, 0.0)
+        radius = (half**2 + rise**2) / (2 * rise)
+        return radius, (0.0, rise - radius)
+
+    def _rays(self, offset: float) -> np.ndarray:
+        """Ends of the joints at a distance from the centre line, from the right, (n + 1, 2), m."""
+        radius, (x0, y0) = self._arc()
+        half, n = self.span / 2, self.voussoirs
+        springing = np.arctan2(-y0, half - x0)
+        if not self.is_pointed:
+            angle = np.linspace(springing, np.pi - springing, n + 1)
+            ends = (radius + offset) * np.column_stack([np.cos(angle), np.sin(angle)]) + (x0, y0)
+        else:
+            angle = np.linspace(0.0, np.arctan2(self.rise, -x0), n // 2 + 1)
+            ends = (radius + offset) * np.column_stack([np.cos(angle), np.sin(angle)]) + (x0, y0)
+            ends[-1] = 0.0, np.sqrt((radius + offset) ** 2 - x0**2)
+        right = ends[: n // 2 + 1]
+        # The left half mirrors the right one, to the last bit.
+        left = right[::-1] * (-1, 1) if n % 2 else right[-2::-1] * (-1, 1)
+        return np.vstack([right, left]) + np.asarray(self.centre, dtype=float)
+
+    def blocks(self) -> list[Stone]:
+        """Voussoirs from the right springing, then the abutments."""
+        inner, outer = self._rays(-self.thickness / 2), self._rays(self.thickness / 2)
+        polygons = [
+            np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]])
+            for i in range(self.voussoirs)
+        ]
+        found = _numbered(self.name, polygons, self.material, self.joint)
+        if self.abutment:
+            for side, i in (("left", -1), ("right", 0)):
+                block = self._abutment(inner[i], outer[i])
+                found.append(Stone(f"{self.name}_{side}", block, self.material, self.joint))
+        return found
+
+    def _abutment(self, inner, outer) -> np.ndarray:
+        bottom = min(inner[1], outer[1]) - self.abutment
+        beyond = outer[0] + np.copysign(self.abutment, outer[0] - inner[0])
+        corners = [inner, (inner[0], bottom), (beyond, bottom), (beyond, outer[1]), outer]
+        return np.array(corners if outer[0] > inner[0] else corners[::-1])
+
+
+@dataclass(kw_only=True)
+class Pier:
+    """A pier of courses in running bond.
+
+    Attributes
+    ----------
+    name : str
+    centre, bottom : float
+        x of its axis, y of its foot, m.
+    width, height : float
+        m.
+    top_width : float
+        m (as `width`).
+    courses, stones : int
+        Courses, and stones in a full course.
+    material, joint : str
+        Blank: the first of the model.
+    """
+
+    name: str = "pier"
+    centre: float = 0.0
+    bottom: float = 0.0
+    width: float = 0.0
+    top_width: float | None = None
+    height: float = 0.0
+    courses: int = 1
+    stones: int = 1
+    material: str = ""
+    joint: str = ""
+
+    def __post_init__(self):
+        _require_stem(self.name)
+        self.top_width = self.width if self.top_width is None else self.top_width
+        _require_place(self, "centre", "bottom")
+        _require_positive(self, "width", "top_width", "height")
+        _require_count(self, courses=1, stones=1)
+        _require_few(self.courses * (self.stones + 1))
+
+    def blocks(self) -> list[Stone]:
+        """Stones course by course from below."""
+        half = 0.5 * np.array([self.width, self.top_width])
+        faces = (self.centre - half, self.centre + half)
+        laid = _courses(*faces, self.bottom, self.height, self.courses, self.stones)
+        return _numbered(self.name, (stone for _, stone in laid), self.material, self.joint)
+
+
+@dataclass(kw_only=True)
+class Lintel:
+    """A beam over an opening.
+
+    Attributes
+    ----------
+    name : str
+    left, bottom : float
+        x of the left side of the opening, y of the underside, m.
+    span : float
+        Of the opening, m.
+    height : float
+        m.
+    bearing : float
+        Length on each side that rests on the walls, m.
+    material, joint : str
+        Blank: the first of the model.
+    """
+
+    name: str = "lintel"
+    left: float = 0.0
+    bottom: float = 0.0
+    span: float = 0.0
+    height: float = 0.0
+    bearing: float = 0.0
+    material: str = ""
+    joint: str = ""
+
+    def __post_init__(self):
+        _require_stem(self.name)
+        _require_place(self, "left", "bottom")
+        _require_positive(self, "span", "height", "bearing")
+
+    def blocks(self) -> list[Stone]:
+        """The beam."""
+        right = self.left + self.span + self.bearing
+        beam = _rectangle(self.left - self.bearing, self.bottom, right, self.bottom + self.height)
+        return [Stone(self.name, beam, self.material, self.joint)]
+
+
+@dataclass(kw_only=True)
+class Colonnade:
+    """Columns of drums, with capitals and beams from axis to axis if wanted.
+
+    Attributes
+    ----------
+    name : str
+        Drums are ``name1_1`` … from below, then ``name1_capital``; beams ``name_beam_1`` ….
+    left, bottom : float
+        x of the axis of the first column, y of its foot, m.
+    columns, drums : int
+    spacing : float
+        Between axes, m.
+    width, top_width : float
+        Of a shaft at its foot and its top, m (`top_width`: as `width`).
+    height : float
+        Of a shaft, m.
+    capital_width, capital_height : float
+        m (0: no capitals).
+    beam_height : float
+        m (0: no beams); the outer ones end flush with what they rest on.
+    material, joint : str
+        Blank: the first of the model.
+    """
+
+    name: str = "column"
+    left: float = 0.0
+    bottom: float = 0.0
+    columns: int = 2
+    drums: int = 1
+    spacing: float = 0.0
+    width: float = 0.0
+    top_width: float | None = None
+    height: float = 0.0
+    capital_width: float = 0.0
+    capital_height: float = 0.0
+    beam_height: float = 0.0
+    material: str = ""
+    joint: str = ""
+
+    def __post_init__(self):
+        _require_stem(self.name)
+        self.top_width = self.width if self.top_width is None else self.top_width
+        _require_place(self, "left", "bottom")
+        _require_positive(self, "spacing", "width", "top_width", "height")
+        _require_count(self, columns=1, drums=1)
+        _require_few(self.columns * (self.drums + 2))
+        if (self.capital_width > 0) != (self.capital_height > 0):
+            raise InputError("give both capital_width and capital_height, or neither")
+        for name in ("capital_width", "capital_height", "beam_height"):
+            if not 0 <= getattr(self, name) <= 1e9:
+                raise InputError(f"{name} = {getattr(self, name):g} must not be negative")
+        if self.spacing <= max(self.width, self.top_width, self.capital_width):
+            raise InputError(f"spacing = {self.spacing:g}: the columns would touch each other")
+
+    def blocks(self) -> list[Stone]:
+        """Column by column from below, then the beams from the left."""
+        found = []
+        top = self.bottom + self.height
+        half = 0.5 * np.array([self.width, self.top_width])
+        for c in range(self.columns):
+            axis, name = self.left + c * self.spacing, f"{self.name}{c + 1}"
+            faces = (axis - half, axis + half)
+            laid = _courses(*faces, self.bottom, self.height, self.drums, 1)
+            found += _numbered(name, (drum for _, drum in laid), self.material, self.joint)
+            if self.capital_height:
+                wide = 0.5 * self.capital_width
+                block = _rectangle(axis - wide, top, axis + wide, top + self.capital_height)
+                found.append(Stone(f"{name}_capital", block, self.material, self.joint))
+        if self.beam_height:
+            found += _numbered(f"{self.name}_beam", self._beams(), self.material, self.joint)
+        return found
+
+    def _beams(self) -> Iterator[np.ndarray]:
+        low = self.bottom + self.height + self.capital_height
+        over = 0.5 * (self.capital_width or self.top_width)
+        for i in range(max(1, self.columns - 1)):
+            first, last = i == 0, i >= self.columns - 2
+            left = self.left + i * self.spacing - (over if first else 0.0)
+            right = self.left + min(i + 1, self.columns - 1) * self.spacing
+            yield _rectangle(left, low, right + (over if last else 0.0), low + self.beam_height)
+
+
+@dataclass(kw_only=True)
+class RetainingWall:
+    """A wall of courses in running bond with an upright back and a battered face.
+
+    Attributes
+    ----------
+    name : str
+    left, bottom : float
+        Lower left corner, m.
+    base_width, top_width, height : float
+        m.
+    face : {'left', 'right'}
+        The battered side.
+    courses, stones : int
+        Courses, and stones in a full course.
+    material, joint : str
+        Blank: the first of the model.
+    """
+
+    name: str = "wall"
+    left: float = 0.0
+    bottom: float = 0.0
+    base_width: float = 0.0
+    top_width: float = 0.0
+    height: float = 0.0
+    face: str = "left"
+    courses: int = 1
+    stones: int = 1
+    material: str = ""
+    joint: str = ""
+
+    def __post_init__(self):
+        _require_stem(self.name)
+        _require_place(self, "left", "bottom")
+        _require_positive(self, "base_width", "top_width", "height")
+        _require_count(self, courses=1, stones=1)
+        _require_few(self.courses * (self.stones + 1))
+        if self.face not in ("left", "right"):
+            raise InputError(f"face = {self.face!r} must be 'left' or 'right'")
+
+    def blocks(self) -> list[Stone]:
+        """Stones course by course from below."""
+        right = self.left + self.base_width
+        faces = (self.left, right - self.top_width), (right, right)
+        if self.face == "right":
+            faces = (self.left, self.left), (right, self.left + self.top_width)
+        laid = _courses(*faces, self.bottom, self.height, self.courses, self.stones)
+        return _numbered(self.name, (stone for _, stone in laid), self.material, self.joint)
+
+
+@dataclass(kw_only=True)
+class MultiLeafWall:
+    """Two leaves of stones with a core between them, seen in section.
+
+    Attributes
+    ----------
+    name : str
+        Stones are ``name_left_1``, ``name_core_1``, ``name_right_1``, ``name_tie_1`` ….
+    left, bottom, height : float
+        Lower left corner and height, m.
+    leaf, core : float
+        Thickness of each leaf and of the core, m.
+    courses : int
+        Of the leaves.
+    core_courses, core_stones : int
+        Of the core in each course of the leaves, and stones in each, in running bond.
+    ties : int
+        Every so many courses a stone goes through the whole wall (0: never).
+    material, joint : str
+        Of leaves and ties; blank: the first of the model.
+    core_material, core_joint : str
+        Blank: as those of the leaves.
+    """
+
+    name: str = "wall"
+    left: float = 0.0
+    bottom: float = 0.0
+    height: float = 0.0
+    leaf: float = 0.0
+    core: float = 0.0
+    courses: int = 1
+    core_courses: int = 1
+    core_stones: int = 1
+    ties: int = 0
+    material: str = ""
+    joint: str = ""
+    core_material: str = ""
+    core_joint: str = ""
+
+    def __post_init__(self):
+        _require_stem(self.name)
+        _require_place(self, "left", "bottom")
+        _require_positive(self, "height", "leaf", "core")
+        _require_count(self, courses=1, core_courses=1, core_stones=1, ties=0)
+        _require_few(self.courses * (2 + self.core_courses * (self.core_stones + 1)))
+
+    def blocks(self) -> list[Stone]:
+        """Course by course from below: left leaf, core, right leaf; or a tie."""
+        x = self.left + np.cumsum([0.0, self.leaf, self.core, self.leaf])
+        step = self.height / self.courses
+        core_material = self.core_material or self.material
+        core_joint = self.core_joint or self.joint
+        found, numbers = [], {}
+
+        def add(kind: str, polygon, material: str, joint: str) -> None:
+            numbers[kind] = numbers.get(kind, 0) + 1
+            name = f"{self.name}_{kind}_{numbers[kind]}"
+            found.append(Stone(name, polygon, material, joint))
+
+        for k in range(self.courses):
+            low, high = self.bottom + k * step, self.bottom + (k + 1) * step
+            if self.ties and (k + 1) % self.ties == 0:
+                add("tie", _rectangle(x[0], low, x[3], high), self.material, self.joint)
+                continue
+            add("left", _rectangle(x[0], low, x[1], high), self.material, self.joint)
+            faces = (x[1], x[1]), (x[2], x[2])
+            for _, one in _courses(*faces, low, step, self.core_courses, self.core_stones):
+                add("core", one, core_material, core_joint)
+            add("right", _rectangle(x[2], low, x[3], high), self.material, self.joint)
+        return found

@@ -1,0 +1,359 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A body of one or several parts divided into convex cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ...base.errors import InputError
+from ..cutting.network import (
+    CORNER,
+    CROSSING,
+    Network,
+    half_edge_starts,
+    split_network,
+    trace_faces,
+    without_dead_ends,
+)
+from ..cutting.rings import Rings
+from .cells import Cells
+from .fitting import fitted
+from .graphs import Graph, polygons, squares
+from .quadrangles import divided
+from .sizes import Sizes
+
+_ROUNDING = 1e-9  # of the size of a body
+_BITS = 8  # last bits that places far from (0, 0) may be off
+_STRAIGHT = 1e-13  # of the size of a body: corners closer to a straight line are left out
+_ORDER = 1e-6  # of the size of a body: centroids closer in height count as level
+_CLOSE = 0.1  # of the smallest size: nodes closer than this become one
+_HOLE = 0.5  # of the width of a hole: cells beside it are no larger
+_SHORTEST, _LONGEST = 0.05, 1.6  # of the local size: faces beyond are named
+_CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}  # of the local size, see `fitted`
+_LINE_REACH = {"quadrilateral": 0.3, "voronoi": 0.2}
+
+
+@dataclass
+class Part:
+    """A polygon of one material in a body.
+
+    Attributes
+    ----------
+    outline : ndarray, shape (n, 2)
+        m, counter-clockwise.
+    joints : sequence of str
+        Of each edge of the outline.
+    size : float
+        Of its cells, m.
+    holes : list of (ndarray, sequence of str)
+        Outlines within, clockwise or not, and the joint of each edge.
+    """
+
+    outline: np.ndarray
+    joints: Sequence[str]
+    size: float
+    holes: list = field(default_factory=list)
+
+    @property
+    def rings(self) -> list:
+        """Outline and holes with their joints."""
+        return [(self.outline, self.joints), *self.holes]
+
+
+@dataclass
+class Cut:
+    """Cells of a body, in an order that does not depend on that of the input.
+
+    Attributes
+    ----------
+    polygons : list of ndarray, shape (corners, 2)
+        m, counter-clockwise, from the lowest corner.
+    joints : list of list of str
+        Of each edge; blank within the body.
+    parts : ndarray of int, shape (cells,)
+        The part that each lies in.
+    short, long : ndarray, shape (faces, 2)
+        Middles of faces that are shorter or longer than they should be, m.
+    """
+
+    polygons: list[np.ndarray]
+    joints: list[list[str]]
+    parts: np.ndarray
+    short: np.ndarray
+    long: np.ndarray
+
+
+def mesh_body(
+    parts: Sequence[Part],
+    cells: str = "quadrilateral",
+    fine: Sequence = (),
+    fine_size: float | None = None,
+    seed: int = 0,
+) -> Cut:
+    """Divide a body into convex cells.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        They do not overlap; what they have in common are borders of cells.
+    cells : {'quadrilateral', 'voronoi'}
+    fine : sequence of shapely geometries
+        Near these cells have `fine_size` (m), and grow with the distance.
+    fine_size : float, optional
+    seed : int
+        Of the polygons.
+
+    Raises
+    ------
+    InputError
+        If the parts are not one piece, or the cells would be too many.
+    """
+    return _Body(parts, cells, fine, fine_size, seed).mesh()
+
+
+class _Body:
+    """The steps of `mesh_body`; coordinates are taken from the middle of the body."""
+
+    def __init__(self, parts, cells, fine, fine_size, seed):
+        self.parts, self.cells, self.seed = list(map(_in_order, parts)), cells, seed
+        parts = self.parts
+        corners = np.concatenate([ring for part in parts for ring, _ in part.rings])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        self.centre, self.size = 0.5 * (low + high), float((high - low).max())
+        self.rounding = _BITS * float(np.spacing(abs(corners).max()))
+        self.tolerance = max(_ROUNDING * self.size, self.rounding)
+        self.rings = [ring - self.centre for part in parts for ring, _ in part.rings]
+        self.shapes = [
+            shapely.Polygon(
+                part.outline - self.centre, [ring - self.centre for ring, _ in part.holes]
+            )
+            for part in parts
+        ]
+        shapely.prepare(self.shapes)
+        self.domain = shapely.union_all(shapely.buffer(self.shapes, self.tolerance))
+        shapely.prepare(self.domain)
+        near = shapely.transform(list(fine), lambda xy: xy - self.centre)
+        self.fine = bool(fine)
+        sizes = Sizes(self.shapes, [part.size for part in parts], list(near), fine_size)
+        for ring in (ring - self.centre for part in parts for ring, _ in part.holes):
+            sizes.bound(shapely.Polygon(ring), _HOLE * float(np.ptp(ring, axis=0).min()))
+        self.sizes = sizes
+
+    def mesh(self) -> Cut:
+        """The cells."""
+        network = self._network()
+        faces = trace_faces(network)
+        starts = half_edge_starts(network)
+        cycles = [starts[np.array(cycle)].tolist() for cycle in faces.cycles]
+        kinds = self._kinds(network, cycles)
+        ends = network.edges[network.outline].tolist()
+        labels = dict(zip(map(tuple, ends), network.labels[network.outline].tolist(), strict=True))
+        inside = [i for i, kind in enumerate(kinds) if kind >= 0]
+        cells = Cells(network.nodes, [cycles[i] for i in inside], kinds[inside].tolist(), labels)
+        cells.make_convex(self.sizes.at)
+        cells.merge_small(self.sizes.at)
+        self._check_area(cells)
+        return self._finished(cells)
+
+    # --- Edges -----------------------------------------------------------------------------------
+
+    def _graphs(self) -> list[Graph]:
+        """What divides the body: one graph for all of it, or polygons of each part."""
+        if self.cells == "voronoi":
+            return [polygons(shape, self.sizes, self.seed) for shape in self.shapes]
+        if len(self.parts) == 1 and not self.sizes.varies:
+            graph = divided(self.shapes[0], self.sizes.largest)
+            if graph is not None:
+                return [graph]
+        return [squares(shapely.multipolygons(self.shapes), self.sizes, self._direction())]
+
+    def _direction(self) -> float:
+        """Direction of the longest straight side of the body, between 0 and 90°, rad."""
+        ring = np.concatenate(
+            [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in self.rings]
+        )
+        along = ring[:, 1] - ring[:, 0]
+        length = np.hypot(*along.T)
+        angle = np.mod(np.arctan2(along[:, 1], along[:, 0]), np.pi / 2)
+        # Directions that rounding makes one less than a right angle are level.
+        angle[angle > np.pi / 2 - 1e-6] = 0.0
+        longest = np.flatnonzero(length > (1 - 1e-6) * length.max())
+        return float(angle[longest].min())
+
+    def _network(self) -> Network:
+        """Outlines, and what divides the body, split where they cross."""
+        self.names = sorted(
+            {name for part in self.parts for _, names in part.rings for name in names}
+        )
+        number = {name: i for i, name in enumerate(self.names)}
+        nodes, edges, labels, outline, kinds, count = [], [], [], [], [], 0
+        joints = [names for part in self.parts for _, names in part.rings]
+        for ring, names in zip(self.rings, joints, strict=True):
+            at = count + np.arange(len(ring))
+            nodes.append(ring)
+            edges.append(np.column_stack([at, np.roll(at, -1)]))
+            labels.append([number[name] for name in names])
+            outline.append(np.full(len(ring), True))
+            kinds.append(np.full(len(ring), CORNER))
+            count += len(ring)
+        for graph, shape in zip(self._graphs(), self.shapes, strict=False):
+            shape = shape if self.cells == "voronoi" else self.domain
+            graph = fitted(graph, self.rings, _CORNER_REACH[self.cells], _LINE_REACH[self.cells])
+            inner = _clipped(graph, shape)
+            nodes.append(inner.nodes)
+            edges.append(inner.edges + count)
+            labels.append(np.full(len(inner.edges), len(self.names)))
+            outline.append(np.full(len(inner.edges), False))
+            kinds.append(np.full(len(inner.nodes), CROSSING))
+            count += len(inner.nodes)
+        joined = map(np.concatenate, (nodes, kinds, edges, labels, outline))
+        network = split_network(_compact(Network(*joined)), self.tolerance)
+        network = self._within(network)
+        network, _, _ = without_dead_ends(network)
+        return self._without_short_edges(network)
+
+    def _within(self, network: Network) -> Network:
+        """The network without what divides outside the body."""
+        ends = network.nodes[network.edges]
+        inside = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
+        return network.subset(inside | network.outline)
+
+    def _without_short_edges(self, network: Network) -> Network:
+        """The network with inner nodes that are close to each other or to outlines made one."""
+        for share in (1.0, 0.5, 0.25):
+            reach = share * _CLOSE * self.sizes.smallest
+            try:
+                found = self._within(split_network(network, reach, rigid=True))
+            except InputError:  # what was made one came close to others again and again
+                continue
+            return without_dead_ends(found)[0]
+        return network
+
+    def _kinds(self, network: Network, cycles) -> np.ndarray:
+        """The part that each face lies in, −1 for none."""
+        owner = np.repeat(np.arange(len(cycles)), list(map(len, cycles)))
+        corners = network.nodes[np.concatenate(cycles)]
+        faces = shapely.polygons(shapely.linearrings(corners, indices=owner))
+        places = shapely.point_on_surface(faces)
+        kinds = np.full(len(cycles), -1)
+        for i, shape in enumerate(self.shapes):
+            kinds[shapely.contains(shape, places)] = i
+        return kinds
+
+    # --- Cells -----------------------------------------------------------------------------------
+
+    def _check_area(self, cells: Cells) -> None:
+        found = sum(cells.area(cycle) for cycle in cells.cycles if cycle)
+        wanted = float(shapely.area(self.shapes).sum())
+        if abs(found - wanted) > 1e-9 * wanted:
+            raise InputError(
+                f"the cells and the body differ by {found - wanted:g} m² of {wanted:g} m²: its "
+                "outline has sides closer to each other than the cells are large; choose smaller "
+                "cells"
+            )
+
+    def _finished(self, cells: Cells) -> Cut:
+        """Corners, joints of the edges and parts, in an order of their own."""
+        near = max(_STRAIGHT * self.size, self.rounding)
+        kept = [i for i, cycle in enumerate(cells.cycles) if cycle]
+        cycles = [cells.cycles[i] for i in kept]
+        self._check_whole(cells, kept)
+        nodes = np.concatenate(cycles)
+        after = np.concatenate([cycle[1:] + cycle[:1] for cycle in cycles])
+        inner = len(self.names)
+        labels = np.array(
+            [
+                inner if (label := cells.label(a, b)) is None else label
+                for a, b in zip(nodes.tolist(), after.tolist(), strict=True)
+            ]
+        )
+        rings = Rings(np.array(cells.nodes)[nodes], list(map(len, cycles)))
+        keep = ~rings.straight(near) | (labels != rings.before(labels))
+        labels = labels[keep]
+        rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
+        short, long = self._unusual(rings)
+        turned = rings.from_lowest(max(1e-9 * self.size, self.rounding))
+        polygons = np.split(self._placed(rings.corners[turned]), rings.first[1:-1])
+        joints = np.array([*self.names, ""], dtype=object)[labels[turned]].tolist()
+        order = np.lexsort(np.round(rings.centroids() / (_ORDER * self.size)).T)
+        return Cut(
+            [polygons[i] for i in order],
+            [joints[rings.first[i] : rings.first[i + 1]] for i in order],
+            np.array([cells.kinds[kept[i]] for i in order]),
+            short,
+            long,
+        )
+
+    def _placed(self, places) -> np.ndarray:
+        """Places as they are given: corners of the outlines to the last bit."""
+        given = np.concatenate([ring for part in self.parts for ring, _ in part.rings])
+        away, which = cKDTree(given - self.centre).query(places)
+        found = places + self.centre
+        same = away <= self.tolerance
+        found[same] = given[which[same]]
+        return found
+
+    def _check_whole(self, cells: Cells, kept) -> None:
+        """Refuse a body in several pieces."""
+        place = {i: k for k, i in enumerate(kept)}
+        links = np.array(
+            [
+                (place[i], place[cells.owner[b, a]])
+                for (a, b), i in cells.owner.items()
+                if (b, a) in cells.owner
+            ]
+        ).reshape(-1, 2)
+        graph = coo_array((np.ones(len(links)), links.T), shape=(len(kept),) * 2)
+        pieces, _ = connected_components(graph, directed=False)
+        if pieces > 1:
+            raise InputError(
+                f"the body is in {pieces} pieces without a common edge; give each a name of its own"
+            )
+
+    def _unusual(self, rings: Rings) -> tuple[np.ndarray, np.ndarray]:
+        """Middles of faces that are shorter or longer than they should be, m."""
+        length = rings.edge_lengths()
+        middle = 0.5 * (rings.corners + rings.corners[rings.after])
+        local = self.sizes.at(middle)
+        places = middle + self.centre
+        return places[length < _SHORTEST * local], places[length > _LONGEST * local]
+
+
+def _in_order(part: Part) -> Part:
+    """A part whose rings begin at their lowest, leftmost corner, wherever they began."""
+    rings = []
+    for k, (ring, joints) in enumerate(part.rings):
+        ring, joints = np.asarray(ring, dtype=float), list(joints)
+        if shapely.is_ccw(shapely.linearrings(ring)) != (k == 0):
+            ring, joints = ring[::-1], joints[-2::-1] + joints[-1:]
+        first = int(np.lexsort(ring.T)[0])
+        rings.append((np.roll(ring, -first, axis=0), joints[first:] + joints[:first]))
+    return Part(*rings[0], part.size, sorted(rings[1:], key=lambda one: tuple(one[0][0])))
+
+
+def _clipped(graph: Graph, shape) -> Graph:
+    """The parts of the edges of a graph within a shape."""
+    lines = shapely.linestrings(graph.nodes[graph.edges])
+    whole = shapely.contains_properly(shape, lines)
+    cut = shapely.intersection(lines[~whole], shape)
+    cut = shapely.get_parts(shapely.get_parts(cut))
+    cut = cut[(shapely.get_type_id(cut) == 1) & (shapely.length(cut) > 0)]
+    ends, owner = shapely.get_coordinates(cut, return_index=True)
+    first = np.flatnonzero(owner[1:] == owner[:-1])
+    edges = np.column_stack([first, first + 1]) + len(graph.nodes)
+    nodes = np.concatenate([graph.nodes, ends])
+    return Graph(nodes, np.concatenate([graph.edges[whole], edges]), graph.local)
+
+
+def _compact(network: Network) -> Network:
+    """The network without nodes that no edge has."""
+    used, where = np.unique(network.edges, return_inverse=True)
+    edges = np.sort(where.reshape(-1, 2), axis=1)
+    return Network(network.nodes[used], network.kinds[used], edges, network.labels, network.outline)

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Plane graphs whose faces become cells: squares of one size or several, and even polygons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import Voronoi
+
+from ...base.errors import InputError
+from ..cutting.distributions import uniform
+from .sizes import Sizes
+
+_FIT = 1e-6  # of a cell: sides that are whole numbers of cells but for rounding
+_SPLIT = 1.2  # squares larger than this share of the wanted size are cut in four
+_JITTER = 0.25  # of a square, by which seeds of polygons lie off its middle
+_RELAXATIONS = 12
+_SHORT = 0.15  # of the size: sides of polygons that are shorter become a point
+MOST_CELLS = 1_000_000
+
+
+@dataclass
+class Graph:
+    """Nodes and straight edges that cross nowhere.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (nodes, 2)
+        m.
+    edges : ndarray of int, shape (edges, 2)
+    local : ndarray, shape (nodes,)
+        Size of the cells at each node, m.
+    """
+
+    nodes: np.ndarray
+    edges: np.ndarray
+    local: np.ndarray
+
+
+def refuse_many(area: float, size: float) -> None:
+    """Refuse a mesh of more cells than are ever wanted, before the work."""
+    if area > MOST_CELLS * size**2:
+        raise InputError(
+            f"cells of {size:g} m would be about {area / size**2:.2g}, more than {MOST_CELLS}; "
+            "choose a larger size"
+        )
+
+
+def _leaves(low, high, sizes: Sizes, turn, shape):
+    """Squares of a tree over a box: corner and side in units of the finest, and that unit.
+
+    A square is cut in four until it is no larger than wanted at its middle.  Sizes grow so slowly
+    with the distance that neighbours differ by no more than a factor of two.
+    """
+    count = np.maximum(1, np.ceil((high - low) / sizes.largest - _FIT)).astype(int)
+    refuse_many(np.prod((high - low).astype(float)), sizes.largest)
+    depth = max(0, int(np.ceil(np.log2(sizes.largest / sizes.smallest)))) + 1
+    unit = (high - low) / count / 2**depth
+    corner = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), -1).reshape(-1, 2)
+    corner, side, found = corner * 2**depth, 2**depth, []
+    while len(corner):
+        middle = (low + (corner + side / 2) * unit) @ turn
+        boxes = shapely.points(middle)
+        near = shapely.dwithin(boxes, shape, side * np.hypot(*unit))
+        corner, middle = corner[near], middle[near]
+        split = (side * unit.max() > _SPLIT * sizes.at(middle)) & (side > 1)
+        found.append(np.column_stack([corner[~split], np.full((~split).sum(), side)]))
+        side //= 2
+        steps = side * np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+        corner = (corner[split][:, None] + steps).reshape(-1, 2)
+        if 4 * len(corner) > MOST_CELLS:
+            raise InputError(f"there would be more than {MOST_CELLS} cells; choose larger ones")
+    return np.concatenate(found), unit
+
+
+def squares(shape, sizes: Sizes, angle: float) -> Graph:
+    """Squares over a shape, with sides at an angle (rad) to the axes."""
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    own = shapely.get_coordinates(shape) @ turn.T
+    low, high = own.min(axis=0), own.max(axis=0)
+    leaves, unit = _leaves(low, high, sizes, turn, shape)
+    around = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    corners = leaves[:, None, :2] + leaves[:, None, 2:] * around
+    keys = corners @ np.array([2**32, 1])
+    nodes, where = np.unique(keys, return_inverse=True)
+    where = where.reshape(keys.shape)
+    local = np.full(len(nodes), np.inf)
+    np.minimum.at(local, where, (leaves[:, 2:] * unit.max()) + np.zeros((1, 4)))
+    # A side that a smaller neighbour halves is two edges.
+    after = np.roll(where, -1, axis=1)
+    middle = ((corners + np.roll(corners, -1, axis=1)) // 2) @ np.array([2**32, 1])
+    at = np.minimum(np.searchsorted(nodes, middle), len(nodes) - 1)
+    halved = (nodes[at] == middle) & (leaves[:, 2:] > 1)
+    edges = np.concatenate(
+        [
+            np.column_stack([where[~halved], after[~halved]]),
+            np.column_stack([where[halved], at[halved]]),
+            np.column_stack([at[halved], after[halved]]),
+        ]
+    )
+    places = np.column_stack(np.divmod(nodes, 2**32))
+    edges = np.unique(np.sort(edges, axis=1), axis=0)
+    return Graph((low + places * unit) @ turn, edges, local)
+
+
+# --- Polygons ------------------------------------------------------------------------------------
+
+
+def polygons(shape, sizes: Sizes, seed: int) -> Graph:
+    """Even polygons: of a Voronoi diagram whose seeds moved to the middles of their cells."""
+    low, high = np.reshape(shape.bounds, (2, 2))
+    leaves, unit = _leaves(low, high, sizes, np.eye(2), shape)
+    share = uniform(seed, (11,), 2 * len(leaves)).reshape(-1, 2) - 0.5
+    seeds = low + (leaves[:, :2] + leaves[:, 2:] * (0.5 + 2 * _JITTER * share)) * unit
+    inside = shapely.contains_xy(shape, *seeds.T)
+    seeds = seeds[inside] if inside.any() else shape.representative_point().coords[:]
+    shapely.prepare(shape)
+    seeds = np.array(seeds, dtype=float)
+    for _ in range(_RELAXATIONS if len(seeds) > 1 else 0):
+        seeds = _relaxed(seeds, shape, sizes)
+    diagram = _diagram(seeds, shape)
+    sides = np.array(diagram.ridge_vertices)
+    sides = sides[(sides >= 0).all(axis=1)]
+    return _without_short_sides(diagram.vertices, sides, sizes)
+
+
+def _diagram(seeds, shape) -> Voronoi:
+    """The diagram of seeds, bounded by four far ones."""
+    x, y = np.reshape(shape.bounds, (2, 2)).mean(axis=0)
+    far = 20 * shapely.length(shapely.envelope(shape))
+    frame = [[x - far, y], [x + far, y], [x, y - far], [x, y + far]]
+    return Voronoi(np.concatenate([seeds, frame]))
+
+
+def _relaxed(seeds, shape, sizes: Sizes) -> np.ndarray:
+    """Seeds at the middles of their cells within a shape, weighted towards small sizes."""
+    diagram = _diagram(seeds, shape)
+    regions = [diagram.regions[i] for i in diagram.point_region[: len(seeds)]]
+    owner = np.repeat(np.arange(len(seeds)), [len(region) for region in regions])
+    corners = diagram.vertices[np.concatenate(regions)]
+    cells = shapely.convex_hull(shapely.multipoints(corners, indices=owner))
+    crossing = ~shapely.contains_properly(shape, cells)
+    cells[crossing] = shapely.intersection(cells[crossing], shape)
+    moved = shapely.get_coordinates(shapely.centroid(cells))
+    # A clipped cell may be in two pieces, whose middle lies in neither; its seed stays.
+    whole = (shapely.get_type_id(cells) == 3) & shapely.contains_xy(shape, *moved.T)
+    moved[~whole] = seeds[~whole]
+    if sizes.smallest < sizes.largest:  # towards where cells shall be small
+        middle = sizes.at(moved)
+        step = 0.1 * middle
+        slope = np.column_stack(
+            [
+                sizes.at(moved + step[:, None] * axis) - sizes.at(moved - step[:, None] * axis)
+                for axis in np.eye(2)
+            ]
+        ) / (2 * step[:, None])
+        pulled = moved - slope * middle[:, None] / 6
+        inside = shapely.contains_xy(shape, *pulled.T)
+        moved[inside] = pulled[inside]
+    return moved
+
+
+def _without_short_sides(vertices, sides, sizes: Sizes) -> Graph:
+    """The graph with the ends of short sides made one."""
+    used, where = np.unique(sides, return_inverse=True)
+    nodes, sides = vertices[used], where.reshape(-1, 2)
+    local = sizes.at(nodes)
+    length = np.hypot(*(nodes[sides[:, 1]] - nodes[sides[:, 0]]).T)
+    short = sides[length < _SHORT * local[sides].min(axis=1)]
+    links = coo_array((np.ones(len(short)), short.T), shape=(len(nodes),) * 2)
+    groups, group = connected_components(links, directed=False)
+    weight = np.bincount(group, minlength=groups)
+    places = np.column_stack([np.bincount(group, xy, groups) / weight for xy in nodes.T])
+    edges = np.sort(group[sides], axis=1)
+    edges = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
+    return Graph(places, edges, sizes.at(places))

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blocks of an input turned into the cells of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+
+from ...base.errors import InputError
+from .body import Cut, Part, mesh_body
+from .settings import Mesh, is_listed
+
+_NAMED = 3  # places in a message
+LONGEST_NAME = 64  # bytes
+
+
+@dataclass
+class Piece:
+    """A block that may be meshed.
+
+    Attributes
+    ----------
+    values : dict
+        Variables of its &block group.
+    region : str
+        That it was cut from, or blank.
+    holes : list of (ndarray, list of str)
+        Corners (m) and joints of what it surrounds.
+    """
+
+    values: dict
+    region: str = ""
+    holes: list = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """Of the block."""
+        return self.values.get("name", "")
+
+
+def mesh_blocks(
+    pieces: Sequence[Piece],
+    meshes: Sequence[tuple[Mesh, str]],
+    materials: dict[str, dict],
+    placed: Callable[[str, InputError], InputError],
+) -> tuple[list[dict], list[int], list[str]]:
+    """The cells of the blocks that are meshed.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    meshes : sequence of (Mesh, str)
+        And where each stands.
+    materials : dict
+        Variables of each material by its name, the first one first.
+    placed : callable
+        Adds the place to an error.
+
+    Returns
+    -------
+    blocks : list of dict
+        Variables of the &block groups of the cells.
+    taken : list of int
+        The pieces that they are made from.
+    messages : list of str
+    """
+    blocks, taken, messages = [], {}, []
+    bodies: dict[str, str] = {}
+    for mesh, place in meshes:
+        try:
+            for body, members in _bodies(mesh, pieces):
+                again = [pieces[i].name for i in members if i in taken]
+                if again or body in bodies:
+                    where = taken[members[0]] if again else bodies[body]
+                    raise InputError(f"{(again or [body])[0]!r} is meshed already by {where}")
+                bodies[body] = place
+                taken |= dict.fromkeys(members, place)
+                cut = _cut(mesh, [pieces[i] for i in members], materials)
+                blocks += _cells(body, cut, [pieces[i].values for i in members])
+                messages += _unusual(body, cut)
+        except InputError as error:
+            raise placed(place, error) from None
+    return blocks, sorted(taken), messages
+
+
+def _bodies(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int]]]:
+    """Names of bodies, and the pieces that each consists of."""
+    what = "regions" if mesh.regions else "blocks"
+    patterns = mesh.regions or mesh.blocks
+    for one in filter(None, map(str.strip, patterns.split(","))):
+        if not any(is_listed(_key(piece, what), one) for piece in pieces):
+            known = sorted({_key(piece, what) for piece in pieces} - {""})
+            raise InputError(
+                f"{what} = {one!r} names none of "
+                + (
+                    f"the {what} {', '.join(known[:12])}"
+                    if known
+                    else f"the {what}: there are none"
+                )
+                + (" …" if len(known) > 12 else "")
+                + "; blocks of &layers, &drums, &wall and &blocks cannot be meshed"
+            )
+    members = [i for i, piece in enumerate(pieces) if is_listed(_key(piece, what), patterns)]
+    if mesh.body:
+        yield _checked(mesh.body), members
+        return
+    for i in members:
+        if not pieces[i].name:
+            raise InputError(f"{what} = {patterns!r} means a block without a name; give it one")
+        yield _checked(pieces[i].name), [i]
+
+
+def _key(piece: Piece, what: str) -> str:
+    return piece.region if what == "regions" else piece.name
+
+
+def _checked(name: str) -> str:
+    if len(name.encode()) > LONGEST_NAME:
+        raise InputError(f"body {name!r} must have at most {LONGEST_NAME} bytes")
+    return name
+
+
+def _cut(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -> Cut:
+    parts = []
+    for piece in pieces:
+        values = piece.values
+        material = values.get("material") or next(iter(materials), "")
+        outline = np.reshape(values["vertices"], (-1, 2))
+        joints = list(values.get("edge_joints", ()))
+        joint = values.get("joint", "")
+        joints = [one or joint for one in joints] + [joint] * (len(outline) - len(joints))
+        size = mesh.size_of(material, materials.get(material, {}))
+        parts.append(Part(outline, joints, size, piece.holes))
+    fine = list(shapely.points(mesh.fine_at))
+    if len(mesh.fine_along):
+        fine.append(shapely.linestrings(mesh.fine_along))
+    try:
+        return mesh_body(parts, mesh.cells, fine, mesh.fine_size, mesh.seed)
+    except InputError as error:
+        raise InputError(f"body {mesh.body or pieces[0].name!r}: {error}") from None
+
+
+def _cells(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
+    """Variables of the &block groups of the cells."""
+    rows = zip(cut.polygons, cut.joints, cut.parts.tolist(), strict=True)
+    for polygon, joints, part in rows:
+        polygon.flags.writeable = False
+        block = {"body": body}
+        block |= {k: v for k in ("material", "joint") if (v := values[part].get(k))}
+        block["vertices"] = polygon
+        joint = block.get("joint", "")
+        if any(one not in ("", joint) for one in joints):
+            block["edge_joints"] = tuple(one or joint for one in joints)
+        yield block
+
+
+def _unusual(body: str, cut: Cut) -> Iterator[str]:
+    """What is said of faces that are shorter or longer than they should be."""
+    for places, words in ((cut.short, "shorter than 0.05"), (cut.long, "longer than 1.6")):
+        if len(places):
+            shown = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in places[:_NAMED])
+            yield (
+                f"body {body!r}: {len(places)} sides of cells are {words} of the size there, as at "
+                f"{shown}{' …' if len(places) > _NAMED else ''}"
+            )

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda example`: inputs and studies that run as they are, copied with the files they name."""
+
+from __future__ import annotations
+
+import argparse
+import posixpath
+import re
+from importlib.resources import files
+from pathlib import Path
+
+from ..base.errors import InputError, OutputError
+from ..base.files import make_folder, write
+from ..input.groups import nearest
+
+_COMMANDS = {".nml": "run", ".toml": "study"}  # by the suffix of a file
+_QUOTED = re.compile(r"'([^'\n]+)'|\"([^\"\n]+)\"")
+
+
+def examples() -> dict[str, str]:
+    """What examples there are.
+
+    Returns
+    -------
+    dict
+        Name and first sentence of each; names of studies begin with ``studies/``.
+    """
+    found = {
+        name: _first_sentence(_content(path).decode("utf-8")) for name, path in _paths().items()
+    }
+    return {name: found[name] for name in sorted(found, key=lambda name: ("/" in name, name))}
+
+
+def copy_example(name: str, folder=".") -> list[Path]:
+    """Copy an example and the files that it names, models and records.
+
+    Parameters
+    ----------
+    name : str
+        Of `examples`.
+    folder : path
+        Where to; the present one.
+
+    Returns
+    -------
+    list of Path
+        The files, the input or study first.
+
+    Raises
+    ------
+    InputError
+        If there is no such example.
+    OutputError
+        If a file of the same name and other content is there; then nothing is written.
+    """
+    known = _paths()
+    if name not in known:
+        hint = nearest(name, known) or f"; there are {', '.join(known)}"
+        raise InputError(f"there is no example {name!r}{hint}")
+    contents = _with_named_files(known[name])
+    targets = {Path(folder) / path: content for path, content in contents.items()}
+    for target, content in targets.items():
+        if target.exists() and target.read_bytes() != content:
+            raise OutputError(f"{target} exists and is another file; nothing has been copied")
+    for target, content in targets.items():
+        make_folder(target.parent)
+        write(target, content, "the example")
+    return list(targets)
+
+
+def _inputs():
+    """The folder of inputs of the installed package."""
+    return files("sitedda") / "inputs"
+
+
+def _paths() -> dict[str, str]:
+    """Paths in the folder of inputs, by the names of the examples."""
+    inputs = [one.name for one in _inputs().iterdir() if one.name.endswith(".nml")]
+    studies = [one.name for one in (_inputs() / "studies").iterdir() if one.name.endswith(".toml")]
+    paths = inputs + [posixpath.join("studies", name) for name in studies]
+    return {posixpath.splitext(path)[0]: path for path in paths}
+
+
+def _content(path: str) -> bytes:
+    """Of a file of the folder of inputs."""
+    return (_inputs() / path).read_bytes()
+
+
+def _with_named_files(path: str) -> dict[str, bytes]:
+    """Content of an example and of the files that it and they name, by paths as the folder's."""
+    found = {path: _content(path)}
+    for one, other in _QUOTED.findall(found[path].decode("utf-8", "ignore")):
+        named = posixpath.normpath(posixpath.join(posixpath.dirname(path), one or other))
+        if posixpath.splitext(named)[1] and (_inputs() / named).is_file():
+            found |= (
+                _with_named_files(named) if named.endswith(".nml") else {named: _content(named)}
+            )
+    return found
+
+
+def _first_sentence(text: str) -> str:
+    """The first sentence of the comment that a file begins with."""
+    comment = re.match(r"(?:[!#].*\n)*", text)[0]
+    words = " ".join(line.lstrip("!# ") for line in comment.splitlines())
+    return re.split(r"(?<=[a-z)])[.:] ", words)[0].rstrip(".")
+
+
+def add_example_command(commands) -> None:
+    """Add the sub-command to those of the command line."""
+    parser = commands.add_parser(
+        "example", help="copy an input or study that runs as it is; list them"
+    )
+    parser.add_argument("name", nargs="?", metavar="NAME", help="(all are listed)")
+    parser.add_argument("folder", nargs="?", type=Path, default=Path(), help="where to (here)")
+    parser.set_defaults(act=_example)
+
+
+def _example(options: argparse.Namespace) -> int:
+    if options.name is None:
+        for name, words in examples().items():
+            print(f"{name:22} {words}")
+        return 0
+    copied = copy_example(options.name, options.folder)
+    print(f"copied: {', '.join(map(str, copied))}")
+    print(f"to run it: sitedda {_COMMANDS[copied[0].suffix]} {copied[0]}")
+    return 0

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda record`: read a ground motion, print its measures, draw it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from ..base.arguments import NOT_NEGATIVE, picture_name
+from ..base.errors import InputError, OutputError
+from ..engine.records import read_record
+from ..input.schema import GROUPS
+
+# What a message of the engine asks for, and the option that gives it.
+_OPTIONS = {
+    "give quantity or unit": "--quantity, --unit",
+    "give time_step": "--time-step",
+    "name one of": "--format",
+}
+
+
+def add_record_command(commands) -> None:
+    """Add the sub-command to those of the command line."""
+    allowed = {v.name: v.values for v in GROUPS["motion"].variables}
+    parser = commands.add_parser("record", help="read a record and draw its motion")
+    parser.add_argument("file", type=Path, metavar="RECORD")
+    parser.add_argument(
+        "--format", default="auto", help=f"{allowed['format']}, or 'obspy' for what it reads (auto)"
+    )
+    parser.add_argument(
+        "--quantity", default="", help=f"{allowed['quantity']}, where the file does not say"
+    )
+    parser.add_argument(
+        "--unit", default="", help=f"{allowed['unit']}, where the file does not say"
+    )
+    parser.add_argument(
+        "--time-step",
+        type=NOT_NEGATIVE,
+        default=0.0,
+        metavar="S",
+        help="between samples of one column",
+    )
+    parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE", help="(RECORD.png)")
+    parser.add_argument("-f", "--force", action="store_true", help="overwrite the picture unasked")
+    parser.set_defaults(act=_record)
+
+
+def _record(options: argparse.Namespace) -> int:
+    from ..facade.plot import record_panels
+    from ..site.intensity import intensity
+
+    picture = options.output or Path(f"{options.file.stem}.png")
+    if not options.force:
+        _ask_before_overwriting(picture)
+    motion = _read(options)
+    print(f"{motion.attrs['station']} {motion.attrs['description']}".strip())
+    print(f"{motion.time.size} samples, {float(motion.time[-1]):.3f} s; {motion.attrs['method']}")
+    for name in ("acceleration", "velocity", "displacement"):
+        print(f"largest {name}: {float(abs(motion[name]).max()):.6g} {motion[name].units}")
+    if motion.acceleration.any():
+        print(intensity(motion))
+    print(f"picture: {record_panels(motion, picture)}")
+    return 0
+
+
+def _read(options: argparse.Namespace):
+    try:
+        return read_record(
+            options.file, options.format, options.quantity, options.unit, options.time_step
+        )
+    except InputError as trouble:
+        hints = [option for words, option in _OPTIONS.items() if words in str(trouble)]
+        raise InputError("; ".join([str(trouble), *(f"try {hint}" for hint in hints)])) from trouble
+
+
+def _ask_before_overwriting(file: Path) -> None:
+    """Refuse to overwrite a file unless someone at the terminal agrees."""
+    if not file.exists():
+        return
+    if sys.stdin.isatty() and input(f"{file} exists. Overwrite it? [y/N] ").lower() in ("y", "yes"):
+        return
+    raise OutputError(f"{file} exists: --force overwrites it, --output names another file")

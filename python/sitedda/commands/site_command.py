@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda site`: blocks and column of a layered site; `sitedda surface`: hills and valleys."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..base.arguments import DAMPING_RATIO, POSITIVE, picture_name
+from ..base.errors import InputError
+from ..base.files import save_picture
+
+
+def add_site_command(commands) -> None:
+    """Add the sub-commands to those of the command line."""
+    parser = commands.add_parser("site", help="a layered site as blocks and as a 1-D column")
+    parser.add_argument("file", type=Path, metavar="FILE", help="output, or namelist input to run")
+    parser.add_argument(
+        "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
+    )
+    parser.add_argument("--surface", help="measured point (that of &amplification)")
+    parser.add_argument("--base", help="measured point (that of &amplification)")
+    parser.add_argument(
+        "--damping",
+        type=DAMPING_RATIO,
+        metavar="RATIO",
+        help="of the column's layers, 0.05 is 5 %% (that of the run's time integration)",
+    )
+    parser.set_defaults(act=_site)
+    parser = commands.add_parser("surface", help="amplification along the surface of an output")
+    parser.add_argument("file", type=Path, metavar="FILE.nc")
+    parser.add_argument(
+        "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
+    )
+    parser.add_argument("--axis", choices=("x", "y"), default="x", help="of the motion (x)")
+    parser.add_argument("--lowest", type=POSITIVE, default=0.5, metavar="HZ", help="(0.5)")
+    parser.add_argument("--highest", type=POSITIVE, default=15.0, metavar="HZ", help="(15)")
+    parser.set_defaults(act=_surface)
+
+
+def _surface(options: argparse.Namespace) -> int:
+    from ..output.scene import open_output
+    from ..site.surface import surface
+
+    try:
+        found = surface(open_output(options.file), options.axis, options.lowest, options.highest)
+    except ValueError as trouble:
+        raise InputError(f"{options.file}: {trouble}") from trouble
+    print(found)
+    picture = options.output or options.file.with_name(f"{options.file.stem}_surface.png")
+    _save(found, picture, options.file)
+    return 0
+
+
+def _save(found, picture: Path, source: Path) -> None:
+    print(f"picture: {save_picture(found.plot(), picture, [source], dpi=130)}")
+
+
+def _site(options: argparse.Namespace) -> int:
+    from ..facade.run import run
+    from ..output.scene import open_output
+    from ..site.beside import beside
+
+    path = options.file
+    if path.suffix == ".nc":
+        history = open_output(path)
+    else:
+        result = run(path, True)
+        print(f"output: {result.output}")
+        path, history = result.output, result.history
+    try:
+        found = beside(history, options.surface, options.base, options.damping)
+    except ValueError as trouble:
+        raise InputError(f"{options.file}: {trouble}") from trouble
+    print(found)
+    _save(found, options.output or path.with_name(f"{path.stem}_site.png"), options.file)
+    return 0

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Signs along the edges that have a boundary, outside the blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+from matplotlib.path import Path
+
+from ..base.errors import InputError
+from ..output.scene import Scene
+
+HELD, MOVED, ABSORBS, GOES_ON = "#22262b", "#0072b2", "#00796b", "#8e5a00"
+_SPACING, _DEPTH = 0.03, 0.018  # of the size of the model: of signs along an edge, and outwards
+_TURN = np.linspace(0.0, 2.0 * np.pi, 13)
+# By kind: words, colour, and the lines of a sign: places along the edge and outwards, in depths.
+SIGNS = {
+    "fixed": ("fixed", HELD, [[[0.5, 0.0], [-0.2, 1.0]], [[-0.2, 0.0], [-0.9, 1.0]]]),
+    "roller": ("roller", HELD, [np.column_stack([np.cos(_TURN), 1 + np.sin(_TURN)]) / 2]),
+    "viscous": (
+        "viscous",
+        ABSORBS,
+        [
+            [[0.0, 0.0], [0.0, 0.6]],
+            [[-0.35, 0.6], [0.35, 0.6]],
+            [[-0.5, 0.35], [-0.5, 0.95], [0.5, 0.95], [0.5, 0.35]],
+        ],
+    ),
+    "compliant": (
+        "compliant",
+        ABSORBS,
+        [[[0.0, 1.4], [0.0, 0.15]], [[-0.3, 0.65], [0.0, 0.15], [0.3, 0.65]]],
+    ),
+    "tied": ("left tied to right", GOES_ON, [[[-0.5, d], [0.5, d]] for d in (0.4, 0.8)]),
+    "free_field": (
+        "free field beyond",
+        GOES_ON,
+        [[[a, 0.0], [a, d]] for a, d in ((-0.5, 0.7), (0.0, 1.4), (0.5, 0.7))],
+    ),
+}
+
+
+def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
+    """Draw the boundaries of a frame; handles for the legend.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        With places in m.
+    scene : Scene
+    frame : int
+    """
+    shown = {}
+    for boundary in scene.boundaries(frame):
+        kind = boundary["kind"]
+        if kind not in SIGNS:
+            raise InputError(f"boundary of kind {kind!r} has no sign in {__name__}.SIGNS")
+        words, color, sign = SIGNS[kind]
+        edges = np.stack([boundary["start"], boundary["end"]], axis=1)
+        edges = edges[np.any(edges[:, 0] != edges[:, 1], axis=1)]
+        if not len(edges):  # its blocks are gone
+            continue
+        if boundary["moved"]:
+            held = kind == "fixed"
+            words += ", moved" if held else ", a wave comes in"
+            color = MOVED if held else color
+        look = {"colors": color, "capstyle": "round", "zorder": 5}
+        axes.add_collection(LineCollection(edges, linewidths=2.2, **look))
+        axes.add_collection(LineCollection(_signs(sign, edges, scene.size), linewidths=1.0, **look))
+        marker = Path.make_compound_path(*(Path(np.multiply(line, [1, -1])) for line in sign))
+        look = {"marker": marker, "ms": 12, "mfc": "none", "lw": 2.2}
+        shown[words] = Line2D([], [], color=color, label=words, **look)
+    return list(shown.values())
+
+
+def _signs(sign, edges, size: float) -> list[np.ndarray]:
+    """The lines of all signs along edges (k, 2, 2), each of shape (points, 2), m."""
+    middle = edges.mean(axis=1)
+    edges = edges[np.argsort(middle[:, np.argmax(np.ptp(middle, axis=0))], kind="stable")]
+    begin, along = edges[:, 0], edges[:, 1] - edges[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    last = np.cumsum(length)
+    count = max(1, round(last[-1] / (_SPACING * size)))
+    at = (np.arange(count) + 0.5) / count * last[-1]
+    edge = np.searchsorted(last, at)
+    along = along[edge] / length[edge, None]
+    place = begin[edge] + (at - last[edge] + length[edge])[:, None] * along
+    axes = _DEPTH * size * np.stack([along, along[:, ::-1] * [1, -1]], axis=1)
+    return [place[i] + np.asarray(line) @ axes[i] for i in range(count) for line in sign]

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Movies of blocks: MP4 by ffmpeg, GIF by Pillow."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+from matplotlib.animation import FuncAnimation
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from PIL import Image
+from tqdm import tqdm
+
+from ..base.arguments import ANY, PICTURES_A_SECOND, SECONDS
+from ..base.errors import InputError, MissingLibrary
+from ..base.files import check_target, written
+from ..output.scene import Scene
+from .pictures import BlockPicture
+
+_WIDTH = 1280  # pixels, about
+_HUES = 256  # of a GIF
+
+
+def write_movie(
+    source,
+    file,
+    fps: float = 25.0,
+    seconds: float = 10.0,
+    color: str | None = None,
+    contacts: str | None = None,
+    deformation: float = 1.0,
+    progress: bool = False,
+) -> Path:
+    """Write the frames of an output as a movie.
+
+    Parameters
+    ----------
+    source : path, Run, xarray.Dataset or Scene
+        An output of at least two frames.
+    file : path
+        ``.mp4`` (ffmpeg of the system, or of the package imageio-ffmpeg: extra ``movie``), or
+        ``.gif``.
+    fps : float
+        Pictures a second.
+    seconds : float
+        That it lasts; the frames nearest to evenly spread times are shown.
+    color, contacts, deformation
+        See `pictures.draw`.
+    progress : bool
+        Show a progress bar.
+
+    Raises
+    ------
+    ValueError
+        If a number is not in its range.
+    InputError
+        If there is no second frame, or the ending of the file is another.
+    OutputError
+        If there is no ffmpeg, or it fails.
+    """
+    fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
+    ANY.check("deformation", deformation)
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    file = Path(file)
+    if scene.frames < 2:
+        raise InputError("a movie needs two frames or more; give &output a block_interval")
+    kind = file.suffix.lower()
+    if kind not in (".gif", ".mp4"):
+        raise InputError(f"{file}: a movie is .mp4 or .gif")
+    reads = [source] if isinstance(source, str | os.PathLike) else []
+    check_target(file, "a movie", reads)
+    program = ffmpeg() if kind == ".mp4" else ""
+    frames = chosen_frames(scene, round(fps * seconds))
+    pictures = tqdm(
+        _pictures(scene, frames, color, contacts, deformation),
+        total=len(frames),
+        disable=not progress,
+        unit="picture",
+    )
+    with written(file, "a movie", reads) as beside:
+        if kind == ".gif":
+            _write_gif(beside, pictures, fps)
+        else:
+            _write_mp4(beside, pictures, fps, program)
+    return file
+
+
+def chosen_frames(scene: Scene, most: int) -> list[int]:
+    """Frames nearest to so many evenly spread times; a short output is not stretched."""
+    times = np.linspace(scene.time[0], scene.time[-1], max(2, min(most, 4 * scene.frames)))
+    middle = 0.5 * (scene.time[1:] + scene.time[:-1])
+    return np.searchsorted(middle, times).tolist()
+
+
+def _pictures(scene: Scene, frames, color, contacts, deformation) -> Iterator[np.ndarray]:
+    """Pictures, shape (height, width, 3), 8 bits; equal frames are drawn once."""
+    shown = BlockPicture(scene, color or "displacement", contacts, deformation, frames=frames)
+    figure = shown.axes.figure
+    canvas = FigureCanvasAgg(figure)
+    width, height = figure.get_size_inches()
+    # Even numbers of pixels, as the codec needs them.
+    dpi = _WIDTH / width
+    figure.set_size_inches(_WIDTH / dpi, 2 * round(0.5 * height * dpi) / dpi)
+    figure.set_dpi(dpi)
+    last, picture = None, None
+    for frame in frames:
+        if frame != last:
+            shown.show(frame)
+            canvas.draw()
+            figure.set_layout_engine("none")  # the first layout stays
+            picture, last = np.array(canvas.buffer_rgba())[..., :3].copy(), frame
+        yield picture
+
+
+def _write_gif(file: Path, pictures, fps: float) -> None:
+    """One palette for each picture; equal ones after each other are shown longer."""
+    images, durations, last = [], [], None
+    for picture in pictures:
+        if picture is last:
+            durations[-1] += 1000 / fps
+            continue
+        last = picture
+        images.append(Image.fromarray(picture).quantize(_HUES))
+        durations.append(1000 / fps)
+    more = {"append_images": images[1:], "duration": [round(d) for d in durations]}
+    images[0].save(file, save_all=True, loop=0, optimize=True, **more)
+
+
+def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
+    process = None
+    try:
+        for picture in pictures:
+            if process is None:
+                process = _start_ffmpeg(program, file, picture.shape[1], picture.shape[0], fps)
+            try:
+                process.stdin.write(picture.tobytes())
+            except BrokenPipeError:
+                break
+        with suppress(BrokenPipeError):
+            process.stdin.close()
+        message = process.stderr.read().decode("utf-8", "replace").strip()
+        if status := process.wait():
+            ends = f"ends by signal {-status}" if status < 0 else f"ends with status {status}"
+            last = "".join(message.splitlines()[-1:])
+            raise OSError(f"ffmpeg {ends}" + (f": {last}" if last else ""))
+    finally:
+        if process and process.poll() is None:  # after an error or a signal
+            process.kill()
+            process.wait()
+
+
+def _start_ffmpeg(
+    program: str, file: Path, width: int, height: int, fps: float
+) -> subprocess.Popen:
+    command = [
+        *(program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
+        *("-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-", "-an", "-c:v", "libx264"),
+        *("-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", f"file:{file}"),
+    ]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def ffmpeg() -> str:
+    """The program: the system's, or that of the package imageio-ffmpeg.
+
+    Raises
+    ------
+    OutputError
+        If there is neither.
+    """
+    found = shutil.which("ffmpeg")
+    if found:
+        return found
+    try:
+        return importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
+    except (ImportError, RuntimeError) as trouble:
+        raise MissingLibrary(
+            "an MP4 needs ffmpeg: install the system's, or pip install 'sitedda[movie]'; "
+            "a .gif needs nothing more"
+        ) from trouble
+
+
+def animate(source, fps: float = 25.0, seconds: float = 10.0, **look):
+    """The frames of an output as a `matplotlib.animation.FuncAnimation`, for notebooks.
+
+    Parameters
+    ----------
+    source : path, Run, xarray.Dataset or Scene
+    fps, seconds : float
+        See `write_movie`.
+    **look
+        color, contacts, deformation, see `pictures.draw`.
+    """
+    fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    frames = chosen_frames(scene, round(fps * seconds))
+    shown = BlockPicture(scene, **look, frames=frames)
+    FigureCanvasAgg(shown.axes.figure)
+    shown.show(frames[0])
+    return FuncAnimation(shown.axes.figure, shown.show, frames, interval=1000 / fps)

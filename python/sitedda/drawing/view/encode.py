@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The frames of a scene as compressed streams of small whole numbers.
+
+A first-order block needs six numbers a frame: displacement of the centroid (2), rotation and
+strains (3) since the first frame.  They are rounded to a quantum that keeps every vertex within
+10⁻⁵ of the size of the model, turned into differences in time, zigzag-coded, split into planes of
+bytes and deflated.  Browsers inflate streams by themselves (`DecompressionStream`).
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...output.scene import Scene, principal_stresses
+
+POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta, of the size of the model at a vertex
+_FINE = 32767  # steps of a quantity that is stored as well as 16 bits can
+_COARSE = 255  # of colours of large models
+_PLACES = 101  # hundredths of an edge, both ends included
+_LEAST_STEPS = 500  # that even a small displacement has
+_SAMPLE = 12  # frames that the size of all is estimated from
+_LEVEL = 6  # of deflate
+
+
+@dataclass
+class Encoded:
+    """Streams by name and what is needed to read them.
+
+    Attributes
+    ----------
+    meta : dict
+        Plain values for JSON.
+    streams : dict of str
+        Deflated bytes, base64.
+    """
+
+    meta: dict = field(default_factory=dict)
+    streams: dict[str, str] = field(default_factory=dict)
+
+    def put(self, name: str, data: bytes) -> None:
+        """Add a stream."""
+        self.streams[name] = base64.b64encode(data).decode("ascii")
+
+    def put_array(self, name: str, values, kind: str) -> None:
+        """Add an array of a little-endian type, such as ``'<f4'``."""
+        self.put(name, zlib.compress(np.ascontiguousarray(values, dtype=kind).tobytes(), _LEVEL))
+
+    @property
+    def size(self) -> int:
+        """Characters of all streams."""
+        return sum(map(len, self.streams.values()))
+
+
+@dataclass
+class Channel:
+    """A quantity of many things over all frames, and how it is rounded.
+
+    Attributes
+    ----------
+    name : str
+    values : ndarray, shape (frames, things)
+    quantum : float
+        Of the values, or of their roots.
+    root : bool
+        Signed roots are stored: small values keep their digits beside the peaks of impacts.
+    """
+
+    name: str
+    values: np.ndarray
+    quantum: float
+    root: bool = False
+
+    @classmethod
+    def rooted(cls, name: str, values: np.ndarray, steps: int) -> Channel:
+        """With so many steps from zero to the largest root."""
+        quantum = float(np.sqrt(abs(values).max(initial=0.0))) / steps or 1.0
+        return cls(name, values, quantum, True)
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Values in quanta."""
+        values = self.values
+        if self.root:
+            values = np.sign(values) * np.sqrt(abs(values))
+        return np.rint(values / self.quantum).astype(np.int32)
+
+
+def planes(steps: np.ndarray) -> tuple[bytes, int]:
+    """Whole numbers, shape (frames, things), zigzag-coded as planes of bytes."""
+    zigzag = ((steps << 1) ^ (steps >> 31)).astype("<u4")
+    width = max(1, (int(zigzag.max(initial=0)).bit_length() + 7) // 8)
+    split = zigzag.view(np.uint8).reshape(*zigzag.shape, 4)[..., :width]
+    return np.ascontiguousarray(np.moveaxis(split, -1, 1)).tobytes(), width
+
+
+def encode(scene: Scene, budget: int) -> Encoded:
+    """All that the view needs of a scene, within so many characters.
+
+    Frames are left out evenly if they do not fit, contact forces before that.
+    """
+    result = Encoded()
+    _put_model(result, scene)
+    left = budget - result.size
+    lean = _estimate(scene, lean=False) * scene.frames > 0.7 * left
+    cost = _estimate(scene, lean)
+    kept = scene.frames if cost * scene.frames < left else max(2, int(0.95 * left / cost))
+    while True:
+        frames = np.unique(np.linspace(0, scene.frames - 1, kept).round().astype(int))
+        streams = Encoded()
+        _put_channels(streams, motion_channels(scene, frames, lean), "channels")
+        if streams.size <= left or kept <= 2:
+            break
+        kept = max(2, int(0.93 * kept * left / streams.size))
+    result.meta |= streams.meta
+    result.streams |= streams.streams
+    result.meta |= {
+        "time": [float(scene.time[f]) for f in frames],
+        "all_frames": scene.frames,
+        "coarse": bool(lean),
+        "removals": _removals(scene, frames),
+        "stages": [[name, begin] for name, begin in scene.stage_starts()],
+    }
+    _put_bolts(result, scene, frames)
+    _put_contacts(result, scene, frames, budget - result.size)
+    return result
+
+
+def _removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
+    """Removed blocks, and the first of the frames that they are gone in."""
+    if not scene.removed(scene.frames - 1).any():
+        return []
+    gone = np.stack([scene.removed(f) for f in frames])
+    return [[int(b), int(np.argmax(gone[:, b]))] for b in np.flatnonzero(gone.any(axis=0))]
+
+
+def _put_model(result: Encoded, scene: Scene) -> None:
+    """Shapes and names: what does not change with time."""
+    start = scene.coordinates(0)
+    low, high = scene.box
+    origin = 0.5 * (low + high)
+    result.meta |= {
+        "blocks": scene.blocks,
+        "origin": origin.tolist(),
+        "box": [*(low - origin).tolist(), *(high - origin).tolist()],
+        "size": scene.size,
+        "materials": list(scene.material_names),
+    }
+    result.put_array("start", np.hstack([start[:, :2] - origin, start[:, 2:]]), "<f4")
+    result.put_array("offsets", scene.offsets(scene.owner, scene.vertices(0)), "<f4")
+    result.put_array("counts", np.diff(scene.first), "<u2")
+    result.put_array("material", scene.material, "<u1" if scene.material.max() < 256 else "<u2")
+    names = "\n".join(" ".join(name.split("\n")) for name in scene.names)
+    result.put("names", zlib.compress(names.encode("utf-8", "replace"), _LEVEL))
+    faces = scene.interfaces
+    result.put_array("face_blocks", np.column_stack([faces.first, faces.second]), "<i4")
+    ends = np.hstack([faces.start - origin, faces.end - origin, faces.normal])
+    result.put_array("face_ends", ends, "<f4")
+    result.meta["faces"] = len(faces)
+
+
+def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channel]:
+    """What moves: displacement, rotation, strains; then speed and stresses, for the colours."""
+    start = scene.coordinates(0)
+    moved = np.stack([scene.coordinates(f) for f in frames]) - start
+    _freeze_lost(moved, scene)
+    offsets = scene.offsets(scene.owner, scene.vertices(0))
+    reach = float(np.sqrt((offsets**2).sum(axis=1).max()))
+    quanta = (POSITION, ROTATION / reach, STRAIN / reach)
+    names = ("u", "v", "turn", "ex", "ey", "gxy")
+    channels = []
+    for k, name in enumerate(names):
+        quantum = quanta[0 if k < 2 else 1 if k == 2 else 2] * scene.size
+        largest = float(abs(moved[..., k]).max())
+        steps = _LEAST_STEPS if lean and k < 3 else 0 if lean else _FINE
+        if steps and largest:
+            quantum = min(quantum, largest / steps)
+        channels.append(Channel(name, moved[..., k], quantum))
+    speed = np.stack([np.hypot(*scene.rates(f)[:, :2].T) for f in frames])
+    stress = np.stack([scene.stress(f) for f in frames])
+    if lean:
+        colors = {"speed": speed, "compression": -principal_stresses(stress)[1]}
+    else:
+        parts = (stress[..., k] for k in range(3))
+        colors = {"speed": speed} | dict(zip(("sx", "sy", "txy"), parts, strict=True))
+    steps = _COARSE if lean else _FINE
+    return channels + [Channel.rooted(name, values, steps) for name, values in colors.items()]
+
+
+def _freeze_lost(moved: np.ndarray, scene: Scene) -> None:
+    """Blocks far outside the first view stay where they left it."""
+    low, high = scene.box
+    reach = 2.0 * scene.size
+    centre = scene.coordinates(0)[:, :2] - 0.5 * (low + high)
+    away = np.any(abs(moved[..., :2] + centre) > reach, axis=2)
+    for block in np.flatnonzero(away.any(axis=0)):
+        first = int(np.argmax(away[:, block]))
+        moved[first:, block] = moved[max(first - 1, 0), block]
+
+
+def _put_channels(result: Encoded, channels: list[Channel], key: str) -> None:
+    described = []
+    for channel in channels:
+        whole = channel.whole
+        data, width = planes(np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])))
+        result.put(channel.name, zlib.compress(data, _LEVEL))
+        wide = bool(abs(whole).max(initial=0) > np.iinfo(np.int16).max)
+        one = {"name": channel.name, "quantum": channel.quantum, "root": channel.root}
+        described.append(one | {"bytes": width, "wide": wide})
+    result.meta[key] = described
+
+
+def _estimate(scene: Scene, lean: bool) -> float:
+    """Characters of a frame, from a few consecutive ones in the middle."""
+    first = max(0, (scene.frames - _SAMPLE) // 2)
+    frames = np.arange(first, min(scene.frames, first + _SAMPLE))
+    total = 0
+    for channel in motion_channels(scene, frames, lean):
+        whole = channel.whole
+        steps = np.diff(whole, axis=0) if len(frames) > 1 else whole
+        total += len(zlib.compress(planes(steps)[0], _LEVEL))
+    return 4 / 3 * total / max(1, len(frames) - 1)
+
+
+def _put_bolts(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
+    """Points of the bolts as offsets from their blocks; forces and states over the frames."""
+    routes = scene.bolt_routes()
+    result.meta["bolts"] = [
+        {"blocks": blocks.tolist(), "offsets": scene.offsets(blocks, places).ravel().tolist()}
+        for _, blocks, places in routes
+    ]
+    if not routes:
+        return
+    force = np.zeros((len(frames), len(routes)))
+    state = np.zeros_like(force)
+    number = {name: k for k, (name, _, _) in enumerate(routes)}
+    for i, frame in enumerate(frames):
+        for one in scene.bolts(frame):
+            k = number[one["name"]]
+            force[i, k], state[i, k] = np.nan_to_num(one["force"]), one["state"]
+    channels = [Channel.rooted("bolt_force", force, _FINE), Channel("bolt_state", state, 1.0)]
+    _put_channels(result, channels, "bolt_channels")
+
+
+def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:
+    """Forces of all that ever press, over the frames; none if too many.
+
+    A contact is a vertex, an edge and the hundredths of the vertex's edge before the point that
+    touches.
+    """
+    found = [scene.contacts(f) for f in frames]
+    vertices = len(scene.owner)
+    keys, which = [], []
+    for contacts in found:
+        closed = contacts["normal_force"] > 0
+        pair = contacts["vertex"][closed].astype(np.int64) * vertices + contacts["edge"][closed]
+        place = contacts["place"][closed] if "place" in contacts else np.zeros(len(pair))
+        keys.append(_PLACES * pair + np.rint((_PLACES - 1) * place).astype(np.int64))
+        which.append(closed)
+    pairs = np.unique(np.concatenate(keys)) if keys else np.zeros(0, dtype=np.int64)
+    result.meta["pairs"] = 0
+    if len(pairs) == 0:
+        return
+    # Two bytes for each pair and frame before they are deflated: more than a few times what is
+    # left cannot fit.
+    if len(pairs) * len(frames) > 3 * room:
+        result.meta["no_forces"] = "contact forces would not fit into the file"
+        return
+    normal = np.zeros((len(frames), len(pairs)), dtype=np.float32)
+    shear = np.zeros_like(normal)
+    for i, (contacts, key, closed) in enumerate(zip(found, keys, which, strict=True)):
+        at = np.searchsorted(pairs, key)
+        normal[i, at] = contacts["normal_force"][closed]
+        shear[i, at] = contacts["shear_force"][closed]
+    largest = float(normal.max())
+    streams = Encoded()
+    parts = (("normal", normal), ("shear", shear))
+    forces = [Channel.rooted(name, values, _COARSE) for name, values in parts]
+    _put_channels(streams, forces, "force_channels")
+    pair, place = np.divmod(pairs, _PLACES)
+    streams.put_array("pairs", np.column_stack([pair // vertices, pair % vertices, place]), "<i4")
+    if streams.size > room:
+        result.meta["no_forces"] = "contact forces would not fit into the file"
+        return
+    result.meta |= streams.meta | {"pairs": len(pairs), "largest_force": largest}
+    result.streams |= streams.streams
+
+
+def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
+    """Histories of measured points and energies for the charts."""
+    data = scene.data
+    if scene.before or data.sizes.get("time", 0) < 3:
+        result.meta["charts"] = []
+        return
+    time = data["time"].values
+    charts = []
+    for name, unit in (("displacement", "m"), ("acceleration", "m/s²")):
+        lines = {}
+        for i, point in enumerate(map(str, data.point.values)):
+            for axis in (0, 1):
+                values = data[name].values[:, i, axis]
+                if np.any(values) and len(lines) < 8:
+                    lines[f"{point}, {'xy'[axis]}"] = values
+        charts.append((f"{name} of the measured points", unit, lines))
+    energies = {
+        n: data[f"energy_{n}"].values
+        for n in ("kinetic", "strain", "contact", "input", "friction")
+        if f"energy_{n}" in data and np.any(data[f"energy_{n}"].values)
+    }
+    charts.append(("energies", "J/m", energies))
+    result.meta["charts"] = []
+    for title, unit, lines in charts:
+        if not lines:
+            continue
+        described = []
+        for label, values in lines.items():
+            stream = f"line{len(result.streams)}"
+            at = thinned(values, most)
+            result.put_array(stream, np.concatenate([time[at], values[at]]), "<f4")
+            described.append({"label": label, "stream": stream, "samples": len(at)})
+        result.meta["charts"].append({"title": title, "unit": unit, "lines": described})
+
+
+def thinned(values: np.ndarray, most: int) -> np.ndarray:
+    """Indices of the first, smallest and largest sample of each of most/3 bins, and of the last."""
+    n = len(values)
+    if n <= most:
+        return np.arange(n)
+    edges = np.linspace(0, n, most // 3 + 1).astype(int)
+    at = {0, n - 1}
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        at |= {int(a), a + int(np.argmin(values[a:b])), a + int(np.argmax(values[a:b]))}
+    return np.array(sorted(at))

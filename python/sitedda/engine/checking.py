@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can be known before a run: highest frequency, modes, damping, transfer functions, advice."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+
+from .scheme import finite_or_inf
+from .simulation import Simulation
+
+_SHORT = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:E([-+]\d+))?(?![\w.]*')")
+_HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One finding of a check: its verdict ('ok', 'warn', 'fail'), topic, words and advice."""
+
+    verdict: str
+    topic: str
+    words: str
+    advice: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """The check report of a model.
+
+    Attributes
+    ----------
+    text : str
+        One line for each finding, as the command prints it.
+    verdict : str
+        The worst of all lines: 'ok', 'warn' or 'fail'.
+    omega_max : float
+        Highest frequency, rad/s (ARPACK); 0 where it was not found, and the text says why.
+    bracket : tuple of float
+        Its guaranteed bounds, rad/s.
+    residual : float
+        Of the eigenpair, relative.
+    shift : float
+        By how much the joints lower the first frequency, as a share of the stiff limit.
+    band : tuple of float
+        Hz, from 5 to 95 % of the energy of the motions; zeros without motions.
+    ringing : float
+        Steps in which the slowest velocity that changes its sign every step falls to 1/e; 0 where
+        none does, inf where it does not decay.
+    memory : float
+        Bytes of a run, about.
+    seconds : float
+        Of a run at the pace of its first steps; 0 where they were not timed.
+    """
+
+    text: str
+    verdict: str
+    omega_max: float
+    bracket: tuple[float, float]
+    residual: float
+    shift: float
+    band: tuple[float, float]
+    ringing: float
+    memory: float
+    seconds: float
+
+    def __str__(self) -> str:
+        """The report for a screen."""
+        return self.text
+
+    @property
+    def lines(self) -> list[Line]:
+        """The findings one by one, numbers in four digits."""
+        found: list[list[str]] = []
+        for row in self.text.splitlines():
+            head = _HEAD.match(row)
+            if head:
+                found.append([head[1].strip().lower(), head[2].strip(), head[3], ""])
+            elif found:
+                which = 3 if row.strip().startswith("->") or found[-1][3] else 2
+                found[-1][which] += " " + row.strip().removeprefix("->").strip()
+        return [
+            Line(v, topic, *(_in_four_digits(t).strip() for t in rest)) for v, topic, *rest in found
+        ]
+
+    @property
+    def conclusion(self) -> str:
+        """The verdict in one line, with the topics that ask for something."""
+        bad = [f"{line.topic} ({line.verdict})" for line in self.lines if line.verdict != "ok"]
+        words = f": {', '.join(bad)}" if bad else ": nothing to do"
+        return f"verdict: {self.verdict}{words}"
+
+    def to_dict(self) -> dict:
+        """Plain values, such as for JSON."""
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "text"}
+        return values | {"lines": [asdict(line) for line in self.lines]}
+
+    def _repr_html_(self) -> str:
+        """The findings as a table."""
+        from ..facade.page import check_table
+        from ..report.html import fragment
+
+        return fragment(check_table(self))
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Lowest modes of a model.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (modes,)
+        Hz, undamped.
+    damping : ndarray, shape (modes,)
+        Damping ratio in free vibration: by the model's time integration at its step, and by
+        dashpots through their share of the energy of the undamped mode; 1 where a mode does not
+        oscillate.
+    elongation : ndarray, shape (modes,)
+        Of the period in free vibration, by the time integration; -1 where a mode does not
+        oscillate.
+    participation : ndarray, shape (modes, 2)
+        For base motion in x and y, sqrt(kg) per metre of thickness.
+    effective_mass : ndarray, shape (modes, 2)
+        Shares of the total mass.
+    shapes : ndarray, shape (modes, blocks, 6)
+        Of the block coordinates, mass-normalised; may be set as `Simulation.rates`.
+    words : str
+        On rigid motions, mechanisms and sliding contacts.
+    """
+
+    frequency: np.ndarray
+    damping: np.ndarray
+    elongation: np.ndarray
+    participation: np.ndarray
+    effective_mass: np.ndarray
+    shapes: np.ndarray
+    words: str
+
+    def __repr__(self) -> str:
+        """Frequencies and damping."""
+        pairs = zip(self.frequency, self.damping, strict=True)
+        return f"<sitedda.Modes {', '.join(f'{f:.4g} Hz ({100 * d:.2g} %)' for f, d in pairs)}>"
+
+    def _repr_html_(self) -> str:
+        """A table, for a notebook."""
+        from ..report import Paragraph, Table
+        from ..report.html import fragment
+
+        heads = ["mode", "frequency (Hz)", "damping (%)", "longer (%)", "mass x (%)", "mass y (%)"]
+        shares = np.column_stack([self.damping, self.elongation, self.effective_mass])
+        rows = [
+            [str(i + 1), f"{frequency:.4g}", *(f"{100 * v:.3g}" for v in shares[i])]
+            for i, frequency in enumerate(self.frequency)
+        ]
+        return fragment(Table(heads, rows), Paragraph(self.words))
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """A normal stiffness (N/m per metre), its first frequency and the stiff limit (Hz)."""
+
+    normal_stiffness: float
+    frequency: float
+    limit: float
+
+
+def _in_four_digits(text: str) -> str:
+    """Numbers of more than four digits shortened, but for those inside names."""
+
+    def shortened(found: re.Match) -> str:
+        mantissa, exponent = found[1], found[2]
+        if exponent is None and len(mantissa.strip("+-").replace(".", "").strip("0")) <= 4:
+            return found[0]
+        if exponent is None and "." not in mantissa:
+            return found[0]
+        return f"{float(found[0]):.4g}"
+
+    return _SHORT.sub(shortened, text)
+
+
+@contextmanager
+def _opened(model, changes: Mapping | None, more: Mapping) -> Iterator[Simulation]:
+    """The simulation of an input with changes, closed in the end, or one that is open already."""
+    changes = dict(changes or {}) | more
+    if not isinstance(model, Simulation):
+        with Simulation(model, changes=changes) as simulation:
+            yield simulation
+        return
+    if changes:
+        raise ValueError("changes need an input file, not a simulation that is open")
+    with model._one:  # what is asked must be of one state
+        yield model
+
+
+def check(model, changes: Mapping | None = None, **more) -> Report:
+    """Check an input file or an open simulation before a long run.
+
+    Parameters
+    ----------
+    model : path or Simulation
+    changes, **more
+        Variables to change in the input, see `Simulation`.
+    """
+    with _opened(model, changes, more) as simulation:
+        text, worst, numbers = simulation._ask("check_run")
+    return Report(
+        text.decode("utf-8", "replace").rstrip(),
+        ("ok", "ok", "warn", "fail")[int(worst)],
+        float(numbers[0]),
+        (float(numbers[1]), float(numbers[2])),
+        float(numbers[3]),
+        float(numbers[4]),
+        (float(numbers[5]), float(numbers[6])),
+        float(finite_or_inf(numbers[7])),
+        float(numbers[8]),
+        float(numbers[9]),
+    )
+
+
+def modes(
+    model, count: int = 5, contacts: str = "auto", changes: Mapping | None = None, **more
+) -> Modes:
+    """Lowest modes with stiffness.
+
+    Parameters
+    ----------
+    model : path or Simulation
+    count : int
+    contacts : {'auto', 'closed', 'present', 'settled'}
+        Which contacts hold: all in touch, as they are now, or as gravity closes them; 'auto' is
+        'settled' with gravity, else 'closed'.
+    changes, **more
+        Variables to change in the input, see `Simulation`.
+    """
+    with _opened(model, changes, more) as simulation:
+        blocks = len(simulation.coordinates)
+        found, values, shapes, words = simulation._ask("mode_shapes", contacts, blocks, count)
+    values, shapes = values[:, :found].T, shapes[:, :, :found]
+    return Modes(
+        frequency=values[:, 0].copy(),
+        damping=values[:, 1].copy(),
+        elongation=values[:, 2].copy(),
+        participation=values[:, 3:5].copy(),
+        effective_mass=values[:, 5:7].copy(),
+        shapes=np.ascontiguousarray(np.transpose(shapes, (2, 1, 0))),
+        words=words.decode("utf-8", "replace").strip(),
+    )
+
+
+def transfer(
+    model,
+    frequencies,
+    surface: str = "surface",
+    base: str | None = "base",
+    direction: str = "x",
+    damped: bool = True,
+    contacts: str = "auto",
+    changes: Mapping | None = None,
+    **more,
+) -> np.ndarray:
+    """Exact discrete transfer function between two measured points, for base motion.
+
+    That of the linearised model in steps of ``&control integration``, for any of its members.
+
+    Parameters
+    ----------
+    model : path or Simulation
+    frequencies : array_like, shape (n,)
+        Hz, below the Nyquist frequency of the time step.
+    surface : str
+        Measured point.
+    base : str or None
+        Measured point to divide by; None: the prescribed motion itself.
+    direction : {'x', 'y'}
+    damped : bool
+        With the damping of the model's time integration (θ, χ), of its supports and of dashpots,
+        or in continuous time without any.
+    contacts : str
+        See `modes`.
+    changes, **more
+        Variables to change in the input, see `Simulation`.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
+    """
+    frequencies = np.ascontiguousarray(np.atleast_1d(frequencies), dtype=float)
+    axis = ("x", "y").index(direction) + 1
+    with _opened(model, changes, more) as simulation:
+        names = simulation.point_names
+        for name in (surface, base):
+            if name is not None and name not in names:
+                raise ValueError(f"{name!r} is not a measured point; there are {names}")
+        points = [0 if name is None else names.index(name) + 1 for name in (surface, base)]
+        return simulation._ask("transfer_of", contacts, points, axis, frequencies, int(damped))
+
+
+def penalty_for_frequency(
+    model, frequency: float, contacts: str = "auto", changes: Mapping | None = None, **more
+) -> Penalty:
+    """The normal stiffness that gives the first mode a measured frequency (Hz)."""
+    with _opened(model, changes, more) as simulation:
+        return Penalty(*map(float, simulation._ask("first_mode_penalty", contacts, frequency)))
+
+
+def penalty_for_shift(
+    model, percent: float, contacts: str = "auto", changes: Mapping | None = None, **more
+) -> Penalty:
+    """The normal stiffness that keeps the first frequency within so many % of the limit."""
+    with _opened(model, changes, more) as simulation:
+        return Penalty(*map(float, simulation._ask("shift_penalty", contacts, percent)))

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Damping of materials as the engine has it: the same ratio at all frequencies, or Rayleigh's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.arguments import not_negative, positive
+from ..base.core import api, checked
+from .scheme import Scheme, SteadyFactors
+
+__all__ = ["Body", "ConstantRatio", "MaterialDamping", "Rayleigh", "damping_of"]
+
+Factors = tuple[NDArray[np.complex128], NDArray[np.complex128]]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A generalised Maxwell body.
+
+    Attributes
+    ----------
+    omega, weight : ndarray, shape (mechanisms,)
+        Relaxation frequencies, rad/s, and weights Y.
+    unrelaxed : float
+        Largest modulus over the given one.
+    misfit : float
+        Largest relative error of the damping ratio over the band.
+    band : tuple of float
+        Hz.
+    """
+
+    omega: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    unrelaxed: float
+    misfit: float
+    band: tuple[float, float]
+
+    def factor(self, omega: ArrayLike) -> NDArray[np.complex128]:
+        """Complex modulus over the given one at angular frequencies, rad/s, shape (...)."""
+        turn = np.asarray(omega, dtype=float)[..., None]
+        return self.unrelaxed * (
+            1 - np.sum(self.weight * self.omega / (self.omega + 1j * turn), -1)
+        )
+
+
+class MaterialDamping:
+    """What a layer of a :class:`sitedda.Column` can have as damping besides a ratio."""
+
+    def factors(self, frequency: NDArray[np.float64]) -> Factors:
+        """Complex modulus and density over the given ones, at frequencies in Hz."""
+        raise NotImplementedError
+
+    def scheme_factors(
+        self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
+    ) -> Factors:
+        """The same under a time integration at a time step, s, beyond its own factors."""
+        raise NotImplementedError
+
+    def ratio_at(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Damping ratio at frequencies in Hz."""
+        modulus, density = self.factors(frequency)
+        square = modulus / density  # of the complex velocity
+        return 0.5 * square.imag / square.real
+
+
+@dataclass(frozen=True)
+class ConstantRatio(MaterialDamping):
+    """``&material damping_ratio``: the same at all frequencies of a band.
+
+    Parameters
+    ----------
+    ratio : float
+        ζ > 0.
+    reference_frequency : float
+        Hz, at which the given modulus holds.
+    band : (float, float), optional
+        Hz; by default 0.1 ... 50, the upper end lower where the time step asks for it.
+    mechanisms : int, optional
+        By default as many as are needed.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
+    InputError
+        If no body has the ratio.
+    """
+
+    ratio: float
+    reference_frequency: float = 1.0
+    band: tuple[float, float] | None = None
+    mechanisms: int | None = None
+
+    def __post_init__(self) -> None:
+        positive("ratio", self.ratio)
+        positive("reference_frequency", self.reference_frequency)
+        _ = self.body
+
+    @cached_property
+    def body(self) -> Body:
+        """The fitted body, for time steps that admit all its mechanisms."""
+        return self._body_up_to(np.finfo(float).max)
+
+    def _body_up_to(self, limit: float) -> Body:
+        band = (0.0, 0.0) if self.band is None else tuple(map(float, self.band))
+        return _body(
+            float(self.ratio), float(self.reference_frequency), band, self.mechanisms or 0, limit
+        )
+
+    def factors(self, frequency: NDArray[np.float64]) -> Factors:
+        """Of the body; the density stays."""
+        modulus = self.body.factor(2 * np.pi * frequency)
+        return modulus, np.ones_like(modulus)
+
+    def scheme_factors(
+        self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
+    ) -> Factors:
+        """Of the body that the time step admits, at the pre-warped frequency."""
+        limit = np.finfo(float).max
+        if scheme.theta > 0.5:
+            limit = 4 / ((scheme.theta - 0.5) * step)
+        warped = 2 * np.tan(np.pi * frequency * step) / step
+        modulus = self._body_up_to(limit).factor(warped)
+        return modulus, np.ones_like(modulus)
+
+
+@lru_cache
+def _body(ratio: float, reference: float, band: tuple, mechanisms: int, limit: float) -> Body:
+    count, omega, weight, numbers = checked(*api.body_of(ratio, reference, band, mechanisms, limit))
+    return Body(
+        omega[:count].copy(),
+        weight[:count].copy(),
+        float(numbers[0]),
+        float(numbers[1]),
+        (float(numbers[2]), float(numbers[3])),
+    )
+
+
+@dataclass(frozen=True)
+class Rayleigh(MaterialDamping):
+    """``&material rayleigh_alpha, rayleigh_beta``: C = αM + βK.
+
+    Parameters
+    ----------
+    alpha : float
+        1/s, >= 0.
+    beta : float
+        s, >= 0.
+    """
+
+    alpha: float = 0.0
+    beta: float = 0.0
+
+    def __post_init__(self) -> None:
+        not_negative("alpha", self.alpha)
+        not_negative("beta", self.beta)
+
+    @classmethod
+    def at(cls, ratio: float, frequencies: tuple[float, float]) -> Rayleigh:
+        """α and β for a damping ratio at two frequencies, Hz."""
+        first, second = 2 * np.pi * positive("frequencies", np.asarray(frequencies, dtype=float))
+        beta = 2 * float(not_negative("ratio", ratio)) / (first + second)
+        return cls(float(beta * first * second), float(beta))
+
+    def factors(self, frequency: NDArray[np.float64]) -> Factors:
+        """1 + iβω and 1 - iα/ω."""
+        omega = 2 * np.pi * np.maximum(frequency, np.finfo(float).tiny)
+        return 1 + 1j * self.beta * omega, 1 - 1j * self.alpha / omega
+
+    def scheme_factors(
+        self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
+    ) -> Factors:
+        """With the factors of the dashpots on d/Δt and of the inertia."""
+        inertia = np.where(steady.inertia == 0, np.finfo(float).tiny, steady.inertia)
+        drag = self.alpha * steady.mean_dashpot / inertia
+        return 1 + self.beta * steady.mean_dashpot, 1 + np.where(frequency > 0, drag, 0)
+
+
+def damping_of(material: Mapping) -> MaterialDamping | None:
+    """The damping of a group &material.
+
+    Parameters
+    ----------
+    material : mapping
+        Its variables, as they stand in the input.
+
+    Returns
+    -------
+    MaterialDamping or None
+        None: it has none.
+    """
+    if material.get("rayleigh_alpha") or material.get("rayleigh_beta"):
+        return Rayleigh(material.get("rayleigh_alpha", 0.0), material.get("rayleigh_beta", 0.0))
+    if not material.get("damping_ratio"):
+        return None
+    if "rayleigh_frequencies" in material:
+        return Rayleigh.at(material["damping_ratio"], material["rayleigh_frequencies"])
+    return ConstantRatio(
+        material["damping_ratio"],
+        material.get("reference_frequency", ConstantRatio.reference_frequency),
+        tuple(material["damping_band"]) if "damping_band" in material else None,
+        material.get("mechanisms"),
+    )

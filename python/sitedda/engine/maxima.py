@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The largest values of a run over all its steps, as the engine recorded them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..base.core import engine_names
+from ..base.errors import MaximaWarning
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Maximum:
+    """The largest value of a kind.
+
+    Attributes
+    ----------
+    value : float
+        NaN if there is none, as of measured points where no point is measured.
+    time : float
+        When it was reached first, s.
+    unit : str
+    blocks : tuple of str
+        Names of the block; of a contact those of the blocks of its vertex and its edge.
+    points : tuple of str
+        Name of the measured point; of a drift also that of the point below.
+    residual : float
+        The largest value at the end, or at the present time of a `sitedda.Simulation`.
+    """
+
+    value: float
+    time: float
+    unit: str
+    blocks: tuple[str, ...]
+    points: tuple[str, ...]
+    residual: float
+
+    def __str__(self) -> str:
+        """Value, place, time, residual."""
+        who = " on ".join(self.blocks) or " over ".join(self.points)
+        return f"{self.value:.4g} {self.unit}, {who} at {self.time:.6g} s; residual " + (
+            f"{self.residual:.4g} {self.unit}"
+        )
+
+
+def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
+    """Maxima by name.
+
+    Parameters
+    ----------
+    rows : iterable of (str, str, float, float, float, sequence of int, sequence of int)
+        Name, unit, value, time, residual, numbers of blocks and of points, from 0; −1: none.
+    blocks, points : sequence of str
+        Names of all.
+    """
+
+    def names(all_names, numbers) -> tuple[str, ...]:
+        return tuple(str(all_names[int(i)]) for i in numbers if i >= 0)
+
+    return {
+        str(name): Maximum(
+            float(value), float(time), str(unit), names(blocks, b), names(points, p), float(last)
+        )
+        for name, unit, value, time, last, b, p in rows
+    }
+
+
+def maxima_of(data: xr.Dataset) -> dict[str, Maximum]:
+    """The maxima that an output holds, by name; NaN and a warning if it holds none.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        An output.
+    """
+    if "largest" not in data:
+        warn_of(data.attrs)
+        nan = np.nan
+        pairs = zip(engine_names("maxima"), engine_names("maxima units"), strict=True)
+        return as_maxima([(n, u, nan, nan, nan, (), ()) for n, u in pairs], (), ())
+    order = ("maximum", "maximum_unit", "largest", "largest_time", "residual")
+    who = (data[name].transpose("maximum", "side").values for name in
+           ("largest_block", "largest_point"))  # fmt: skip
+    rows = zip(*(data[name].values for name in order), *who, strict=True)
+    return as_maxima(rows, data["block"].values, data["point"].values)
+
+
+def lacking(attributes: Mapping) -> str:
+    """What is said of an output without maxima."""
+    return (
+        f"the output, of {attributes.get('source', 'an earlier version')}, was made before largest "
+        "values of all steps were recorded: they are NaN; run the input again"
+    )
+
+
+def warn_of(attributes: Mapping) -> None:
+    """Warn of an output without maxima."""
+    warnings.warn(lacking(attributes), MaximaWarning, stacklevel=3)

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recorded ground motions: read, integrated, drift removed, by the engine's own readers."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..base.core import api, checked
+from ..base.errors import InputError, MissingLibrary
+from ..base.reading import check_readable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_QUANTITIES = ("acceleration", "velocity", "displacement")
+_UNITS = ("m/s^2", "m/s", "m")
+
+
+def read_record(
+    file,
+    format: str = "auto",
+    quantity: str = "",
+    unit: str = "",
+    time_step: float = 0.0,
+    drift_order: int = -1,
+    taper: float = 0.0,
+    scale: float = 1.0,
+    channel: int = 1,
+) -> xr.Dataset:
+    """Read a record and make acceleration, velocity and displacement of it.
+
+    Parameters
+    ----------
+    file : path
+    format : str
+        'smc' (USGS), 'at2' (PEER NGA), 'knet' (K-NET, KiK-net), 'esm' (ESM, DYNA), 'cosmos' (V2),
+        'text', 'auto'; or 'obspy' for what that library reads (an optional dependency).
+    quantity, unit : str
+        Where the file does not say; where it does, they must agree.
+    time_step : float
+        s between samples, for one column of text.
+    drift_order : int
+        Order of the polynomial taken from the velocity; -1: 2 for accelerations, else 0.
+    taper : float
+        Share under a cosine taper.
+    scale : float
+        Factor on the record.
+    channel : int
+        Section of a COSMOS file, or trace of an obspy stream, from 1.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``acceleration``, ``velocity``, ``displacement`` over ``time``, SI; attributes say where
+        they are from and what was done.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged, truncated or contradicts the request; the message names the line.
+    """
+    if format == "obspy":
+        return _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel)
+    request = (
+        os.fsencode(file),
+        format.encode(),
+        quantity.encode(),
+        unit.encode(),
+        np.array([time_step, drift_order, taper, scale], dtype=float),
+        channel,
+    )
+    samples, *_ = checked(*api.read_ground_motion(*request, 0))
+    _, step, motion, about = checked(*api.read_ground_motion(*request, samples))
+    words = about.decode("utf-8", "replace").rstrip().split("\n")
+    return _dataset(motion, step, file, words)
+
+
+def _dataset(motion: np.ndarray, step: float, file, words: list[str]) -> xr.Dataset:
+    import xarray as xr
+
+    time = ("time", step * np.arange(motion.shape[1]), {"units": "s"})
+    names = ("station", "description", "format", "unit", "method")
+    return xr.Dataset(
+        {
+            name: ("time", motion[i].copy(), {"units": unit})
+            for i, (name, unit) in enumerate(zip(_QUANTITIES, _UNITS, strict=True))
+        },
+        coords={"time": time},
+        attrs={"file": str(file)} | dict(zip(names, map(str.strip, words), strict=False)),
+    )
+
+
+def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> xr.Dataset:
+    """A trace of an obspy stream, passed through the engine as plain text."""
+    try:
+        import obspy
+    except ImportError as trouble:
+        raise MissingLibrary("format 'obspy' needs the library: pip install obspy") from trouble
+    check_readable(file)
+    if not quantity or not unit:
+        raise InputError("format 'obspy' needs quantity and unit, which such files do not state")
+    trace = obspy.read(str(file))[channel - 1]
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder) / "trace.txt"
+        np.savetxt(plain, trace.data.astype(float), fmt="%.17g")
+        found = read_record(
+            plain, "text", quantity, unit, float(trace.stats.delta), drift_order, taper, scale
+        )
+    found.attrs |= {"file": str(file), "station": trace.id, "format": "obspy"}
+    return found

@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The time integration in linear vibrations: closed forms, which the engine holds.
+
+A member (θ, χ) of the family takes forces at t₀ + θΔt and moves by d = Δt [(1 − χ) v₀ + χ v₁]
+(docs/method.md).  With τ = tan(ωΔt/2) it answers a steady vibration exactly as continuous time does
+at the frequency ω̃ = 2τ/Δt and with the complex modulus K (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.arguments import first_of, not_negative, positive
+from ..base.core import api
+
+__all__ = [
+    "Scheme",
+    "SteadyFactors",
+    "Vibration",
+    "scheme_damping",
+    "scheme_frequency",
+    "theta_for_damping",
+    "time_step_for_damping",
+]
+
+_HUGE = 1e300  # the engine's huge numbers lie above
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """Free vibration of oscillators in steps.
+
+    Attributes
+    ----------
+    damping : ndarray, shape (...)
+        Damping ratio ln(1/|λ|)/|ln λ|; 1 where nothing oscillates.
+    elongation : ndarray, shape (...)
+        Period over the true one, less 1; -1 where nothing oscillates.
+    ringing : ndarray, shape (...)
+        Steps in which a velocity that changes its sign every step falls to 1/e; 0 where it does
+        not change its sign, inf where it does not decay.
+    roots : ndarray of complex, shape (..., 2)
+        Eigenvalues of a step, the larger one first.
+    """
+
+    damping: NDArray[np.float64]
+    elongation: NDArray[np.float64]
+    ringing: NDArray[np.float64]
+    roots: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class SteadyFactors:
+    """Factors of the equations in steady vibration exp(iωt), elastic terms having 1.
+
+    Attributes
+    ----------
+    inertia : ndarray of complex, shape (n,)
+        Of M, in place of -ω², 1/s².
+    end_stiffness : ndarray of complex, shape (n,)
+        Of stiffness at the end of the step: supports.
+    mean_dashpot, end_dashpot : ndarray of complex, shape (n,)
+        Of dashpots on d/Δt, and on the velocity at the end of the step, 1/s.
+    load : ndarray of complex, shape (n,)
+        Of loads and body forces.
+    """
+
+    inertia: NDArray[np.complex128]
+    end_stiffness: NDArray[np.complex128]
+    mean_dashpot: NDArray[np.complex128]
+    end_dashpot: NDArray[np.complex128]
+    load: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """A member of the family.
+
+    Attributes
+    ----------
+    theta : float
+        θ, weight of the end of the step in elastic forces, 1/2 ... 1.
+    chi : float
+        χ, weight of the end velocity in the displacement, 1/2 ... 1.
+    """
+
+    theta: float = 1.0
+    chi: float = 0.5
+
+    @classmethod
+    def of_control(cls, control: Mapping) -> Scheme:
+        """The member that a group ``&control`` of an input asks for."""
+        theta = control.get("theta", 0.75)
+        if "damping_ratio" in control:
+            wanted = (control[name] for name in ("damping_ratio", "damping_frequency", "time_step"))
+            theta = float(theta_for_damping(*wanted))
+        return cls.named(control.get("integration", "dda"), theta)
+
+    @classmethod
+    def named(cls, integration: str | Scheme = "dda", theta: float = 0.75) -> Scheme:
+        """The member of a name, as in ``&control``.
+
+        Parameters
+        ----------
+        integration : {'dda', 'midpoint', 'theta', 'backward_euler'} or Scheme
+        theta : float
+            θ = χ of ``'theta'``, 1/2 ... 1; of no effect on the others.
+
+        Raises
+        ------
+        ValueError
+            If the name is not known or θ is out of range.
+        """
+        if isinstance(integration, Scheme):
+            return integration
+        if not 0.5 <= float(theta) <= 1.0:
+            raise ValueError(f"theta must be in 0.5 ... 1, got {theta:g}")
+        *numbers, status, message = api.scheme_numbers(integration, float(theta))
+        if status:
+            raise ValueError(message.decode("utf-8", "replace").strip())
+        return cls(*map(float, numbers[0]))
+
+    def vibration(self, frequency: ArrayLike, time_step: float) -> Vibration:
+        """Free vibration of oscillators.
+
+        Parameters
+        ----------
+        frequency : array_like, shape (...)
+            Undamped frequencies, Hz, >= 0; also beyond the Nyquist frequency.
+        time_step : float
+            Δt, s.
+        """
+        values = not_negative("frequency", frequency)
+        step = float(positive("time_step", time_step))
+        numbers, roots = api.scheme_vibration(self.theta, self.chi, step, values.ravel())
+        damping, elongation, _, ringing = (
+            finite_or_inf(row).reshape(values.shape) for row in numbers
+        )
+        return Vibration(damping, elongation, ringing, roots.T.reshape(*values.shape, 2))
+
+    def steady(
+        self, frequency: ArrayLike, time_step: float, dynamic_factor: float = 1.0
+    ) -> SteadyFactors:
+        """Factors of the equations of motion in steady vibration.
+
+        Parameters
+        ----------
+        frequency : array_like, shape (n,)
+            Hz, >= 0 and below the Nyquist frequency 1/(2Δt).
+        time_step : float
+            Δt, s.
+        dynamic_factor : float
+            Of the velocity carried into a step, 0 ... 1.
+        """
+        values = np.atleast_1d(_resolved(frequency, time_step))
+        step, factor = float(time_step), float(dynamic_factor)
+        return SteadyFactors(*api.scheme_steady(self.theta, self.chi, step, factor, values))
+
+
+def scheme_damping(
+    frequency: ArrayLike, time_step: float, integration: str = "dda", theta: float = 0.75
+) -> NDArray[np.float64]:
+    """Damping ratio that the time integration adds to a steady harmonic motion.
+
+    Half the loss factor of the complex modulus: 2ζ = (a + b)τ/(1 − abτ²) with a = 2θ − 1,
+    b = 2χ − 1 and τ = tan(ωΔt/2); tan(ωΔt/2) in the DDA member.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (...)
+        Frequencies of the motion, Hz, below the Nyquist frequency 1/(2Δt).
+    time_step : float
+        Δt, s.
+    integration : {'dda', 'midpoint', 'theta', 'backward_euler'} or Scheme
+    theta : float
+        θ of ``'theta'``.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Damping ratio ζ; inf where the modulus has no positive real part (abτ² >= 1).
+
+    Raises
+    ------
+    ValueError
+        If a frequency reaches the Nyquist frequency or an argument is out of range.
+    """
+    scheme = Scheme.named(integration, theta)
+    values = _resolved(frequency, time_step)
+    numbers, _ = api.scheme_vibration(scheme.theta, scheme.chi, float(time_step), values.ravel())
+    return finite_or_inf(numbers[2]).reshape(values.shape)
+
+
+def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Frequency at which the equivalent continuous system is driven, the same in every member.
+
+    ω̃/2π = (2/Δt) tan(ωΔt/2)/2π, to be used with the modulus of :func:`scheme_damping`.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (...)
+        Frequencies of the motion, Hz, below the Nyquist frequency 1/(2Δt).
+    time_step : float
+        Δt, s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Equivalent frequency, Hz; never below ``frequency``.
+
+    Raises
+    ------
+    ValueError
+        If a frequency reaches the Nyquist frequency or an argument is out of range.
+    """
+    values = _resolved(frequency, time_step)
+    squares = -Scheme.named("midpoint").steady(values.ravel(), time_step).inertia.real
+    return np.sqrt(abs(squares)).reshape(values.shape) / (2 * np.pi)
+
+
+def time_step_for_damping(
+    damping: ArrayLike, frequency: ArrayLike, integration: str = "dda", theta: float = 0.75
+) -> NDArray[np.float64]:
+    """Time step at which the time integration damps a harmonic motion by a wanted ratio.
+
+    The inverse of :func:`scheme_damping`; Δt = 2 atan(2ζ)/ω in the DDA member.
+
+    Parameters
+    ----------
+    damping : array_like, shape (...)
+        Wanted damping ratio ζ > 0.
+    frequency : array_like, shape (...)
+        Frequency at which it is wanted, Hz, > 0.
+    integration : {'dda', 'theta', 'backward_euler'}
+    theta : float
+        θ of ``'theta'``, above 1/2.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Δt, s.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive, or the member has no damping.
+    """
+    scheme = Scheme.named(integration, theta)
+    if scheme.theta + scheme.chi <= 1.0:
+        raise ValueError(
+            f"integration {integration!r} with theta {scheme.theta:g} has no damping at any"
+            " time step; take a larger theta, or 'dda'"
+        )
+    return _for_damping(damping, frequency, scheme, 1.0)[0]
+
+
+def theta_for_damping(
+    damping: ArrayLike, frequency: ArrayLike, time_step: float
+) -> NDArray[np.float64]:
+    """θ of ``integration = 'theta'`` for a damping ratio in steady vibration at a given Δt.
+
+    Parameters
+    ----------
+    damping : array_like, shape (...)
+        Wanted damping ratio ζ >= 0.
+    frequency : array_like, shape (...)
+        Frequency at which it is wanted, Hz, > 0 and below the Nyquist frequency 1/(2Δt).
+    time_step : float
+        Δt, s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        θ = χ, 1/2 ... 1.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, or no θ gives so much damping at this step.
+    """
+    _resolved(frequency, time_step)
+    theta = _for_damping(damping, frequency, Scheme(), float(time_step), not_negative)[1]
+    if np.any(theta > 1.0):
+        wanted, at = (np.broadcast_to(a, theta.shape)[theta > 1.0][0] for a in (damping, frequency))
+        least = float(time_step_for_damping(wanted, at, "backward_euler"))
+        raise ValueError(
+            f"damping {wanted:g} at {at:g} Hz needs a time_step of at least {least:g} s,"
+            f" got {float(time_step):g}"
+        )
+    return theta
+
+
+def _for_damping(damping, frequency, scheme: Scheme, time_step: float, allowed=positive):
+    """Time steps (s), and θ at a time step, of the engine for ratios at frequencies."""
+    ratio, values = np.broadcast_arrays(
+        allowed("damping", damping), positive("frequency", frequency)
+    )
+    found = api.scheme_for_damping(
+        scheme.theta, scheme.chi, time_step, ratio.ravel(), values.ravel()
+    )
+    return [row.reshape(ratio.shape) for row in found]
+
+
+def _resolved(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Frequencies (Hz), checked to lie below the Nyquist frequency."""
+    values = not_negative("frequency", frequency)
+    step = float(positive("time_step", time_step))
+    beyond = values * step >= 0.5
+    if np.any(beyond):
+        raise ValueError(
+            f"frequency must stay below the Nyquist frequency {0.5 / step:g} Hz of"
+            f" time_step {step:g} s, got {first_of(values, beyond):g}"
+        )
+    return values
+
+
+def finite_or_inf(values: ArrayLike) -> NDArray[np.float64]:
+    """The engine's huge numbers, which stand for no value, as infinity."""
+    return np.where(values > _HUGE, np.inf, values)

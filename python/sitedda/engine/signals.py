@@ -1,0 +1,506 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tools for records and computed histories: decay, smoothing, response spectra, frequency.
+
+Thin on the engine, scipy and pyKOOH.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.core import api
+
+__all__ = [
+    "Decrement",
+    "ResponseSpectrum",
+    "arias_growth",
+    "arias_intensity",
+    "dominant_frequency",
+    "log_decrement",
+    "response_spectrum",
+    "running_integral",
+    "smooth_konno_ohmachi",
+    "spectral_acceleration",
+]
+
+GRAVITY = 9.80665  # m/s², of the Arias intensity
+
+_FASTEST = 1e4  # oscillations between two samples of a motion
+_PADDING = 8  # zero padding of the spectrum in which the dominant frequency is sought
+
+
+# ---------------------------------------------------------------------------------------------
+# Logarithmic decrement
+# ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Decrement:
+    """Damping read from a decaying oscillation; n is the number of cycles between the crests used.
+
+    Parameters
+    ----------
+    damping : float
+        ζ = ln(A0/An) / 2πn, paper eq. 11 (first order in ζ).
+    damping_exact : float
+        ζ = δ / √(4π²n² + δ²) with δ = ln(A0/An), exact for a viscously damped oscillator.
+    frequency : float
+        Damped frequency, cycles between the first and the last crest over their time, Hz.
+    times : ndarray, shape (n + 1,)
+        Times of the crests used, s.
+    crests : ndarray, shape (n + 1,)
+        Their heights above ``offset``, in the unit of the signal.
+    offset : float
+        The line about which the signal oscillates, in its unit.
+    residual : float
+        Root mean square of ln(crest) about its straight line in the crest number: the relative
+        scatter of the crests.  Near 0 for an exponential decay; 0.05 means 5 %, a poor one.
+        Always 0 for two crests.
+    """
+
+    damping: float
+    damping_exact: float
+    frequency: float
+    times: NDArray[np.float64]
+    crests: NDArray[np.float64]
+    offset: float
+    residual: float
+
+
+def log_decrement(
+    time: ArrayLike,
+    x: ArrayLike,
+    cycles: int | None = None,
+    offset: float | None = None,
+    floor: float = 0.01,
+) -> Decrement:
+    """Damping ratio and frequency of a free decay: paper eq. 11.
+
+    Crests and troughs are placed between the samples by a parabola through three of them.  The
+    count starts at the highest crest.
+
+    Parameters
+    ----------
+    time : array_like, shape (m,)
+        Equidistant times, s.
+    x : array_like, shape (m,)
+        The oscillation, any unit; give the free decay only.
+    cycles : int, optional
+        Number of cycles n; by default all that the signal holds.
+    offset : float, optional
+        The line about which the signal oscillates.  By default found from the extrema, which for
+        one decaying mode obey e[k+1] - c = -q (e[k] - c) exactly.
+    floor : float
+        Extrema that stand out by less than this fraction of the largest swing are noise.
+
+    Returns
+    -------
+    Decrement
+        Damping ratios, frequency, crests used and the scatter of their decay.
+
+    Raises
+    ------
+    ValueError
+        If the arguments do not fit or are not finite, or too few crests or cycles are found.
+    """
+    step, values = _equidistant(time, x)
+    if not 0 < floor < 1:
+        raise ValueError(f"floor must be in 0 ... 1, got {floor!r}")
+    if cycles is not None and (cycles != int(cycles) or cycles < 1):
+        raise ValueError(f"cycles must be a whole number >= 1, got {cycles!r}")
+    swing = np.ptp(values)
+    crest_at, crest = _crests(values, floor * swing)
+    if offset is None:
+        trough_at, trough = _crests(-values, floor * swing)
+        offset = _centre_line(crest_at, crest, trough_at, -trough)
+    elif not np.isfinite(offset):
+        raise ValueError(f"offset must be finite, got {offset!r}")
+    at, height = _decaying(crest_at, crest - offset, cycles)
+    return _decrement(np.asarray(time, dtype=float)[0] + step * at, height, float(offset))
+
+
+def _crests(
+    values: NDArray[np.float64], prominence: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Places, in samples, and heights of the maxima, from a parabola through three samples."""
+    if prominence == 0:
+        return np.empty(0), np.empty(0)
+    from scipy.signal import find_peaks
+
+    peak, _ = find_peaks(values, prominence=prominence)
+    left, middle, right = values[peak - 1], values[peak], values[peak + 1]
+    bend = left - 2 * middle + right
+    bend[bend == 0] = -np.inf  # a plateau: leave it where it is
+    shift = 0.5 * (left - right) / bend
+    return peak + shift, middle - 0.25 * (left - right) * shift
+
+
+def _centre_line(
+    crest_at: NDArray[np.float64],
+    crest: NDArray[np.float64],
+    trough_at: NDArray[np.float64],
+    trough: NDArray[np.float64],
+) -> float:
+    """Offset c of e[k+1] = -q e[k] + (1 + q) c, least squares over successive extrema."""
+    order = np.argsort(np.concatenate([crest_at, trough_at]))
+    extrema = np.concatenate([crest, trough])[order]
+    is_crest = (np.arange(order.size) < crest.size)[order]
+    opposite = is_crest[1:] != is_crest[:-1]
+    now, following = extrema[:-1][opposite], extrema[1:][opposite]
+    if now.size < 2 or np.ptp(now) == 0:
+        raise ValueError(
+            f"x must hold at least three extrema to find its offset, got {extrema.size};"
+            " give offset, a longer record or a lower floor"
+        )
+    middle = now.mean()
+    slope = np.sum((now - middle) * (following - following.mean())) / np.sum((now - middle) ** 2)
+    if not slope < 0:
+        raise ValueError("x must swing to and fro about a line; give offset or a higher floor")
+    return float((following.mean() - slope * middle) / (1 - slope))
+
+
+def _decaying(
+    at: NDArray[np.float64], height: NDArray[np.float64], cycles: int | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The crests from the highest on, as many as asked for, while they lie above the offset."""
+    first = int(np.argmax(height)) if height.size else 0
+    at, height = at[first:], height[first:]
+    below = np.flatnonzero(height <= 0)
+    found = int(below[0]) if below.size else height.size
+    wanted = found if cycles is None else int(cycles) + 1
+    if found < max(wanted, 2):
+        raise ValueError(
+            f"x must hold {max(wanted, 2)} decaying crests, got {found};"
+            " give a longer record, fewer cycles or a lower floor"
+        )
+    return at[:wanted], height[:wanted]
+
+
+def _decrement(times: NDArray[np.float64], crests: NDArray[np.float64], offset: float) -> Decrement:
+    count = crests.size - 1
+    logs = np.log(crests)
+    delta = logs[0] - logs[-1]
+    number = np.arange(crests.size)
+    line = np.polynomial.Polynomial.fit(number, logs, 1)
+    return Decrement(
+        damping=float(delta / (2 * np.pi * count)),
+        damping_exact=float(delta / np.hypot(2 * np.pi * count, delta)),
+        frequency=float(count / (times[-1] - times[0])),
+        times=times,
+        crests=crests,
+        offset=offset,
+        residual=float(np.sqrt(np.mean((logs - line(number)) ** 2))) if count > 1 else 0.0,
+    )
+
+
+# ---------------------------------------------------------------------------------------------
+# Konno-Ohmachi smoothing
+# ---------------------------------------------------------------------------------------------
+
+_LEAST_WINDOW = 0.3  # sum of weights: below, no sample lies within the main lobe
+_MOST_WEIGHTS = 1_000_000  # held at a time
+
+
+def smooth_konno_ohmachi(
+    frequency: ArrayLike,
+    spectrum: ArrayLike,
+    bandwidth: float = 40.0,
+    centres: ArrayLike | None = None,
+) -> NDArray[np.float64]:
+    """Amplitude spectrum smoothed by the window of Konno & Ohmachi (1998).
+
+    The weights ``[sin(b log10(f/fc)) / (b log10(f/fc))]⁴`` are normalised to unit sum; at a centre
+    of 0 Hz the result is the first amplitude.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (n,)
+        Frequencies of the spectrum, Hz, >= 0 and increasing.
+    spectrum : array_like, shape (n,)
+        Amplitudes; of complex values the magnitude is taken.
+    bandwidth : float
+        b; a smaller value smooths more.
+    centres : array_like, shape (m,), optional
+        Frequencies at which the result is wanted, Hz; by default ``frequency``.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        Smoothed amplitudes, in the unit of ``spectrum``.
+
+    Raises
+    ------
+    ValueError
+        If the arguments do not fit or are not finite, or a window holds no sample.
+
+    References
+    ----------
+    Konno, K. & Ohmachi, T. (1998). Ground-motion characteristics estimated from spectral ratio
+    between horizontal and vertical components of microtremor. BSSA 88(1), 228-241.
+    """
+    frequencies = _vector("frequency", frequency)
+    amplitudes = _vector("spectrum", np.abs(np.asarray(spectrum)))
+    if amplitudes.size != frequencies.size:
+        raise ValueError(
+            f"spectrum must have the length of frequency, {frequencies.size}, got {amplitudes.size}"
+        )
+    if frequencies.size == 0 or frequencies[0] < 0 or np.any(np.diff(frequencies) <= 0):
+        raise ValueError("frequency must hold increasing values >= 0")
+    width = _positive("bandwidth", bandwidth)
+    targets = frequencies if centres is None else _vector("centres", centres)
+    if np.any(targets < 0):
+        raise ValueError(f"centres must not be negative, got {targets.min():g} Hz")
+    positive = frequencies > 0
+    place, amplitude = np.log10(frequencies[positive]), amplitudes[positive]
+    smoothed = np.full(targets.size, amplitudes[0])
+    wanted = np.flatnonzero(targets > 0)
+    for some in np.array_split(wanted, wanted.size * place.size // _MOST_WEIGHTS + 1):
+        weight = np.sinc(width / np.pi * (place - np.log10(targets[some])[:, None])) ** 2
+        weight *= weight
+        total = weight.sum(axis=1)
+        if np.any(empty := total <= _LEAST_WINDOW):
+            raise ValueError(
+                f"centres must lie where the window holds samples, got "
+                f"{targets[some][empty][0]:g} Hz with bandwidth {width:g}"
+            )
+        smoothed[some] = weight @ amplitude / total
+    return smoothed
+
+
+# ---------------------------------------------------------------------------------------------
+# Response spectrum
+# ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ResponseSpectrum:
+    """Largest responses of linear oscillators to one ground acceleration; all shape (n,).
+
+    Parameters
+    ----------
+    frequencies : ndarray
+        Natural frequencies of the oscillators, Hz.
+    displacement : ndarray
+        Largest displacement relative to the ground, unit of the acceleration × s².
+    velocity : ndarray
+        Largest relative velocity, unit of the acceleration × s.
+    acceleration : ndarray
+        Largest absolute acceleration, unit of the ground acceleration.
+    """
+
+    frequencies: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    acceleration: NDArray[np.float64]
+
+    @property
+    def pseudo_velocity(self) -> NDArray[np.float64]:
+        """ω × displacement."""
+        return 2 * np.pi * self.frequencies * self.displacement
+
+    @property
+    def pseudo_acceleration(self) -> NDArray[np.float64]:
+        """ω² × displacement: what engineers plot as "the" response spectrum."""
+        return (2 * np.pi * self.frequencies) ** 2 * self.displacement
+
+
+def response_spectrum(
+    acceleration: ArrayLike, time_step: float, frequencies: ArrayLike, damping: float = 0.05
+) -> ResponseSpectrum:
+    """Response spectrum of a ground acceleration, oscillators at rest at first.
+
+    Exact for an acceleration that runs straight between its samples (Nigam & Jennings, 1969).
+    Oscillators that are fast for the sampling are followed between the samples.  The record is
+    not continued beyond its last sample: append zeros to include the free vibration after it.
+
+    Parameters
+    ----------
+    acceleration : array_like, shape (m,), m >= 2
+        Ground acceleration, any unit.
+    time_step : float
+        Its sampling interval, s.
+    frequencies : array_like, shape (n,)
+        Natural frequencies of the oscillators, Hz, > 0.
+    damping : float
+        Damping ratio, 0 <= ζ < 1.
+
+    Returns
+    -------
+    ResponseSpectrum
+        Largest displacement, velocity and acceleration of each oscillator.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    References
+    ----------
+    Nigam, N. C. & Jennings, P. C. (1969). Calculation of response spectra from strong-motion
+    earthquake records. BSSA 59(2), 909-922.
+    """
+    ground = _vector("acceleration", acceleration)
+    if ground.size < 2:
+        raise ValueError(f"acceleration must hold at least two samples, got {ground.size}")
+    step = _positive("time_step", time_step)
+    naturals = _vector("frequencies", frequencies)
+    if not np.all(naturals > 0):
+        raise ValueError(f"frequencies must be positive, got {naturals.min():g} Hz")
+    if not np.all(naturals * step <= _FASTEST):
+        raise ValueError(
+            f"frequencies must be at most {_FASTEST / step:g} Hz, got {naturals.max():g} Hz"
+        )
+    if not 0 <= damping < 1:
+        raise ValueError(f"damping must be in 0 <= damping < 1, got {damping!r}")
+    return ResponseSpectrum(naturals, *api.oscillator_peaks_of(ground, step, naturals, damping))
+
+
+def spectral_acceleration(
+    acceleration: ArrayLike, time_step: float, periods: ArrayLike, damping: float = 0.05
+) -> NDArray[np.float64]:
+    """Pseudo-spectral acceleration Sa, with the free vibration after the record.
+
+    Parameters
+    ----------
+    acceleration : array_like, shape (m,), m >= 2
+        Ground acceleration, any unit.
+    time_step : float
+        Its sampling interval, s.
+    periods : array_like, shape (n,)
+        Natural periods, s, > 0.
+    damping : float
+        Damping ratio, 0 <= ζ < 1.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Unit of the ground acceleration.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+    """
+    naturals = _vector("periods", periods)
+    if not np.all(naturals > 0):
+        raise ValueError(f"periods must be positive, got {naturals.min():g} s")
+    rest = np.zeros(int(np.ceil(naturals.max() / _positive("time_step", time_step))) + 1)
+    ground = np.concatenate([_vector("acceleration", acceleration), rest])
+    return response_spectrum(ground, time_step, 1 / naturals, damping).pseudo_acceleration
+
+
+def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Trapezoidal integral from 0 along the last axis; shape of the series, its unit times s."""
+    values = np.asarray(series, dtype=float)
+    inner = np.cumsum((values[..., 1:] + values[..., :-1]) * time_step / 2, axis=-1)
+    return np.concatenate([np.zeros_like(values[..., :1]), inner], axis=-1)
+
+
+def arias_intensity(acceleration: ArrayLike, time_step: float) -> float:
+    """Arias intensity π/2g ∫a² dt, m/s, of an acceleration, m/s², shape (m,), every so many s."""
+    return float(arias_growth(acceleration, time_step)[-1])
+
+
+def arias_growth(acceleration: ArrayLike, time_step: float) -> NDArray[np.float64]:
+    """Arias intensity up to each sample, m/s, shape (m,), as :func:`arias_intensity`."""
+    squares = np.asarray(acceleration, dtype=float) ** 2
+    return np.pi / (2 * GRAVITY) * running_integral(squares, time_step)
+
+
+# ---------------------------------------------------------------------------------------------
+# Dominant frequency
+# ---------------------------------------------------------------------------------------------
+
+
+def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None = None) -> float:
+    """Frequency of the highest peak of the amplitude spectrum, between its lines.
+
+    The mean is removed, a Hann window applied and the record padded with zeros; a parabola
+    through the logarithms of three lines places the peak.
+
+    Parameters
+    ----------
+    x : array_like, shape (m,), m >= 8
+        The signal, any unit.
+    dt : float
+        Sampling interval, s.
+    band : (float, float), optional
+        Where to look, Hz; by default from 0 to the Nyquist frequency.
+
+    Returns
+    -------
+    float
+        Frequency, Hz.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range, or the band holds no peak.
+    """
+    from scipy.signal.windows import hann
+
+    values = _vector("x", x)
+    step = _positive("dt", dt)
+    if values.size < 8:
+        raise ValueError(f"x must hold at least 8 samples, got {values.size}")
+    low, high = _band(band, 0.5 / step)
+    windowed = (values - values.mean()) * hann(values.size, sym=False)
+    length = _PADDING * values.size
+    size = np.abs(np.fft.rfft(windowed, length))
+    line = np.arange(1, size.size - 1)
+    summit = line[(size[line] > size[line - 1]) & (size[line] >= size[line + 1])]
+    summit = summit[(summit >= low * length * step) & (summit <= high * length * step)]
+    floor = 1e-12 * np.abs(values).sum()  # the rounding of a constant is no peak
+    if summit.size == 0 or size[summit].max() <= floor:
+        raise ValueError(f"band {low:g} ... {high:g} Hz holds no peak of the spectrum of x")
+    best = summit[np.argmax(size[summit])]
+    left, middle, right = np.log(np.maximum(size[best - 1 : best + 2], np.finfo(float).tiny))
+    shift = 0.5 * (left - right) / (left - 2 * middle + right)
+    return float((best + shift) / (length * step))
+
+
+# ---------------------------------------------------------------------------------------------
+# Checks of arguments
+# ---------------------------------------------------------------------------------------------
+
+
+def _vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    if np.iscomplexobj(value):
+        raise ValueError(f"{name} must be real, got complex values")
+    values = np.asarray(value, dtype=float)
+    if values.ndim != 1:
+        raise ValueError(f"{name} must be one-dimensional, got shape {values.shape}")
+    if not np.all(np.isfinite(values)):
+        bad = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise ValueError(f"{name} must be finite, got {values[bad]} at index {bad}")
+    return values
+
+
+def _positive(name: str, value: float) -> float:
+    number = float(value)
+    if not (np.isfinite(number) and number > 0):
+        raise ValueError(f"{name} must be finite and positive, got {value!r}")
+    return number
+
+
+def _band(band: tuple[float, float] | None, nyquist: float) -> tuple[float, float]:
+    edges = np.asarray((0.0, nyquist) if band is None else band, dtype=float)
+    if edges.shape != (2,) or not 0 <= edges[0] < edges[1] <= nyquist * (1 + 1e-12):
+        raise ValueError(f"band must be 0 <= low < high <= {nyquist:g} Hz, got {band!r}")
+    return float(edges[0]), float(edges[1])
+
+
+def _equidistant(time: ArrayLike, x: ArrayLike) -> tuple[float, NDArray[np.float64]]:
+    """Sampling interval and values of a history."""
+    times, values = _vector("time", time), _vector("x", x)
+    if times.size != values.size or times.size < 3:
+        raise ValueError(
+            f"time and x must have the same length >= 3, got {times.size} and {values.size}"
+        )
+    step = (times[-1] - times[0]) / (times.size - 1)
+    if step <= 0 or np.any(np.abs(np.diff(times) - step) > 1e-3 * step):
+        raise ValueError("time must be equidistant and increasing")
+    return float(step), values

@@ -1,0 +1,564 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run of the engine, step by step or to its end."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+import weakref
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
+from operator import index
+from pathlib import Path
+
+import numpy as np
+
+from ..base.arguments import Range
+from ..base.core import FILES, api, checked, engine_names
+from ..base.errors import InputError, OutputError, SiteddaError
+from ..base.stop import Stop, program_hears
+from ..input.building import built_text, opened_input
+from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
+from ..input.groups import checked as checked_value
+from ..input.groups import group_text
+from .maxima import Maximum, as_maxima
+
+_PIECE = 2048  # bytes of a text that the engine gives at once
+_CHUNK_TIME = 0.1  # s between looks at the signals, unless a step takes longer
+
+
+class Simulation:
+    """A model and its state.
+
+    Parameters
+    ----------
+    file : path or Model
+        Namelist input; groups of joints and masonry are turned into blocks.
+    output : path, True or None
+        Output file; True: where the input says; None: no file is written.
+    resume : bool
+        Go on from the last checkpoint of the output, which must be of the same input with the same
+        changes; from the start if there is none.  If the output is complete there is nothing left
+        to do, and the blocks are where they were at the start.  `notice` tells which.
+    changes : mapping, optional
+        Variables to change in the input, by ``group.variable`` or, where an input has several
+        groups of a kind, ``group.name.variable``: ``{"material.clay.density": 1900.0}``.
+    **more
+        The same for variables that need no group, as ``time_step=5e-4``, or with a mapping,
+        ``contact={"normal_stiffness": 1e12}``; see `sitedda.changes.changed_input`.
+
+    Raises
+    ------
+    InputError
+        If the input cannot be run; the message names file, group and value.
+    OutputError
+        If the output cannot be written; as `CheckpointError` if no checkpoint of it is good.
+
+    Notes
+    -----
+    The object can be used in a ``with`` statement.  It is freed when it is closed or collected.
+    `rates`, `gravity` and `time_step` can be set, other variables with `change`; nothing else can.
+    """
+
+    __slots__ = (
+        "__weakref__", "_free", "_handle", "_one", "_writes", "built", "done", "file", "input_text",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        file,
+        output=None,
+        *,
+        resume: bool = False,
+        changes: Mapping | None = None,
+        **more,
+    ):
+        if resume and output is None:
+            raise ValueError("only a run with an output can be resumed")
+        changes = dict(changes or {}) | more
+        named = dict(flat_changes(changes)).get("output.file")
+        if output is True and isinstance(named, str | os.PathLike):
+            output = named  # by the caller, who may name any place
+        target = b"" if output in (None, True) else os.fsencode(output)
+        self._writes = output is not None
+        self._one = threading.RLock()  # held while the engine works on this simulation
+        with opened_input(file) as (file, text):
+            if changes:
+                text = changed_input(text, changes, file=file)
+            text, self.built = built_text(text, file)
+            writes = self._writes + bool(resume)
+            with FILES:
+                opened = api.open_run(
+                    os.fsencode(file), text.encode("utf-8", "surrogateescape"), target, writes
+                )
+            self._handle = checked(*opened)
+        self._free = weakref.finalize(self, api.close_run, self._handle)
+        self.file = file
+        self.input_text = text
+        self.done = False
+
+    def __enter__(self):
+        """Use in a with statement."""
+        return self
+
+    def __exit__(self, *_):
+        """Free the simulation."""
+        self.close()
+
+    def __repr__(self) -> str:
+        """Title, blocks and time."""
+        if not self.is_open:
+            return f"<sitedda.Simulation of {self.file}, closed>"
+        blocks, now = self._sizes()[0], f"{self.time:g} of {self.duration:g} s"
+        return f"<sitedda.Simulation {self.title!r}: {blocks} blocks, {now}>"
+
+    def _repr_html_(self) -> str:
+        """Blocks, time and a picture, for a notebook."""
+        from ..facade.notebook import simulation_fragment
+
+        return simulation_fragment(self)
+
+    def close(self) -> None:
+        """Free the simulation; an unfinished output stays as FILE.partial, with a checkpoint."""
+        with self._one, self._writing():
+            self._free()
+            self._handle = 0
+
+    @property
+    def is_open(self) -> bool:
+        """False once it is closed."""
+        return bool(self._handle)
+
+    def advance(self, steps: int = 1) -> bool:
+        """Take up to `steps` steps; True when the run has ended, see `ending`.
+
+        Raises
+        ------
+        ValueError
+            If `steps` is negative.
+        ConvergenceError
+            If a step does not close; the message names step, contact and blocks.
+        """
+        steps = Range(0, 2**31 - 1, whole=True).check("steps", index(steps))
+        with self._one, self._writing():
+            done = self._ask("advance_run", steps)
+        self.done = bool(done)
+        return self.done
+
+    def change(self, changes: Mapping | None = None, **more) -> None:
+        """Change variables of the input from the present time on.
+
+        What can change: ``time_step`` and ``gravity`` of &control; the strengths of a &joint; a
+        &load; the record of a &motion and what is done to it; ``direction``, ``motion_x`` and
+        ``motion_y`` of a &fixed_point.  The values are checked as those of an input are.
+
+        Parameters
+        ----------
+        changes, **more
+            As for `Simulation`: ``change({"joint[bed].friction_angle": 30.0})``,
+            ``change(gravity=(0.0, -5.0))``.
+
+        Raises
+        ------
+        InputError
+            If a value cannot be used, or the variable cannot change; then nothing has changed.
+
+        Notes
+        -----
+        A point that is held anew, or follows another motion, is held where it stands.  Bonds and
+        closed contacts stay.  With another time step the time left is rounded up to whole steps.
+        Energies that come or go are in ``changed``.  The same changes at the same steps give the
+        same bits; checkpoints hold them, so that a resumed run goes on with them, and the output
+        lists them in its attribute ``changes``.
+        """
+        changes = dict(changes or {}) | more
+        with self._one:
+            text = changed_input(self._changed_text(), changes, BETWEEN_STEPS, self.file)
+            self._change(text, in_words(changes))
+
+    def add(self, kind: str, **values) -> None:
+        """Add a load or a fixed point from the present time on.
+
+        Parameters
+        ----------
+        kind : str
+            ``"load"``, whose times are those of the run, or ``"fixed_point"``, which holds where
+            it stands.
+        **values
+            Variables of the group; ``x`` and ``y`` are of the point at the start, m.
+        """
+        if kind not in ("load", "fixed_point"):
+            raise InputError(f"&{kind} cannot be added during a run, only &load and &fixed_point")
+        group = group_text(kind, {k: checked_value(kind, k, v) for k, v in values.items()})
+        with self._one:
+            self._change(f"{self._changed_text().rstrip()}\n{group}", group.strip())
+
+    def _changed_text(self) -> str:
+        """The input with the changes so far."""
+        return self._long_text("changed", 4) or self.input_text
+
+    @property
+    def input_values(self) -> str:
+        """What the input means, as JSON: given, default and derived values of its groups."""
+        return self._long_text("values", 7)
+
+    def _long_text(self, what: str, size: int) -> str:
+        """A text of any length; its size stands in `run_sizes`."""
+        count = -(-int(self._sizes()[size]) // _PIECE)
+        pieces = [self._ask("run_text", what, i + 1).ljust(_PIECE) for i in range(count)]
+        return b"".join(pieces).rstrip().decode("utf-8", "surrogateescape")
+
+    def _change(self, text: str, words: str) -> None:
+        with self._one, FILES:  # in this order everywhere
+            self._ask("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
+
+    def checkpoint(self) -> None:
+        """Write a checkpoint now, beside those that the input asks for.
+
+        Raises
+        ------
+        OutputError
+            If it cannot be written; the last one stays.
+        """
+        with self._one, FILES:
+            self._ask("save_state")
+
+    def finish(self) -> Path | None:
+        """Close the output file, if one is written, and return where it is.
+
+        If the duration is not reached, the results so far are in FILE.partial and a checkpoint is
+        left that the run can be resumed from.
+        """
+        with self._one, FILES:
+            self._ask("finish_run")
+        return self.output
+
+    @property
+    def output(self) -> Path:
+        """Where the output goes, or would go."""
+        return Path(os.fsdecode(self._text("output")))
+
+    def _writing(self):
+        """The lock of files, if this simulation has an output."""
+        return FILES if self._writes else nullcontext()
+
+    def _ask(self, routine: str, *arguments):
+        """What a routine of the engine says of this simulation; threads wait for each other."""
+        with self._one:
+            return checked(*getattr(api, routine)(self._handle, *arguments))
+
+    def _ask_all(self, routine: str, which: int):
+        """The same where the routine wants to know how many: see `run_sizes`."""
+        with self._one:
+            return self._ask(routine, self._sizes()[which])
+
+    def _text(self, what: str, which: int = 0) -> bytes:
+        return self._ask("run_text", what, which).strip()
+
+    def _sizes(self) -> np.ndarray:
+        return self._ask("run_sizes")
+
+    def _clock(self) -> np.ndarray:
+        return self._ask("run_clock")
+
+    @property
+    def title(self) -> str:
+        """Title of the run."""
+        return self._text("title").decode("utf-8", "replace")
+
+    @property
+    def summary(self) -> str:
+        """What step control did so far, in words."""
+        return self._text("summary").decode()
+
+    @property
+    def warning(self) -> str:
+        """What the energy audit has against the run so far; empty if it balances."""
+        return self._text("warning").decode()
+
+    @property
+    def description(self) -> str:
+        """The analysis and each motion, a line each: peaks, drift removal, what is left at the end.
+
+        Plane strain or plane stress; PGA, PGV and PGD of the motion; the most that drift removal
+        took of velocity and displacement; velocity and displacement at the end of the record, and
+        how the motion goes on.
+        """
+        lines = []
+        while line := self._text("description", len(lines) + 1).decode("utf-8", "replace"):
+            lines.append(line)
+        return "\n".join(lines)
+
+    @property
+    def notes(self) -> str:
+        """What the model has that is seldom meant, a line each; empty if there is nothing."""
+        return self._text("notes").decode("utf-8", "replace")
+
+    @property
+    def thread_notes(self) -> str:
+        """For how long other programs left too few processors for all threads; empty if never."""
+        return self._text("threads").decode()
+
+    @property
+    def peak_warnings(self) -> list[str]:
+        """Where amplification peaks of a linear run are not those of its transfer function."""
+        with self._one, FILES:
+            return self._text("peaks").decode("utf-8", "replace").splitlines()
+
+    @property
+    def ending(self) -> str:
+        """Why the run has ended, "duration reached" or the rule of &stop; empty before that."""
+        return self._text("ending").decode("utf-8", "replace")
+
+    @property
+    def notice(self) -> str:
+        """Where a resumed simulation went on from, in words; else blank."""
+        return self._text("notice").decode("utf-8", "replace")
+
+    @property
+    def time(self) -> float:
+        """Time reached, s."""
+        return float(self._clock()[0])
+
+    @property
+    def duration(self) -> float:
+        """Time to reach, s."""
+        return float(self._clock()[1])
+
+    @property
+    def time_step(self) -> float:
+        """Time step of the last step, s; may be set, see `change`."""
+        return float(self._clock()[2])
+
+    @time_step.setter
+    def time_step(self, value: float) -> None:
+        self.change(time_step=value)
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Acceleration of gravity, shape (2,), m/s²; may be set, see `change`."""
+        return self._clock()[5:7]
+
+    @gravity.setter
+    def gravity(self, values) -> None:
+        self.change(gravity=tuple(map(float, values)))
+
+    @property
+    def normal_stiffness(self) -> float:
+        """Penalty stiffness k_n of closed contacts, N/m, as given or by its default."""
+        return float(self._clock()[7])
+
+    @property
+    def steps(self) -> int:
+        """Steps taken."""
+        return int(self._clock()[3])
+
+    @property
+    def iterations(self) -> int:
+        """Open-close iterations of the last step."""
+        return int(self._clock()[4])
+
+    @property
+    def block_names(self) -> list[str]:
+        """Names of the blocks, blank where the input gives none."""
+        count = self._sizes()[0]
+        return [self._text("block", i + 1).decode("utf-8", "replace") for i in range(count)]
+
+    @property
+    def point_names(self) -> list[str]:
+        """Names of the measured points."""
+        count = self._sizes()[2]
+        return [self._text("point", i + 1).decode("utf-8", "replace") for i in range(count)]
+
+    @property
+    def block_materials(self) -> np.ndarray:
+        """Number of each block's present material, from 0 in the order of the input."""
+        return self._ask("block_properties", *self._sizes()[:2])[0]
+
+    @property
+    def edge_joints(self) -> np.ndarray:
+        """Number of each edge's present joint, shape (vertices,), from 0, as `polygons` has them.
+
+        An edge stands at the vertex where it begins.
+        """
+        return self._ask("block_properties", *self._sizes()[:2])[1]
+
+    @property
+    def block_bodies(self) -> np.ndarray:
+        """Number of the body that each block is a cell of, from 1; 0: none."""
+        return self._ask("block_properties", *self._sizes()[:2])[2]
+
+    @property
+    def welded_edges(self) -> np.ndarray:
+        """1 for each edge that lies within a body, shape (vertices,), as `edge_joints`; else 0."""
+        return self._ask("block_properties", *self._sizes()[:2])[3]
+
+    @property
+    def coordinates(self) -> np.ndarray:
+        """Block coordinates, shape (blocks, 6): x, y (m), rotation (rad), strains ex, ey, gxy."""
+        return self._ask_all("block_states", 0)[0].T
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Rates of the coordinates, shape (blocks, 6), per second; may be set."""
+        return self._ask_all("block_states", 0)[1].T
+
+    @rates.setter
+    def rates(self, values) -> None:
+        if np.iscomplexobj(values):
+            raise TypeError("rates must be real numbers")
+        values = np.asarray(values, dtype=float)
+        n = int(self._sizes()[0])
+        if values.shape != (n, 6):
+            raise ValueError(f"rates must have shape ({n}, 6), not {values.shape}")
+        self._ask("set_block_states", values.T)
+
+    @property
+    def stresses(self) -> np.ndarray:
+        """Block stresses in the model's axes, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa."""
+        return self._ask_all("block_states", 0)[2].T
+
+    @property
+    def polygons(self) -> list[np.ndarray]:
+        """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
+        places, owner = self._ask_all("vertex_places", 1)
+        return np.split(places.T, np.flatnonzero(np.diff(owner)) + 1)
+
+    @property
+    def contacts(self) -> dict[str, np.ndarray]:
+        """Contacts of the last step.
+
+        ``vertex`` and ``edge`` (from 0), ``state`` (0 open, 1 slide, 2 stick), ``bonded``,
+        ``joint`` (from 0, in the order of the input);
+        ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m). Under joint laws:
+        ``length`` (m) that a contact stands for, ``slip_path`` (m), ``weakened`` (0 … 1), and
+        ``place``, the share of the edge from ``vertex`` on before a point between corners; else 0.
+        With cohesive joints: ``damage`` (0 … 1), ``fracture_energy_lower`` and
+        ``fracture_energy_upper`` (N/m, per area), bounds of what is spent.
+        """
+        who, values = self._ask_all("contact_states", 3)
+        names = ("vertex", "edge", "state", "bonded", "joint")
+        more = ("gap", "normal_force", "shear_force", "stretch")
+        more += ("length", "slip_path", "weakened", "place")
+        more += ("damage", "fracture_energy_lower", "fracture_energy_upper")
+        return dict(zip(names, who, strict=True)) | dict(zip(more, values, strict=True))
+
+    @property
+    def boundary_edges(self) -> dict[str, np.ndarray]:
+        """Pieces of edges that the groups ``&boundary`` take, each of shape (pieces,).
+
+        ``edge`` (by its first vertex) and ``group`` (in the order of the input), both from 0;
+        ``from`` and ``to``, the shares of the edge between which the piece lies.
+        """
+        who, share = self._ask_all("boundary_edges", 5)
+        return dict(zip(("edge", "group", "from", "to"), (*who, *share), strict=True))
+
+    @property
+    def bolts(self) -> dict[str, np.ndarray]:
+        """Bolts after the last step, each of shape (bolts,), in the order of the output.
+
+        ``force`` along the bolt (tension positive) and ``shear_force`` of a grouted one (N/m),
+        ``elongation`` (m), ``state`` (0 not there, 1 elastic, 2 yields, 3 slack, 4 broken).
+        """
+        names = ("force", "shear_force", "elongation", "state")
+        values = dict(zip(names, self._ask_all("bolts", 6), strict=True))
+        return values | {"state": values["state"].astype(int)}
+
+    @property
+    def energies(self) -> dict[str, float]:
+        """Energies, J per metre of thickness; ``balance`` is what the audit cannot explain."""
+        names = engine_names("energies")
+        return dict(zip(names, map(float, self._ask("energies", len(names))), strict=True))
+
+    @property
+    def maxima(self) -> dict[str, Maximum]:
+        """The largest values of all steps so far, by name, as `Run.maxima`.
+
+        The ``residual`` of each is the present value.
+        """
+        names, units = engine_names("maxima"), engine_names("maxima units")
+        values, blocks, points = self._ask("maxima", len(names))
+        named = [name or f"block {i + 1}" for i, name in enumerate(self.block_names)]
+        rows = zip(names, units, *values, blocks.T, points.T, strict=True)
+        return as_maxima(rows, named, self.point_names)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """What has been counted since the start.
+
+        ``steps``; open-close ``iterations``; neighbour ``searches``; linear systems (``solves``),
+        ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
+        solver; bonds ``broken``.
+        """
+        return dict(zip(engine_names("counts"), map(int, self._ask("run_counts")), strict=True))
+
+    @property
+    def solver(self) -> str:
+        """The solver at work, which ``'auto'`` may change."""
+        return self._text("solver").decode()
+
+    def block_notes(self) -> str:
+        """What making blocks removed, merged or left, and which blocks are slivers, in words."""
+        from ..build.cutting import slivers
+
+        found = list(map(str, slivers(self.polygons, self.block_names)))
+        words = [one for one in self.built.messages if "are slivers" not in one]
+        if found:
+            more = " …" if len(found) > 5 else ""
+            words.append(f"{len(found)} blocks are slivers: {'; '.join(found[:5])}{more}")
+        return "\n".join(words)
+
+    def phase_times(self) -> dict[str, float]:
+        """Seconds spent in the phases of the steps since the first call, which starts the watch.
+
+        ``search`` (neighbours, plan of the factor), ``detect`` (contacts and their history),
+        ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
+        ``update`` (new state, energy audit).
+        """
+        return dict(zip(engine_names("phases"), map(float, self._ask("run_phases")), strict=True))
+
+    @property
+    def point_motions(self) -> np.ndarray:
+        """Measured points, shape (3, points, 2): displacement, velocity, acceleration (SI)."""
+        return np.transpose(self._ask_all("point_motions", 2), (2, 1, 0))
+
+
+def run_to_end(
+    simulation: Simulation, progress: Callable[[Simulation], None] | None, stop: Stop
+) -> bool:
+    """Advance in chunks, so that it can be stopped between them; True when the run has ended.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    progress : callable or None
+        Called after each chunk.
+    stop : Stop
+        Watches for signals.
+    """
+    chunk = 1
+    try:
+        while not stop.asked:
+            begun = time.perf_counter()
+            done = simulation.advance(chunk)
+            if progress:
+                progress(simulation)
+            if done:
+                return True
+            if time.perf_counter() - begun < _CHUNK_TIME:
+                chunk *= 2
+            elif chunk > 1:
+                chunk //= 2
+    except KeyboardInterrupt:
+        if program_hears():
+            raise
+    except BaseException as error:
+        try:
+            simulation.finish()
+        except OutputError as failure:  # beside what ended the run
+            if not isinstance(error, SiteddaError):
+                raise
+            raise type(error)(f"{error}; {failure}") from error
+        raise
+    return False

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fourier spectra and amplification, computed by the engine (FFTW)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base.core import api, checked
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest amplitude in a band.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz; of a spectrum, at the vertex of the parabola through the three highest bins.
+    amplitude : float
+        There.
+    bin_width : float
+        Hz between bins: what the interpolation refines; 0 for the peak of a formula.
+    interpolated : bool
+        False if the highest bin lies at an end of the band, and for the peak of a formula.
+    """
+
+    frequency: float
+    amplitude: float
+    bin_width: float = 0.0
+    interpolated: bool = False
+
+
+def _series(name: str, values) -> np.ndarray:
+    series = np.ascontiguousarray(values, dtype=float)
+    if series.ndim != 1:
+        raise ValueError(f"{name} must be one-dimensional, not of shape {series.shape}")
+    return series
+
+
+def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 0.0):
+    """One-sided Fourier spectrum, an estimate of the Fourier integral.
+
+    Parameters
+    ----------
+    series : array_like, shape (samples,)
+    time_step : float
+        s between samples.
+    padding : int
+        Length with zeros over length.
+    taper : float
+        Part of the length under a cosine taper, half at each end, 0 … 1.
+
+    Returns
+    -------
+    frequency : ndarray, shape (bins,)
+        Hz.
+    spectrum : complex ndarray, shape (bins,)
+        Unit of the series times s.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range or a sample is not finite.
+    """
+    series = _series("series", series)
+    bins = int(padding) * series.size // 2 + 1
+    return checked(*api.spectrum_of(series, time_step, padding, taper, bins))
+
+
+def amplification(surface, base, time_step: float, padding: int = 8, taper: float = 0.0):
+    """Ratio of the Fourier spectra of two motions of one kind.
+
+    Parameters
+    ----------
+    surface, base : array_like, shape (samples,)
+    time_step : float
+        s between samples.
+    padding : int
+        Length with zeros over length.
+    taper : float
+        Part of the length under a cosine taper.
+
+    Returns
+    -------
+    frequency : ndarray, shape (bins,)
+        Hz.
+    ratio : complex ndarray, shape (bins,)
+        0 where the base has no motion to speak of.
+    """
+    surface, base = _series("surface", surface), _series("base", base)
+    if surface.shape != base.shape:
+        raise ValueError(f"surface and base differ in length: {surface.size} and {base.size}")
+    bins = int(padding) * surface.size // 2 + 1
+    return checked(*api.amplification_of(surface, base, time_step, padding, taper, bins))
+
+
+def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
+    """The largest amplitude between two frequencies (Hz), refined by a parabola.
+
+    Raises
+    ------
+    ValueError
+        If no bin lies in the band.
+    """
+    found = checked(
+        *api.peak_of(
+            _series("frequency", frequency), _series("amplitude", amplitude), lowest, highest
+        )
+    )
+    return Peak(float(found[0]), float(found[1]), float(found[2]), bool(found[3]))

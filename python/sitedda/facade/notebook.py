@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a model and a simulation show themselves in a notebook."""
+
+from __future__ import annotations
+
+from ..base.errors import SiteddaError
+from ..report.html import fragment
+from ..report.page import Facts, Part, Picture
+
+_MOST_DRAWN = 3000  # blocks: a notebook must not wait
+
+
+def simulation_fragment(simulation) -> str:
+    """Title, blocks, time and a picture of a simulation, as HTML."""
+    if not simulation.is_open:
+        return fragment(Facts([("simulation", f"of {simulation.file}, closed")]))
+    blocks = len(simulation.block_names)
+    facts = [
+        ("simulation", simulation.title or "Untitled"),
+        ("input", str(simulation.file)),
+        ("blocks", f"{blocks:,}"),
+        ("time", f"{simulation.time:g} of {simulation.duration:g} s, {simulation.steps:,} steps"),
+    ]
+    if simulation.ending:
+        facts.append(("end", simulation.ending))
+    return fragment(Facts(facts), *_picture(simulation, blocks))
+
+
+def model_fragment(model) -> str:
+    """Title, groups and a picture of a model, as HTML."""
+    from ..engine.simulation import Simulation
+
+    groups = ", ".join(f"{count} {name}" for name, count in model.counts.items()) or "none"
+    facts = [("model", model.title or "Untitled"), ("groups", groups)]
+    try:
+        with Simulation(model) as simulation:
+            blocks = len(simulation.block_names)
+            facts.append(("blocks", f"{blocks:,}"))
+            shown = _picture(simulation, blocks)
+    except SiteddaError as trouble:
+        return fragment(Facts([*facts, ("cannot run yet", str(trouble))]))
+    return fragment(Facts(facts), *shown)
+
+
+def _picture(simulation, blocks: int) -> list[Part]:
+    from ..drawing.pictures import draw
+
+    if blocks > _MOST_DRAWN:
+        return []
+    return [Picture(draw(simulation).figure, simulation.title or "Blocks", "blocks")]

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report of a run, of a model before its run, and of a check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import SiteddaError
+from ..drawing.pictures import draw
+from ..drawing.view import BUDGET, view
+from ..engine.checking import Report, check
+from ..error_bars import kept_accuracy
+from ..input.building import InputOfRun
+from ..input.schema import GROUPS
+from ..output.response import amplifications
+from ..output.scene import Scene
+from ..output.verdict import verdict
+from ..report.page import Bullets, Facts, Listing, Page, Paragraph, Picture, Table
+from ..report.provenance import provenance
+from .plot import run_picture
+
+_ENERGIES = ("kinetic", "strain", "welded", "contact", "support", "gravity", "input", "friction",
+             "fracture", "algorithmic", "kinetic_damping", "damping", "impact", "geometric",
+             "balance")  # fmt: skip
+_TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
+           ("motion", "Motions"))  # fmt: skip
+_PICTURES = 1_500_000  # bytes of a page that its pictures may take
+
+
+def report_page(source, report: Report | None = None, discrete=None) -> Page:
+    """The report of an output, or of an input before its run.
+
+    Parameters
+    ----------
+    source : path, Run, Simulation, xarray.Dataset or Scene
+    report : Report, optional
+        The check of the model; by default the input that was run is checked.
+    discrete : ndarray, optional
+        The model's own transfer function for the picture, see `plot.run_picture`.
+    """
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    report = report if report is not None else _checked(scene, source)
+    return _model_page(scene, report) if scene.before else _run_page(scene, report, discrete)
+
+
+def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
+    data = scene.data
+    page = Page(scene.title or "Untitled run", _lead(scene))
+    page.add("Verdict", Facts(verdict(scene).lines), *_sureness(data))
+    page.add("Blocks", view(scene, BUDGET - _PICTURES))
+    found = _amplifications(data)
+    caption = "The run as it was asked for: blocks, motions, response spectra and amplification."
+    page.add("Pictures", Picture(run_picture(data, found, discrete), caption, "run"))
+    _add_model(page, scene)
+    _add_check(page, report)
+    _add_energies(page, data)
+    _add_input(page, scene)
+    page.provenance = provenance(
+        input=str(data.attrs.get("input_file", "")),
+        computed_by=_maker(data),
+        step_control=str(data.attrs.get("step_control", "")),
+        solver=str(data.attrs.get("solver", "")),
+    )
+    return page
+
+
+def _model_page(scene: Scene, report: Report | str) -> Page:
+    page = Page(scene.title or "Untitled model", "A model before its run.")
+    _add_check(page, report)
+    page.add("Blocks", view(scene, BUDGET - _PICTURES, "material"))
+    _add_model(page, scene)
+    _add_input(page, scene)
+    page.provenance = provenance(input=str(scene.data.attrs.get("input_file", "")))
+    return page
+
+
+def _lead(scene: Scene) -> str:
+    complete = scene.data.attrs.get("complete", "yes") == "yes"
+    words = f"{scene.blocks:,} blocks, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
+    return words + ("." if complete else "; the run is not complete.")
+
+
+def _maker(data) -> str:
+    """Program and commit that computed an output."""
+    maker, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
+    return f"{maker}, commit {commit}" if commit else maker
+
+
+def _amplifications(data):
+    try:
+        return amplifications(data)
+    except (KeyError, ValueError):
+        return []
+
+
+def _checked(scene: Scene, source) -> Report | str:
+    """The check of the input that was run, or why there is none."""
+    file = Path(str(scene.data.attrs.get("input_file", "") or source))
+    text = str(scene.data.attrs.get("input_text", ""))
+    try:
+        return check(InputOfRun(file, text) if text else file)
+    except SiteddaError as error:
+        return str(error)
+
+
+def _sureness(data) -> list:
+    """The figures with their bars, or that they have none."""
+    found = kept_accuracy(data.attrs)
+    if found is None:
+        return [Paragraph("These figures have no error bars: the command sitedda run --accuracy "
+                          "gives them.")]  # fmt: skip
+    heads, *rows = found.rows()
+    return [Table(heads, rows, "How sure are the figures?")]
+
+
+def check_table(report: Report) -> Table:
+    """The findings of a check."""
+    rows = [
+        [line.verdict, line.topic, f"{line.words} → {line.advice}" if line.advice else line.words]
+        for line in report.lines
+    ]
+    return Table(["verdict", "topic", "finding"], rows)
+
+
+def _add_check(page: Page, report: Report | str) -> None:
+    if isinstance(report, str):
+        page.add("Check", Paragraph(f"There is no check of the input: {report}"))
+    else:
+        page.add("Check", Paragraph(report.conclusion.capitalize() + "."), check_table(report))
+
+
+def _add_model(page: Page, scene: Scene) -> None:
+    areas = scene.areas()
+    vertices = np.diff(scene.first)
+    counts = [
+        ("blocks", f"{scene.blocks:,}, of {vertices.min()} to {vertices.max()} vertices"),
+        ("areas", f"{areas.min():.4g} to {areas.max():.4g} m², {areas.sum():.6g} m² together"),
+        ("joints that touch", f"{len(scene.interfaces):,}"),
+        ("fixed points", f"{len(scene.supports()):,}"),
+        ("boundaries", ", ".join(one["kind"] for one in scene.boundaries(0)) or "none"),
+        ("measured points", ", ".join(p["name"] for p in scene.points()) or "none"),
+    ]
+    parts = [
+        Picture(
+            draw(scene, time=float(scene.time[0]), color="material").figure,
+            "The model at the start, to scale.",
+            "model",
+        ),
+        Facts(counts),
+    ]
+    for name, title in _TABLES:
+        table = _group_table(scene, name, title)
+        parts += [table] if table else []
+    thin = scene.slivers()
+    if len(thin):
+        lines = [f"{scene.names[b]}: {areas[b]:.3g} m²" for b in thin[:50]]
+        parts.append(Bullets(lines, "Slivers"))
+    page.add("Model", *parts)
+
+
+def _group_table(scene: Scene, name: str, title: str) -> Table | None:
+    """The groups of a name with every variable that one of them has other than by default."""
+    groups = scene.groups.get(name, [])
+    usual = {one.name: one.default.partition(":")[0].strip("'") for one in GROUPS[name].variables}
+    given = [k for group in groups for k, v in group.items() if _short(v) != usual.get(k)]
+    heads = list(dict.fromkeys(given))
+    if not heads:
+        return None
+    rows = [[_short(group.get(key, "")) for key in heads] for group in groups]
+    return Table(heads, rows, title)
+
+
+def _short(value) -> str:
+    if isinstance(value, bool):
+        return f".{value}.".lower()
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    text = ", ".join(map(_short, value)) if isinstance(value, list) else str(value)
+    return text if len(text) <= 80 else text[:77] + "…"
+
+
+def _add_energies(page: Page, data) -> None:
+    rows = [
+        [name.replace("_", " "), f"{float(series[-1]):.4g}", f"{float(abs(series).max()):.4g}"]
+        for name in _ENERGIES
+        if f"energy_{name}" in data and np.any(series := data[f"energy_{name}"].values)
+    ]
+    if rows:
+        heads = ["energy", "at the end (J/m)", "largest (J/m)"]
+        audit = str(data.attrs.get("energy_audit", ""))
+        page.add("Energies", Paragraph(f"Audit: {audit}."), Table(heads, rows))
+
+
+def _add_input(page: Page, scene: Scene) -> None:
+    text = str(scene.data.attrs.get("input_text", ""))
+    most = 400_000
+    if len(text) > most:
+        text = text[:most] + f"\n… {len(text) - most:,} more characters"
+    parts = [Listing(text, "The input with its changes", folded=True)]
+    motions = str(scene.data.attrs.get("motions", "")).strip()
+    if motions:
+        parts.append(Listing(motions, "Records and what was done to them", folded=True))
+    compiler = str(scene.data.attrs.get("compiler", ""))
+    if compiler:
+        parts.append(Listing(compiler, "Compiler and its options", folded=True))
+    page.add("Input", *parts)

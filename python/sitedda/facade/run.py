@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An input run to its end, and what comes of it."""
+
+from __future__ import annotations
+
+import signal
+import tempfile
+import warnings
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..base.errors import AuditWarning, PeakWarning
+from ..base.stop import SIGNALS, Stop
+from ..engine.maxima import Maximum, maxima_of
+from ..engine.simulation import Simulation, run_to_end
+from ..input.building import InputOfRun
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Run:
+    """A run that has ended.
+
+    Attributes
+    ----------
+    history : xarray.Dataset
+        All that the output file holds, in memory.
+    complete : bool
+        False if it was stopped before its duration.
+    output : Path or None
+        The output file, if one was kept.
+    summary : str
+        What step control did.
+    """
+
+    def __init__(self, history: xr.Dataset, complete: bool, output: Path | None, summary: str):
+        self.history = history
+        self.complete = complete
+        self.output = output
+        self.summary = summary
+
+    @cached_property
+    def verdict(self):
+        """What happened, a `Verdict`: ``print(run.verdict)``, ``run.verdict.values``."""
+        from ..output.verdict import verdict
+
+        return verdict(self.history)
+
+    @cached_property
+    def maxima(self) -> dict[str, Maximum]:
+        """The largest values of all steps, by name, each a `sitedda.maxima.Maximum`.
+
+        ``run.maxima["tilt"].value``, ``.time``, ``.blocks``, ``.residual``; see docs/output.md.
+        """
+        return maxima_of(self.history)
+
+    def draw(self, **options):
+        """Draw the blocks, see `sitedda.draw`; matplotlib axes."""
+        from ..drawing.pictures import draw
+
+        return draw(self, **options)
+
+    def animate(self, **options):
+        """The frames as an animation for notebooks, see `sitedda.movie.animate`."""
+        from ..drawing.movie import animate
+
+        return animate(self, **options)
+
+    def view(self, file=None, **options):
+        """Write the interactive view to a page, see `sitedda.view.write_view`; its file."""
+        from ..drawing.view import write_view
+
+        return write_view(self, file or Path("view.html"), **options)
+
+    def accuracy(self, **options):
+        """Run the input again with smaller steps and stiffer contacts, see `sitedda.accuracy`."""
+        from ..error_bars import accuracy
+
+        text = self.history.attrs
+        return accuracy(InputOfRun(Path(text["input_file"]), text["input_text"]), **options)
+
+    def report(self, file=None) -> Path:
+        """Write the report of the run to one HTML file, beside the output by default."""
+        from ..report import write_html
+        from .page import report_page
+
+        beside = self.output.with_suffix(".html") if self.output else Path("run.html")
+        return write_html(report_page(self), file or beside)
+
+    def _repr_html_(self) -> str:
+        """What happened, for a notebook."""
+        from ..report import Facts
+        from ..report.html import fragment
+
+        state = "complete" if self.complete else "incomplete"
+        head = ("run", f"{self.history.attrs.get('title', '')} ({state})")
+        return fragment(Facts([head, *self.verdict.lines]))
+
+    def __repr__(self) -> str:
+        """One line."""
+        state = "complete" if self.complete else "incomplete"
+        return f"<sitedda.Run {self.history.attrs.get('title', '')!r}, {state}: {self.summary}>"
+
+
+def run(
+    file,
+    output=None,
+    progress: Callable[[Simulation], None] | None = None,
+    changes: Mapping | None = None,
+    **more,
+) -> Run:
+    """Run an input to its end.
+
+    Parameters
+    ----------
+    file : path
+        Namelist input.
+    output : path, True or None
+        Output file; True: where the input says; None: kept in memory only.
+    progress : callable, optional
+        Called now and then with the `Simulation`.
+    changes, **more
+        Variables to change in the input, see `Simulation`.
+
+    Returns
+    -------
+    Run
+        Incomplete if it was stopped with Ctrl-C; a file then stays as FILE.partial, and `resume`
+        goes on.
+    """
+    return _run(file, output, progress, dict(changes or {}) | more)
+
+
+def resume(
+    file,
+    output=True,
+    progress: Callable[[Simulation], None] | None = None,
+    changes: Mapping | None = None,
+    **more,
+) -> Run:
+    """Go on with a run that ended early, from the last checkpoint of its output.
+
+    The result has the same bits as that of a run that was never interrupted.  Without a
+    checkpoint it begins at the start; an output that is complete is only read.
+
+    Parameters
+    ----------
+    file : path
+        Namelist input, as it was.
+    output : path or True
+        Output file, as it was; True: where the input says.
+    progress : callable, optional
+        Called now and then with the `Simulation`.
+    changes, **more
+        Variables to change in the input, as they were.
+
+    Raises
+    ------
+    CheckpointError
+        If no checkpoint is good: damaged, or of another input, version or build.
+    """
+    return _run(file, output, progress, dict(changes or {}) | more, resume=True)
+
+
+def _run(file, output, progress, changes, resume=False, program=False) -> Run:
+    from ..output.output_file import load
+
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "history.nc" if output is None else output
+        with (
+            Simulation(file, output=target, resume=resume, changes=changes) as simulation,
+            Stop(SIGNALS if program else (signal.SIGINT,), program) as stop,
+        ):
+            complete = run_to_end(simulation, progress, stop)
+            where = simulation.finish()
+            if simulation.warning:
+                warnings.warn(simulation.warning, AuditWarning, stacklevel=3)
+            for words in simulation.peak_warnings:
+                warnings.warn(words, PeakWarning, stacklevel=3)
+        if not complete:
+            where = where.with_name(where.name + ".partial")
+        history = load(where)
+    summary = history.attrs["step_control"]
+    return Run(history, complete, None if output is None else where, summary)

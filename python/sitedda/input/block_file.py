@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Block files: the blocks of a large model in netCDF, in place of megabytes of text.
+
+The format is the classic one: the library that reads netCDF-4 crashes on some damaged files.
+
+``vertices`` (vertex, axis) holds the corners of all blocks one after the other, counter-clockwise,
+``corners`` (block) how many each has, ``name`` (block, letter) their names.  ``material`` (block)
+and ``edge_joint`` (vertex), of the edge that begins there, are numbers from 1 into
+``material_name`` and ``joint_name``, 0 for none; so is ``body`` (block) into ``body_name``: the
+body that a block is a cell of.  All but the first two may be missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ..base.core import FILES
+from ..base.errors import InputError
+from ..base.files import written
+
+LONGEST_NAME = 64  # bytes, as the engine holds names
+LARGE = 10_000  # blocks that go into a file of their own
+
+
+def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path:
+    """Write blocks to a file that ``&blocks file = …`` reads.
+
+    Parameters
+    ----------
+    file : path
+    blocks : sequence of dict
+        Variables of &block groups: vertices, and where they have them name, material, joint,
+        edge_joints, body.
+    reads : sequence of path
+        Files that are not to be replaced, as the blocks come from them.
+
+    Raises
+    ------
+    InputError
+        If a name is longer than 64 bytes.
+    OutputError
+        If the file cannot be written.
+    """
+    import netCDF4
+
+    file = Path(file)
+    polygons = [np.reshape(block["vertices"], (-1, 2)) for block in blocks]
+    corners = [len(polygon) for polygon in polygons]
+    materials, material = _numbered(block.get("material", "") for block in blocks)
+    joints, joint = _numbered(
+        name for block, edges in zip(blocks, corners, strict=True) for name in _edges(block, edges)
+    )
+    texts = {
+        "name": [block.get("name", "") for block in blocks],
+        "material_name": materials,
+        "joint_name": joints,
+    }
+    places = np.concatenate(polygons) if polygons else np.empty((0, 2))
+    numbers = {
+        "vertices": (("vertex", "axis"), "f8", places),
+        "corners": (("block",), "i4", corners),
+        "material": (("block",), "i4", material),
+        "edge_joint": (("vertex",), "i4", joint),
+    }
+    bodies, body = _numbered(block.get("body", "") for block in blocks)
+    if bodies:
+        texts["body_name"] = bodies
+        numbers["body"] = (("block",), "i4", body)
+    words = {name: _letters(list_of) for name, list_of in texts.items()}
+    with (
+        written(file, "a netCDF file", reads) as writing,
+        FILES,
+        netCDF4.Dataset(writing, "w", format="NETCDF3_64BIT_OFFSET") as data,
+    ):
+        data.title = "blocks of a sitedda model"
+        for name, (dimensions, kind, values) in numbers.items():
+            _put(data, name, kind, dimensions, values)
+        for name, letters in words.items():
+            rows = "block" if name == "name" else name
+            _put(data, name, "S1", (rows, f"letter_of_{name}"), letters)
+        data["vertices"].units = "m"
+    return file
+
+
+def _put(data, name: str, kind: str, dimensions, values) -> None:
+    if 0 in np.shape(values):  # a dimension of length 0 would be one without limit
+        return
+    for dimension, size in zip(dimensions, np.shape(values), strict=True):
+        if dimension not in data.dimensions:
+            data.createDimension(dimension, size)
+    data.createVariable(name, kind, dimensions, fill_value=False)
+    data[name][:] = values
+
+
+def _edges(block: dict, edges: int) -> list[str]:
+    """The joint of each edge of a block, blank where the first of the input is meant."""
+    usual = block.get("joint", "")
+    own = [name or usual for name in block.get("edge_joints", ())]
+    return own + [usual] * (edges - len(own))
+
+
+def _numbered(names: Iterable[str]) -> tuple[list[str], list[int]]:
+    """The names that occur, and the number of each from 1; 0 for a blank one."""
+    number = {"": 0}
+    numbers = [number.setdefault(name, len(number)) for name in names]
+    return list(number)[1:], numbers
+
+
+def _letters(names: Sequence[str]) -> np.ndarray:
+    """Names as characters, shape (names, length of the longest)."""
+    texts = [name.encode() for name in names]
+    longest = max(map(len, texts), default=1) or 1
+    if longest > LONGEST_NAME:
+        name = names[int(np.argmax([len(text) for text in texts]))]
+        raise InputError(f"the name {name!r} is longer than {LONGEST_NAME} bytes")
+    return np.array(texts, dtype=f"S{longest}").view("S1").reshape(len(texts), longest)

@@ -1,0 +1,426 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Groups that describe joints and masonry, turned into the blocks that the engine reads."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.files import OWN_INPUT, is_same, write
+from ..base.reading import read_bounded
+from .block_file import LARGE, write_block_file
+from .changes import with_files
+from .groups import (
+    CUT,
+    FROM_FILE,
+    MASONRY,
+    MESH,
+    group_text,
+    is_made,
+    nearest,
+    read_values,
+)
+from .input_text import Found, find_groups
+
+_NAMED = ("material", "joint", "region")  # groups that others name
+_ANY = re.compile(
+    r"^[^!\n]*&(" + "|".join([*CUT, *MASONRY, *MESH, "polygons"]) + r")\b",
+    re.IGNORECASE | re.MULTILINE,
+)
+
+_MESH = re.compile(r"^[^!\n]*&mesh\b", re.IGNORECASE | re.MULTILINE)
+_LARGEST = 2**30  # bytes of an input, as in the engine
+
+
+@dataclass
+class Built:
+    """Blocks made from groups.
+
+    Attributes
+    ----------
+    blocks : list of dict
+        Variables of &block groups: name, material, joint, vertices, edge_joints; blank ones left
+        out.
+    messages : list of str
+        What was removed, merged or left.
+    slivers : list of str
+        Blocks that are slivers.
+    meshed : list of int
+        Groups &block, by their place among all groups, that the cells of bodies replace.
+    """
+
+    blocks: list[dict] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
+    slivers: list[str] = field(default_factory=list)
+    meshed: list[int] = field(default_factory=list)
+
+
+def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
+    """Blocks from the groups that are turned into blocks.
+
+    Parameters
+    ----------
+    groups : sequence of (str, dict, str)
+        All groups of an input: name, variables, and where the group stands, for messages.
+    folder : path
+        That file names are relative to.
+
+    Returns
+    -------
+    Built
+    """
+    names = _names(groups)
+    made = [group for group in groups if is_made(group[0]) or group[0] in MESH]
+    for _, values, place in made:
+        _check_names(names, values, place)
+    built, parts = Built(), {name: [] for name in CUT}
+    pieces: list[dict] = []
+    meshes, first, places = [], "", {}
+    for name, values, place in made:
+        try:
+            if name in MESH:
+                meshes.append((MESH[name](**values), place))
+            elif name == "polygons":
+                pieces += _imported(values, folder)
+            elif name in MASONRY:
+                pieces += [_block(vars(stone)) for stone in MASONRY[name](**values).blocks()]
+            else:
+                own = _parts(name, values, folder)
+                parts[name] += own
+                places |= {id(part): place for part in own}
+                first = first or place
+        except InputError as error:
+            raise _placed(place, error) from None
+        except TypeError:
+            raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
+    cut = None
+    if any(parts.values()):
+        try:
+            cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))
+        except InputError as error:
+            place = places.get(id(getattr(error, "cause", None)), first)
+            raise _placed(place, error) from None
+    built.blocks += pieces
+    if meshes:
+        _mesh(built, groups, meshes, cut)
+    return built
+
+
+def _mesh(built: Built, groups, meshes, cut) -> None:
+    """Put cells in place of the blocks that are meshed."""
+    from ..build.meshing.meshed import Piece, mesh_blocks
+
+    typed = [i for i, group in enumerate(groups) if group[0] == "block"]
+    pieces = [Piece(block) for block in built.blocks]
+    if cut is not None:
+        for piece, region, holes in zip(pieces, cut.regions, cut.holes, strict=False):
+            piece.region, piece.holes = region, holes
+    pieces += [Piece(groups[i][1]) for i in typed]
+    materials = {values.get("name", ""): values for kind, values, _ in groups if kind == "material"}
+    cells, taken, messages = mesh_blocks(pieces, meshes, materials, _placed)
+    ring = next((p for i, p in enumerate(pieces) if p.holes and i not in taken), None)
+    if ring is not None:
+        raise InputError(
+            f"block {ring.name!r} is a ring around the hole or region with a corner at "
+            f"({ring.holes[0][0][0, 0]:.6g}, {ring.holes[0][0][0, 1]:.6g}); draw a joint that cuts "
+            "it, or mesh it"
+        )
+    count, gone = len(built.blocks), set(taken)
+    built.meshed = [typed[i - count] for i in taken if i >= count]
+    built.blocks = [one for i, one in enumerate(built.blocks) if i not in gone] + cells
+    built.messages += messages
+
+
+def _names(groups) -> dict[str, list[str]]:
+    """The names of materials, joints and regions."""
+    names = {kind: [] for kind in _NAMED}
+    for kind, values, _ in groups:
+        if kind in _NAMED:
+            names[kind].append(values.get("name", getattr(CUT.get(kind), "name", "")))
+    return names
+
+
+def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
+    """Refuse the name of a material, a joint or a region that is not there."""
+    for variable, name in values.items():
+        kind = variable.removeprefix("core_")
+        if kind in _NAMED and name and name not in names[kind]:
+            hint = nearest(name, names[kind])
+            raise InputError(f"{place}: {variable} = {name!r} is not the name of a &{kind}{hint}")
+
+
+def _placed(place: str, error: InputError) -> InputError:
+    return InputError(f"{place}: {error}" if place else str(error))
+
+
+def _block(values: dict) -> dict:
+    values = dict(values)
+    values["vertices"] = values.pop("polygon")
+    values["vertices"].flags.writeable = False
+    return {name: value for name, value in values.items() if not isinstance(value, str) or value}
+
+
+def _parts(name: str, values: dict, folder) -> list:
+    """The objects that a group stands for: one, or as many as its file holds lines."""
+    made, values = CUT[name], dict(values)
+    if name not in FROM_FILE or "file" not in values:
+        for given in ("layer", "scale"):
+            if name in FROM_FILE and given in values:
+                raise InputError(f"{given} needs a file")
+        return [made(**values)]
+    points = FROM_FILE[name]
+    if points in values:
+        raise InputError(f"give either {points} or file")
+    from ..build.importing import read_outlines
+
+    outlines = read_outlines(
+        Path(folder) / values.pop("file"), values.pop("layer", None), values.pop("scale", None)
+    )
+    if name != "joint_line" and len(outlines) != 1:
+        raise InputError(
+            f"the file holds {len(outlines)} lines where one is wanted; name the layer of that one"
+        )
+    return [made(**values, **{points: outline.closed_points(name)}) for outline in outlines]
+
+
+def _imported(values: dict, folder) -> list[dict]:
+    """Blocks from the closed polygons of a file."""
+    from ..build.cutting.geometry import outline_of
+    from ..build.importing import read_outlines
+
+    if "file" not in values:
+        raise InputError("file is missing")
+    stem = values.get("name", "block")
+    more = {key: values[key] for key in ("material", "joint") if key in values}
+    outlines = read_outlines(
+        Path(folder) / values["file"], values.get("layer"), values.get("scale"), closed=True
+    )
+    return [
+        {
+            "name": outline.name or f"{stem}_{i}",
+            **more,
+            "vertices": outline_of(f"polygon {i}", outline.points),
+        }
+        for i, outline in enumerate(outlines, 1)
+    ]
+
+
+def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool):
+    """Cut the regions; edges without a joint have the first."""
+    from ..build.cutting import cut
+
+    if len(parts["cutting"]) > 1:
+        raise InputError("&cutting may appear only once")
+    if not parts["region"]:
+        given = next(name for name, found in parts.items() if found)
+        raise InputError(f"&{given} needs a &region")
+    blocks = cut(
+        parts["region"],
+        parts["joint_line"] + parts["joint_set"] + parts["voronoi"],
+        parts["surface"],
+        parts["hole"] + parts["tunnel"],
+        parts["excavation"],
+        parts["cutting"][0] if parts["cutting"] else None,
+        rings,
+    )
+    built.messages, built.slivers = blocks.messages, list(map(str, blocks.slivers))
+    rows = zip(
+        blocks.names, blocks.materials, blocks.joints, blocks.polygons, blocks.edge_joints,
+        strict=True,
+    )  # fmt: skip
+    for name, material, joint, polygon, edges in rows:
+        joint = joint or first_joint
+        block = _block({"name": name, "material": material, "joint": joint, "polygon": polygon})
+        edges = tuple(edge or first_joint for edge in edges)
+        if any(edge != joint for edge in edges):
+            block["edge_joints"] = edges
+        built.blocks.append(block)
+    return blocks
+
+
+def blocks_text(blocks: Sequence[dict]) -> str:
+    """The blocks as &block groups, one a line."""
+    return "".join(group_text("block", block) for block in blocks)
+
+
+def read_input(file: Path) -> str:
+    """The text of an input file; errors in the words of the native executable."""
+    data = read_bounded(file, _LARGEST)
+    if b"\0" in data:
+        raise InputError(f"{file} is not a text file: byte {data.index(0) + 1} is zero")
+    return data.decode("utf-8", "surrogateescape")
+
+
+@contextmanager
+def opened_input(source) -> Iterator[tuple[Path, str]]:
+    """The file name and the text of an input: a namelist file, or a `Model`."""
+    if hasattr(source, "opened"):
+        with source.opened() as opened:
+            yield opened
+    else:
+        yield Path(source), read_input(Path(source))
+
+
+@dataclass(frozen=True)
+class InputOfRun:
+    """An input as it was run, with the changes that were made: see `opened_input`.
+
+    Attributes
+    ----------
+    file : Path
+    text : str
+    """
+
+    file: Path
+    text: str
+
+    @contextmanager
+    def opened(self) -> Iterator[tuple[Path, str]]:
+        """File name and text."""
+        yield self.file, self.text
+
+
+def block_writer(
+    file, block_file: bool | None = None, reads: Sequence = ()
+) -> Callable[[Sequence[dict]], str]:
+    """What turns blocks into text for a namelist file, or into block files beside it.
+
+    Parameters
+    ----------
+    file : path
+        The namelist file.  Block files are NAME.blocks.nc, NAME.blocks_2.nc and so on.
+    block_file : bool, optional
+        Always or never write block files (from 10,000 blocks on).
+    reads : sequence of path
+        Files that the blocks may come from, which none replaces.
+    """
+    numbers = count(1)
+
+    def put(blocks: Sequence[dict]) -> str:
+        if not (len(blocks) >= LARGE if block_file is None else block_file):
+            return blocks_text(blocks)
+        number = next(numbers)
+        name = Path(file).with_suffix(f".blocks_{number}.nc" if number > 1 else ".blocks.nc")
+        return group_text("blocks", {"file": write_block_file(name, blocks, reads).name})
+
+    return put
+
+
+def needs_building(text: str) -> bool:
+    """Whether a text may have groups that are to be turned into blocks; quick."""
+    return _ANY.search(text) is not None
+
+
+def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built]:
+    """A namelist text whose groups of joints and masonry are turned into blocks.
+
+    Those groups stay as comments, and every other line keeps its number.
+
+    Parameters
+    ----------
+    text : str
+    file : path
+        Where it comes from, for messages and for files that it names.
+    put : callable
+        Turns the blocks into text.
+    """
+    if not needs_building(text):
+        return text, Built()
+    typed = () if _MESH.search(text) else ("block",)  # only a mesh needs the blocks that are there
+    every = find_groups(text, file, typed)
+    found = [one for one in every if is_made(one.name)]
+    if not found:
+        return text, Built()
+    wanted = [
+        one
+        for one in every
+        if is_made(one.name) or one.name in _NAMED or (one.name == "block" and not typed)
+    ]
+    read = [(one.name, read_values(one, file), one.place(file)) for one in wanted]
+    built = build_blocks(read, Path(file).parent)
+    meshed = {id(wanted[i]) for i in built.meshed}
+    found = [one for one in every if is_made(one.name) or id(one) in meshed]
+    head = f"! {len(built.blocks)} blocks, made from the groups that stand as comments above.\n"
+    body = _as_comments(text, found)
+    end = "" if body.endswith("\n") else "\n"
+    return f"{body}{end}\n{head}{put(built.blocks)}", built
+
+
+def _as_comments(text: str, found: Sequence[Found]) -> str:
+    """The text with groups as comments; those that share a line with others become blanks."""
+    parts, at = [], 0
+    for one in found:
+        line = text.rfind("\n", 0, one.start) + 1
+        rest = text[one.end :].split("\n", 1)[0].strip()
+        alone = not text[max(line, at) : one.start].strip() and (not rest or rest[0] == "!")
+        group = text[one.start : one.end]
+        parts.append(text[at : one.start])
+        parts.append("! " + group.replace("\n", "\n! ") if alone and line >= at else _blank(group))
+        at = one.end
+    return "".join(parts) + text[at:]
+
+
+def _blank(text: str) -> str:
+    return re.sub(r"[^\n]", " ", text)
+
+
+def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path, Built]:
+    """Turn the groups of joints and masonry of an input into blocks, and write the result.
+
+    Parameters
+    ----------
+    file : path
+        Namelist input.
+    output : path, optional
+        What to write (beside the input, NAME_blocks.nml).
+    block_file : bool, optional
+        Put the blocks into a netCDF file beside it, NAME_blocks.blocks.nc (from 10,000 on).
+
+    Returns
+    -------
+    Path
+        The file that was written.
+    Built
+    """
+    file = Path(file)
+    output = Path(output) if output else file.with_name(f"{file.stem}_blocks.nml")
+    text = read_input(file)
+    if is_same(output, file):
+        raise InputError(f"{output} is the input itself; give another output")
+    text = _moved(text, file, output.parent)
+    text, built = built_text(text, file, block_writer(output, block_file, [file]))
+    return write(output, text, OWN_INPUT, [file]), built
+
+
+def _moved(text: str, file: Path, target: Path) -> str:
+    """The text with the records of its motions and its block files named from another folder."""
+    folder = file.parent
+
+    def name_from(group: Found) -> str:
+        name = group.values.get("file", "")
+        moves = group.name in ("motion", "blocks") and name and not os.path.isabs(name)
+        return os.path.relpath(folder / name, target) if moves else ""
+
+    return text if folder.resolve() == target.resolve() else with_files(text, name_from, file)
+
+
+def summary(built: Built) -> str:
+    """How many blocks of which stem there are, in words."""
+    stems = Counter(
+        f"cells of {block['body']}"
+        if "body" in block
+        else re.sub(r"_?\d*$", "", block.get("name", ""))
+        for block in built.blocks
+    )
+    corners = sum(len(np.reshape(block["vertices"], (-1, 2))) for block in built.blocks)
+    listed = ", ".join(f"{count} {stem}" for stem, count in list(stems.items())[:12])
+    return f"{len(built.blocks)} blocks with {corners} corners: {listed}"

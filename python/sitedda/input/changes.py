@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Variables of an input changed by name, as keyword arguments and ``--set`` do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from ..base.errors import InputError
+from .groups import value_text
+from .input_text import Found, find_groups, with_changes
+
+# What may change while a model is stepped; all variables of loads but their names.
+BETWEEN_STEPS = {
+    "control": ("time_step", "gravity"),
+    "joint": ("friction_angle", "cohesion", "tensile_strength"),
+    "load": ("x", "y", "block", "time", "force_x", "force_y"),
+    "motion": ("file", "format", "quantity", "unit", "time_step", "values", "scale", "taper",
+               "drift_order", "channel", "after_end"),
+    "fixed_point": ("direction", "motion_x", "motion_y"),
+}  # fmt: skip
+
+
+class Typed(str):
+    """A value as it is typed on a command line: the kind of its variable says how it is meant."""
+
+
+def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, file="input") -> str:
+    """The text of an input with variables changed; every line keeps its number.
+
+    Parameters
+    ----------
+    text : str
+        Of the input.
+    changes : mapping
+        Values by the name of what they change, None for the default:
+
+        - ``variable``, of &control or where only one kind of group has it: ``time_step``;
+        - ``group.variable``, where the input has one group of that kind: ``motion.scale``;
+        - ``group.name.variable`` or ``group[name].variable`` for a group among several, by its
+          variable ``name`` or its number from 1: ``material.clay.density``, ``load[2].x``;
+          ``group[*].variable`` for all of them;
+        - ``group`` or ``group.name``, with a mapping of variables and values.
+    allowed : mapping, optional
+        The variables of each group that may be changed (all).
+    file : path
+        Where the text is from, for messages.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or does not say which of several groups is meant.
+    """
+    texts = [(path, _text(path, value)) for path, value in flat_changes(changes)]
+    text, variables = with_changes(text, texts, file)
+    for (path, _), one in zip(texts, variables, strict=True):
+        if allowed is not None and one.name not in allowed.get(one.group, ()):
+            known = "; ".join(f"&{kind}: {', '.join(names)}" for kind, names in allowed.items())
+            raise InputError(f"{path} cannot change during a run; what can is of {known}")
+    return text
+
+
+def _text(path: str, value) -> str | None:
+    try:
+        return value if value is None or isinstance(value, Typed) else value_text(value)
+    except TypeError as trouble:
+        raise InputError(f"{path}: {trouble}") from trouble
+
+
+def in_words(changes: Mapping) -> str:
+    """Changes as one line, for the output."""
+    return ", ".join(f"{path} = {value_text(value)}" for path, value in flat_changes(changes))
+
+
+def flat_changes(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:
+    """Paths and values of mappings within mappings."""
+    for name, value in changes.items():
+        path = f"{before}.{name}" if before else str(name)
+        if isinstance(value, Mapping):
+            yield from flat_changes(value, path)
+        else:
+            yield path, value
+
+
+def with_files(text: str, name_of: Callable[[Found], str], file="input") -> str:
+    """A text whose groups name other files.
+
+    Parameters
+    ----------
+    text : str
+    name_of : callable
+        The name of the file of a group; empty: it stays.
+    file : path
+        Where the text is from, for messages.
+    """
+    parts, at = [], 0
+    for one in find_groups(text, file, ("block",)):
+        if name := name_of(one):
+            group = changed_input(text[one.start : one.end], {f"{one.name}.file": name})
+            parts += [text[at : one.start], group]
+            at = one.end
+    return "".join(parts) + text[at:]

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The groups of an input, their variables, and their text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from functools import cache
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..build import masonry
+from ..build.cutting import geometry
+from ..build.meshing.settings import Mesh
+from .input_text import UNSET, Found
+from .schema import GROUPS, Variable
+
+# Kinds of values: text, texts, number, numbers, points (x, y, x, y …), whole (number), logical.
+_KINDS = {"name": "text", "word": "text", "text": "text", "real": "number", "integer": "whole"}
+_KINDS |= {"logical": "logical", "points": "points"}
+_LARGEST = 2**53 - 1  # of whole numbers, which are read as floating-point numbers
+
+# What is turned into blocks before the engine reads it.
+CUT = {
+    "region": geometry.Region,
+    "surface": geometry.Surface,
+    "joint_line": geometry.JointLine,
+    "joint_set": geometry.JointSet,
+    "voronoi": geometry.Voronoi,
+    "hole": geometry.Hole,
+    "tunnel": geometry.Tunnel,
+    "excavation": geometry.Excavation,
+    "cutting": geometry.Cutting,
+}
+MASONRY = {
+    "arch": masonry.Arch,
+    "pier": masonry.Pier,
+    "lintel": masonry.Lintel,
+    "colonnade": masonry.Colonnade,
+    "retaining_wall": masonry.RetainingWall,
+    "multi_leaf_wall": masonry.MultiLeafWall,
+}
+MESH = {"mesh": Mesh}
+# Groups whose points may come from a file: the variable that holds them.
+FROM_FILE = {"region": "outline", "hole": "outline", "excavation": "outline"}
+FROM_FILE |= {"surface": "points", "joint_line": "points"}
+
+
+@cache
+def single_groups() -> tuple[str, ...]:
+    """Names of the groups that may appear only once in an input."""
+    return tuple(name for name, group in GROUPS.items() if not group.repeats)
+
+
+@cache
+def variables() -> dict[str, dict[str, str]]:
+    """The kind of each variable of each group."""
+    return {name: {v.name: _kind(v) for v in group.variables} for name, group in GROUPS.items()}
+
+
+def _kind(variable: Variable) -> str:
+    if not variable.size or variable.kind == "points":
+        return _KINDS[variable.kind]
+    return "texts" if _KINDS[variable.kind] == "text" else "numbers"
+
+
+def is_made(name: str) -> bool:
+    """Whether a group is turned into blocks before the engine reads the input."""
+    return name in GROUPS and GROUPS[name].built
+
+
+def nearest(word: str, known) -> str:
+    """A hint at the most similar of the known words, or nothing."""
+    close = get_close_matches(word, list(known), 1)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def known_group(name: str) -> str:
+    """The name of a group, if there is one."""
+    if name not in variables():
+        raise InputError(f"there is no group &{name}{nearest(name, variables())}")
+    return name
+
+
+def known_variable(group: str, name: str) -> str:
+    """The kind of a variable of a group, if there is one."""
+    known = variables()[group]
+    if name not in known:
+        hint = nearest(name, known) or f"; it has {', '.join(known)}"
+        raise InputError(f"group &{group} has no variable {name!r}{hint}")
+    return known[name]
+
+
+def checked(group: str, name: str, value):
+    """A value as a variable holds it; arrays become arrays of their own that cannot change."""
+    kind = known_variable(group, name)
+    try:
+        return _CONVERT[kind](value)
+    except InputError as error:
+        raise InputError(f"&{group}: {name}: {error}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"&{group}: {name} = {value!r} is no {_WORDS[kind]}") from None
+
+
+def _text(value) -> str:
+    if not isinstance(value, str) and not hasattr(value, "__fspath__"):
+        raise TypeError
+    value = str(value)
+    if "\0" in value or "\n" in value:
+        raise InputError("a text must be one line")
+    return value
+
+
+def _texts(value) -> tuple[str, ...]:
+    return (_text(value),) if isinstance(value, str) else tuple(_text(one) for one in value)
+
+
+def _number(value) -> float:
+    if isinstance(value, str | bool | np.bool_) or np.ndim(value):
+        raise TypeError
+    value = float(value)
+    if not np.isfinite(value):
+        raise InputError(f"{value} is not a usable number")
+    return value
+
+
+def _whole(value) -> int:
+    number = _number(value)
+    if number != int(number):
+        raise ValueError
+    if abs(number) > _LARGEST:
+        raise InputError(f"{value} is too large to be kept exactly: at most {_LARGEST}")
+    return int(value)
+
+
+def _numbers(value) -> np.ndarray:
+    if np.iscomplexobj(value):
+        raise TypeError
+    array = np.array(value, dtype=float).ravel()
+    if not np.isfinite(array).all():
+        raise InputError(f"value {int(np.flatnonzero(~np.isfinite(array))[0]) + 1} is no number")
+    array.flags.writeable = False
+    return array
+
+
+def _points(value) -> np.ndarray:
+    array = _numbers(geometry.points_of("points", value, 1))
+    return array.reshape(-1, 2)
+
+
+def _logical(value) -> bool:
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError
+    return bool(value)
+
+
+_CONVERT = {"text": _text, "texts": _texts, "number": _number, "numbers": _numbers}
+_CONVERT |= {"points": _points, "whole": _whole, "logical": _logical}
+_WORDS = {"text": "text", "texts": "list of texts", "number": "number", "whole": "whole number"}
+_WORDS |= {
+    "logical": "logical value",
+    "numbers": "list of numbers",
+    "points": "list of points x, y",
+}
+
+
+# --- Text ----------------------------------------------------------------------------------------
+
+
+def group_text(name: str, values: Mapping) -> str:
+    """A group on one line; variables that are None are left out."""
+    given = [f"{k} = {value_text(v)}" for k, v in values.items() if v is not None]
+    return f"&{name} {', '.join(given)} /\n"
+
+
+def value_text(value) -> str:
+    """A value as an input holds it: text, number, logical value, or a sequence of them."""
+    if isinstance(value, np.ndarray):
+        value = value.ravel().tolist()
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    if isinstance(value, bool | np.bool_):
+        return ".true." if value else ".false."
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        return repr(float(value))
+    if isinstance(value, Iterable) and not isinstance(value, Mapping | bytes):
+        return ", ".join(map(value_text, value))
+    raise TypeError(f"a namelist cannot hold {value!r}")
+
+
+def read_values(found: Found, file) -> dict:
+    """The variables of a group and their values, as a `Model` holds them.
+
+    Raises
+    ------
+    InputError
+        If a value is left out or is none of its kind; the message names the place.
+    """
+    try:
+        known_group(found.name)
+        for name, value in found.values.items():
+            if isinstance(value, np.ndarray) and (value == UNSET).any():
+                raise InputError(f"{name}: a value is left out")
+        return {name: checked(found.name, name, value) for name, value in found.values.items()}
+    except InputError as error:
+        raise InputError(f"{found.place(file)}: {error}") from None

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The text of an input as groups of values, by the engine's own reader."""
+
+from __future__ import annotations
+
+import json
+import re
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..base.core import api, checked
+from ..base.errors import OutputError, SiteddaError
+from .schema import GROUPS, Variable
+
+_VARIABLES = [variable for group in GROUPS.values() for variable in group.variables]
+_NAME = re.compile(rb"\w*")
+_BLOCKS = ("block", "layers", "drums", "wall")
+UNSET = -np.finfo(float).max  # as the engine has it
+_ONE = threading.Lock()  # the engine keeps one parsed text
+
+
+@dataclass(frozen=True)
+class Found:
+    """A group in a text.
+
+    Attributes
+    ----------
+    name : str
+        In lower case; a group of that name need not exist.
+    line : int
+        Where it begins, from 1.
+    start, end : int
+        Its first character and the one after its slash.
+    values : dict
+        Of its variables: texts, numbers, logical values, or lists and arrays of them, in which
+        `UNSET` stands for what is left out.
+    """
+
+    name: str
+    line: int
+    start: int
+    end: int
+    values: dict = field(default_factory=dict)
+
+    def place(self, file) -> str:
+        """Where it stands, for messages."""
+        return f"{file}, group &{self.name} (line {self.line})"
+
+
+def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Found]:
+    """The groups of a text.
+
+    Parameters
+    ----------
+    text : str
+    file : path
+        For messages.
+    skipped : sequence of str
+        Groups whose values are not wanted.
+
+    Raises
+    ------
+    InputError
+        If it is no text of groups, or a variable is not known or a value cannot be read; the
+        message names the line.
+    """
+    data = _bytes(text)
+    with _ONE:
+        sizes = checked(*api.parse_input(_bytes(file), data or b" ", " ".join(skipped)))
+        groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
+    found, values = [], _values(values.T[: sizes[1]].tolist(), numbers, bytes(letters.astype("u1")))
+    places = _characters(data, groups[1:3, : sizes[0]])
+    for (line, first, _, count), (start, end) in zip(groups.T[: sizes[0]], places.T, strict=True):
+        name = _NAME.match(data, first)[0].decode().lower()
+        own = dict(one for _, one in zip(range(count), values, strict=False))
+        found.append(Found(name, int(line), int(start) - 1, int(end), own))
+    return found
+
+
+def with_changes(
+    text: str, changes: Sequence[tuple[str, str | None]], file="input"
+) -> tuple[str, list[Variable]]:
+    """A text with variables changed, and these variables.
+
+    Parameters
+    ----------
+    text : str
+    changes : sequence of (str, str or None)
+        Paths of variables and their values, as typed or as the text of an input has them; None
+        takes a variable out.
+    file : path
+        For messages.
+
+    Raises
+    ------
+    InputError
+        If it is no text of groups, or a path does not say which variable of which group it means.
+    """
+    if not changes:
+        return text, []
+    words = [[None if one is None else _bytes(one) for one in change] for change in changes]
+    lengths = [[-1 if one is None else len(one) for one in change] for change in words]
+    joined = b"".join(one for change in words for one in change if one)
+    with _ONE:
+        variables, size = checked(
+            *api.make_changes(_bytes(file), _bytes(text) or b" ", joined, np.transpose(lengths))
+        )
+        letters = api.changed_text(size)
+    new = letters.astype("u1").tobytes().decode("utf-8", "surrogateescape")
+    return new, [_VARIABLES[position - 1] for position in variables]
+
+
+def _bytes(text) -> bytes:
+    return str(text).encode("utf-8", "surrogateescape")
+
+
+def _characters(data: bytes, places: np.ndarray) -> np.ndarray:
+    """Numbers of characters in place of those of bytes."""
+    if data.isascii():
+        return places
+    begins = np.frombuffer(data, dtype="u1") & 0xC0 != 0x80
+    return np.concatenate([[0], np.cumsum(begins)])[places]
+
+
+def _values(rows: list, numbers: np.ndarray, letters: bytes) -> Iterator[tuple[str, object]]:
+    """Names and values, one after the other."""
+    n = at = 0
+    for position, count in rows:
+        if not count:  # a null value is as none
+            continue
+        variable = _VARIABLES[position - 1]
+        given = numbers[n : n + count]
+        n += count
+        if variable.kind in ("name", "word", "text"):
+            texts = []
+            for length in given.tolist():
+                length = max(0, int(length))
+                texts.append(letters[at : at + length].decode("utf-8", "surrogateescape"))
+                at += length
+            yield variable.name, texts if variable.size else "".join(texts)
+        elif variable.size:
+            yield variable.name, given
+        elif variable.kind == "logical":
+            yield variable.name, bool(given[0])
+        else:
+            value = float(given[0])
+            whole = variable.kind == "integer" and value.is_integer()
+            yield variable.name, int(value) if whole else value
+
+
+def groups_by_name(text: str, skipped: Sequence[str] = ()) -> dict[str, list[dict]]:
+    """The values of all groups of each name."""
+    groups: dict[str, list[dict]] = {}
+    for one in find_groups(text, skipped=skipped):
+        plain = {n: v.tolist() if hasattr(v, "tolist") else v for n, v in one.values.items()}
+        groups.setdefault(one.name, []).append(plain)
+    return groups
+
+
+def input_values(attributes: Mapping) -> dict[str, list[dict]]:
+    """What the input of an output means: the values of all groups but those of blocks.
+
+    With defaults and derived values, as the engine has written them; outputs of 0.1.0 have the
+    text of the input alone, whose values are as given.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Of the output.
+
+    Raises
+    ------
+    OutputError
+        If they are damaged.
+    """
+    if values := str(attributes.get("input_values", "")):
+        return _resolved_groups(values)
+    try:
+        groups = groups_by_name(str(attributes.get("input_text", "")), _BLOCKS)
+    except (SiteddaError, ValueError):  # pictures do without
+        return {}
+    for boundary in groups.get("boundary", []):
+        if boundary.get("motion_is") == "within":
+            boundary["kind"] = "fixed"
+    return groups
+
+
+def _resolved_groups(text: str) -> dict[str, list[dict]]:
+    """Groups in JSON, as the engine writes them."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        found = None
+    whole = isinstance(found, dict) and all(isinstance(groups, list) for groups in found.values())
+    if not whole or any(not isinstance(one, dict) for groups in found.values() for one in groups):
+        raise OutputError("the output is damaged: its attribute input_values")
+    return found

@@ -1,0 +1,458 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A model as a Python object, with the groups of the namelist input."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from ..base.errors import InputError
+from ..base.files import OWN_INPUT, OWN_RECORD, check_target, write
+from .building import block_writer, blocks_text, build_blocks, read_input
+from .groups import (
+    checked,
+    group_text,
+    is_made,
+    known_group,
+    known_variable,
+    nearest,
+    read_values,
+    single_groups,
+    variables,
+)
+from .input_text import find_groups
+from .schema import Groups
+
+_UNIQUE = ("material", "joint", "motion", "measured_point")
+_LONGEST = 4096  # values of a motion that stand in the input itself
+
+
+class Group:
+    """One group of a model; its variables are attributes.
+
+    A variable that is not set is None; setting it to None takes it out.  What the group does not
+    have cannot be set.
+
+    Examples
+    --------
+    >>> rock = model.material("rock", density=2600.0, young_modulus=40e9, poisson_ratio=0.2)
+    >>> rock.density = 2700.0
+    """
+
+    __slots__ = ("_name", "_values", "_place")
+
+    def __init__(self, name: str, values: dict | None = None, place: str = ""):
+        object.__setattr__(self, "_name", known_group(name))
+        object.__setattr__(self, "_values", {})
+        object.__setattr__(self, "_place", place)
+        self(**(values or {}))
+
+    @classmethod
+    def _of(cls, name: str, values: dict, place: str = "") -> Group:
+        """A group of values that are checked already."""
+        group = cls(name, None, place)
+        group._values.update(values)
+        return group
+
+    def __call__(self, **values) -> Group:
+        """Set several variables."""
+        if self._name == "control" and None not in map(values.get, ("duration", "steps")):
+            raise InputError("give either duration or steps")
+        new = {
+            name: None if value is None else checked(self._name, name, value)
+            for name, value in values.items()
+        }
+        for name, value in new.items():
+            known_variable(self._name, name)
+            if name in ("duration", "steps") and value is not None:
+                self._values.pop("steps" if name == "duration" else "duration", None)
+            if value is None:
+                self._values.pop(name, None)
+            else:
+                self._values[name] = value
+        return self
+
+    def __getattr__(self, name: str):
+        if name.startswith("__") or name not in variables()[self._name]:
+            hint = nearest(name, variables()[self._name])
+            raise AttributeError(f"group &{self._name} has no variable {name!r}{hint}")
+        return self._values.get(name)
+
+    def __setattr__(self, name: str, value) -> None:
+        if name not in variables()[self._name]:
+            hint = nearest(name, variables()[self._name])
+            raise AttributeError(f"group &{self._name} has no variable {name!r}{hint}")
+        self(**{name: value})
+
+    def __dir__(self):
+        """The variables."""
+        return [*super().__dir__(), *variables()[self._name]]
+
+    def __eq__(self, other) -> bool:
+        """Of the same name, with the same values."""
+        if not isinstance(other, Group):
+            return NotImplemented
+        mine, theirs = self._values, other._values
+        same = self._name == other._name and mine.keys() == theirs.keys()
+        return same and all(np.array_equal(mine[name], theirs[name]) for name in mine)
+
+    __hash__ = None
+
+    def __repr__(self) -> str:
+        """As it stands in a namelist, shortened."""
+        text = group_text(self._name, self._values).strip()
+        return text if len(text) < 120 else text[:116] + " …"
+
+    def as_dict(self) -> dict:
+        """The variables that are set, and their values."""
+        return dict(self._values)
+
+
+class Model(Groups):
+    """A model: blocks, materials, joints, motions, supports, loads, measured points.
+
+    Every group of the namelist input is a method that adds one, with the variables of the group as
+    keyword arguments; ``run``, ``control``, ``contact``, ``output`` and ``cutting``, which a model
+    has once, are attributes.
+
+    Parameters
+    ----------
+    title : str, optional
+    **control
+        Variables of &control.
+
+    Examples
+    --------
+    >>> slope = Model("Slope", time_step=5e-4, duration=3.0, gravity=(0, -9.81))
+    >>> slope.material("rock", density=2600.0, young_modulus=5e9, poisson_ratio=0.25)
+    >>> slope.joint("bedding", friction_angle=38.0)
+    >>> slope.region("rock", outline)
+    >>> slope.joint_set("bedding", angle=35.0, spacing=4.0)
+    >>> slope.fixed_point(0.0, 0.0)
+    >>> slope.run()
+
+    Notes
+    -----
+    ``model["material"]`` is the list of groups of a kind, ``model["material.rock"]`` one of them by
+    its name.  Points may be lists x, y, x, y …, arrays of shape (n, 2), or polygons of shapely.
+    """
+
+    __slots__ = ("groups", "folder", "_once", "__weakref__")
+    groups: list[Group]
+    folder: Path  # that file names are relative to
+
+    def __init__(self, title: str | None = None, **control):
+        once = {name: Group(name) for name in single_groups()}
+        object.__setattr__(self, "groups", [])
+        object.__setattr__(self, "folder", Path())
+        object.__setattr__(self, "_once", once)
+        if title is not None:
+            self.title = title
+        once["control"](**control)
+
+    @property
+    def title(self) -> str:
+        """Title of the run."""
+        return self._once["run"].title or ""
+
+    @title.setter
+    def title(self, text: str) -> None:
+        self._once["run"].title = text
+
+    # --- Groups ----------------------------------------------------------------------------------
+
+    def add(self, kind: str, /, *arguments, **values) -> Group:
+        """Add a group, and return it.
+
+        Parameters
+        ----------
+        kind : str
+            Of the group, without the ``&``.
+        *arguments
+            Its first variables, in the order of the table of groups.
+        **values
+            Its variables.
+        """
+        names = list(variables()[known_group(kind)])
+        if len(arguments) > len(names):
+            raise TypeError(f"{kind} takes at most {len(names)} values")
+        for name, value in zip(names, arguments, strict=False):
+            if name in values:
+                raise TypeError(f"{kind}: {name} is given twice")
+            values[name] = value
+        return self._take(Group(kind, values))
+
+    def _take(self, group: Group) -> Group:
+        kind, name = group._name, group._values.get("name")
+        if kind in single_groups():
+            raise InputError(f"&{kind} is there once; set its variables, as model.{kind}(…)")
+        if kind in _UNIQUE and any(
+            one._values.get("name") == name for one in self.groups if one._name == kind
+        ):
+            where = f"{group._place}: " if group._place else f"&{kind}: "
+            raise InputError(f"{where}name = {name!r} is used twice")
+        self.groups.append(group)
+        return group
+
+    def __getattr__(self, name: str):
+        hint = "" if name.startswith("_") else nearest(name, dir(self))
+        raise AttributeError(f"a model has no {name!r}{hint}")
+
+    def __setattr__(self, name: str, value) -> None:
+        if name in ("folder", "title"):
+            super().__setattr__(name, value)
+            return
+        known = [one for group in single_groups() for one in variables()[group]]
+        hint = f"; set it in a group, as model.control.{name}" if name in known else ""
+        raise AttributeError(f"a model has no attribute {name!r} to set{hint}")
+
+    def __getitem__(self, path: str) -> list[Group] | Group:
+        """The groups of a kind, or ``kind.name``: one of them."""
+        kind, dot, name = path.partition(".")
+        known_group(kind)
+        if kind in single_groups():
+            return self._once[kind]
+        found = [group for group in self.groups if group._name == kind]
+        if not dot:
+            return found
+        named = {group._values.get("name"): group for group in reversed(found)}
+        if name not in named:
+            raise KeyError(
+                f"there is no &{kind} named {name!r}{nearest(name, filter(None, named))}"
+            )
+        return named[name]
+
+    def remove(self, group: Group) -> None:
+        """Take a group out."""
+        at = [i for i, one in enumerate(self.groups) if one is group]
+        if not at:
+            raise ValueError("this group is not in the model")
+        del self.groups[at[0]]
+
+    def clear(self, kind: str) -> None:
+        """Take all groups of a kind out; one that a model has once loses its variables."""
+        if known_group(kind) in single_groups():
+            self._once[kind] = Group(kind)
+        self.groups[:] = [group for group in self.groups if group._name != kind]
+
+    def copy(self) -> Model:
+        """A model of its own with the same groups."""
+        model = Model()
+        model.folder = self.folder
+        for name, group in self._once.items():
+            model._once[name](**group._values)
+        model.groups.extend(Group._of(one._name, one._values, one._place) for one in self.groups)
+        return model
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many groups of each kind there are, of those that may be there several times."""
+        return Counter(group._name for group in self.groups)
+
+    def add_blocks(self, polygons, names=None, **values) -> list[Group]:
+        """Add blocks from polygons.
+
+        Parameters
+        ----------
+        polygons : sequence
+            Lists x, y …, arrays of shape (n, 2), m, or polygons of shapely, in either sense.
+        names : sequence of str, optional
+        **values
+            ``material`` and ``joint`` of all.
+        """
+        from ..build.cutting.geometry import outline_of
+
+        polygons = list(polygons)
+        names = [None] * len(polygons) if names is None else list(names)
+        return [
+            self.add("block", outline_of(f"polygon {i}", one), name=name, **values)
+            for i, (one, name) in enumerate(zip(polygons, names, strict=True), 1)
+        ]
+
+    def __repr__(self) -> str:
+        """One line."""
+        counts = ", ".join(f"{count} {kind}" for kind, count in self.counts.items())
+        return f"<sitedda.Model {self.title!r}: {counts or 'empty'}>"
+
+    def _repr_html_(self) -> str:
+        """Groups and a picture, for a notebook; what is wrong where it cannot be drawn."""
+        from ..facade.notebook import model_fragment
+
+        return model_fragment(self)
+
+    def __eq__(self, other) -> bool:
+        """The same groups in the same order."""
+        if not isinstance(other, Model):
+            return NotImplemented
+        return self._once == other._once and self.groups == other.groups
+
+    __hash__ = None
+
+    # --- Text ------------------------------------------------------------------------------------
+
+    @classmethod
+    def read(cls, file) -> Model:
+        """The model of a namelist file."""
+        return cls.from_namelist(read_input(Path(file)), file)
+
+    @classmethod
+    def from_namelist(cls, text: str, file="model.nml") -> Model:
+        """The model of a namelist text; files that it names are relative to the folder of `file`.
+
+        Raises
+        ------
+        InputError
+            If a group or a variable is not known, or a value cannot be read; the message names the
+            line.  Values are judged by the engine, in `check` and `run`.
+        """
+        model = cls()
+        model.folder = Path(file).parent
+        seen = set()
+        for found in find_groups(text, file):
+            values, place = read_values(found, file), found.place(file)
+            if found.name not in single_groups():
+                model._take(Group._of(found.name, values, place))
+            elif found.name in seen:
+                raise InputError(f"{place}: this group may appear only once")
+            else:
+                try:
+                    model._once[found.name](**values)
+                except InputError as error:
+                    raise InputError(f"{place}: {error}") from None
+            seen.add(found.name)
+        return model
+
+    def to_namelist(self) -> str:
+        """The model as a namelist text."""
+        for group in self["motion"]:
+            if (count := len(group._values.get("values", ()))) > _LONGEST:
+                raise InputError(
+                    f"motion {group.name!r} has {count} values, more than the {_LONGEST} that an "
+                    "input holds; write(file) puts them into a file of their own"
+                )
+        return self._text()
+
+    def _text(self, moved: dict | None = None, put=blocks_text) -> str:
+        groups = [one for one in self._once.values() if one._values] + self.groups
+        moved, parts = moved or {}, []
+        for kind, same in groupby(groups, key=lambda group: group._name):
+            values = [moved.get(id(group), group._values) for group in same]
+            parts += [put(values)] if kind == "block" else [group_text(kind, v) for v in values]
+        return "".join(parts)
+
+    def write(self, file, block_file: bool | None = None) -> Path:
+        """Write the model to a namelist file.
+
+        A file of that name is replaced only if `write` wrote it.
+        Motions of more than 4096 values go into text files beside it, ``FILE.MOTION.txt``, and
+        files that groups name are named from its folder.
+
+        Parameters
+        ----------
+        file : path
+        block_file : bool, optional
+            Put the blocks into a netCDF file beside it, ``FILE.blocks.nc`` (from 10,000 blocks
+            that follow each other on).
+        """
+        file = check_target(file, OWN_INPUT)
+        moved = self._files_from(file.parent, f"{file.stem}.")
+        text = self._text(moved, block_writer(file, block_file, self._named_files()))
+        return write(file, f"! written by sitedda\n{text}", OWN_INPUT)
+
+    def _named_files(self) -> list[Path]:
+        """The files that groups name."""
+        groups = [*self["motion"], *self["blocks"]]
+        return [self.folder / group.file for group in groups if group.file]
+
+    def _files_from(self, folder: Path, prefix: str) -> dict[int, dict]:
+        """Variables of groups whose files have another name, seen from a folder."""
+        found = {}
+        for group in [*self["motion"], *self["blocks"]]:
+            values = dict(group._values)
+            if len(values.get("values", ())) > _LONGEST:
+                record = folder / f"{prefix}{group.name}.txt"
+                numbers = "\n".join(map(repr, values.pop("values").tolist()))
+                write(record, f"# written by sitedda\n{numbers}\n", OWN_RECORD)
+                units = {"acceleration": "m/s2", "velocity": "m/s", "displacement": "m"}
+                values |= {"file": record.name, "format": "text"}
+                values.setdefault("unit", units.get(group.quantity, ""))
+            elif "file" in values and not os.path.isabs(values["file"]):
+                values["file"] = os.path.relpath(self.folder / values["file"], folder)
+            else:
+                continue
+            found[id(group)] = values
+        return found
+
+    # --- Use -------------------------------------------------------------------------------------
+
+    def build(self) -> Model:
+        """A model in which joints, regions and masonry have become blocks."""
+        given = [group for group in (*self.groups, self._once["cutting"]) if group._values]
+        parts = [(group._name, group._values, group._place or f"&{group._name}") for group in given]
+        built = build_blocks(parts, self.folder)
+        model = self.copy()
+        model.clear("cutting")
+        gone = {id(given[i]) for i in built.meshed}
+        kept = [one for one in self.groups if not is_made(one._name) and id(one) not in gone]
+        model.groups[:] = [Group._of(one._name, one._values, one._place) for one in kept]
+        model.groups.extend(Group._of("block", block) for block in built.blocks)
+        return model
+
+    @contextmanager
+    def opened(self) -> Iterator[tuple[Path, str]]:
+        """A file name and a text that can be run while this lasts."""
+        with tempfile.TemporaryDirectory() as folder:
+            moved = self._files_from(Path(folder), "motion.")
+            for values in moved.values():
+                values["file"] = str((Path(folder) / values["file"]).resolve())
+            file = self.folder / "model.nml"
+            try:
+                yield file, self._text(moved)
+            except InputError as error:
+                error.args = (self._cited(str(error), file),)
+                raise
+
+    def _cited(self, message: str, file: Path) -> str:
+        """A message about the text, which nobody has seen, with the call or the line of a file."""
+        groups = [one for one in self._once.values() if one._values] + self.groups
+
+        def place(found: re.Match) -> str:
+            group = groups[int(found[1]) - 1]  # each on a line of its own
+            same = [one for one in groups if one._name == group._name]
+            number = next(i for i, one in enumerate(same, 1) if one is group)
+            name = repr(group.name) if group._values.get("name") else f"number {number}"
+            called = "" if group._name in single_groups() else f"(…), {name}"
+            return group._place or f"Model.{group._name}{called}"
+
+        where = re.escape(str(file))
+        message = re.sub(rf"{where}, group &\w+ \(line (\d+)\)", place, message)
+        message = re.sub(
+            r"the &\w+ of line (\d+)", lambda found: f"that of {place(found)}", message
+        )
+        return re.sub(rf"^{where}(?=[:,])", "Model", message)
+
+    def check(self, **changes):
+        """Check the model before a run, see `sitedda.check`."""
+        from ..engine.checking import check
+
+        return check(self, **changes)
+
+    def draw(self, **options):
+        """Draw the model before a run, see `sitedda.draw`; matplotlib axes."""
+        from ..drawing.pictures import draw
+
+        return draw(self, **options)
+
+    def run(self, output=None, progress=None, **changes):
+        """Run the model to its end, see `sitedda.run`."""
+        from ..facade.run import run
+
+        return run(self, output, progress, **changes)

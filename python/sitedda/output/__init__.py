@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run left: its file, the scene at a time, the verdict, amplifications, files for VTK."""
+
+from .output_file import load, open_output
+
+__all__ = ["load", "open_output"]

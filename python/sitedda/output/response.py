@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Site response of a finished run: amplification in time domain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..engine.spectra import Peak, amplification, find_peak
+from ..input.input_text import input_values
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Amplification:
+    """The spectral ratio of two measured points.
+
+    Attributes
+    ----------
+    surface, base : str
+        Names of the points.
+    direction : str
+        'x' or 'y'.
+    frequency : ndarray, shape (bins,)
+        Hz, from `lowest` to `highest` of the request.
+    ratio : ndarray, shape (bins,)
+        Modulus of the ratio of the Fourier spectra of the accelerations.
+    peak : Peak
+        Its largest value in the band.
+    """
+
+    surface: str
+    base: str
+    direction: str
+    frequency: np.ndarray
+    ratio: np.ndarray
+    peak: Peak
+
+    def __str__(self) -> str:
+        """One line, as the native executable prints it."""
+        how = "peak interpolated" if self.peak.interpolated else "peak at a bin"
+        return (
+            f'amplification {self.surface}/{self.base} ("within"): {self.peak.amplitude:.3f} at '
+            f"{self.peak.frequency:.4f} Hz (bin width {self.peak.bin_width:.6f} Hz, {how})"
+        )
+
+
+def amplifications(history: xr.Dataset) -> list[Amplification]:
+    """Every amplification that the input of a run asks for (groups &amplification)."""
+    groups = input_values(history.attrs).get("amplification", [])
+    return [
+        point_amplification(
+            history,
+            group.get("surface", "surface"),
+            group.get("base", "base"),
+            group["lowest"],
+            group["highest"],
+            group.get("direction", "x"),
+            group.get("padding", 8),
+        )
+        for group in groups
+    ]
+
+
+def point_amplification(
+    history: xr.Dataset,
+    surface: str,
+    base: str,
+    lowest: float,
+    highest: float,
+    direction: str = "x",
+    padding: int = 8,
+) -> Amplification:
+    """Amplification between two measured points, with its peak between two frequencies (Hz)."""
+    axis = ("x", "y").index(direction)
+    above, below = (
+        history.acceleration.sel(point=name).isel(axis=axis).values for name in (surface, base)
+    )
+    time = history.time.values
+    frequency, ratio = amplification(above, below, (time[-1] - time[0]) / (time.size - 1), padding)
+    peak = find_peak(frequency, abs(ratio), lowest, highest)
+    band = (frequency >= lowest) & (frequency <= highest)
+    return Amplification(surface, base, direction, frequency[band], abs(ratio[band]), peak)

@@ -1,0 +1,541 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A model or an output, frame by frame: what pictures, movies, the view and exports show."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from ..base.core import FILES
+from ..base.errors import InputError
+from ..base.reading import check_readable
+from ..engine.simulation import Simulation
+from ..input.input_text import input_values
+from .output_file import damaged, open_output, read
+
+PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can lie on each other
+_LOST = 1.0  # sizes of the first view that a block may be outside of it
+_SLACK = 0.01  # of the duration, that a time asked for may be beyond the frames
+
+
+@dataclass(frozen=True)
+class Interfaces:
+    """Pieces of edges that two blocks share, shape (k,) each.
+
+    Attributes
+    ----------
+    first, second : ndarray of int
+        The blocks.
+    first_edge, second_edge : ndarray of int
+        Their edges, by the vertices where they begin.
+    start, end : ndarray, shape (k, 2)
+        Ends of the shared piece in the frame that they were found in, m.
+    normal : ndarray, shape (k, 2)
+        Unit vectors from the first block into the second.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    first_edge: np.ndarray
+    second_edge: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    normal: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+
+class Scene:
+    """A model before its run, or all frames of an output.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        With the variables of an output; those of frames and contacts are read when needed.
+    before : bool
+        A model that has not been run.
+    """
+
+    def __init__(self, data: xr.Dataset, before: bool = False):
+        self.data = data
+        self.before = before
+        self.owner = data["vertex_block"].values.astype(int)
+        self.blocks = int(self.owner[-1]) + 1
+        self.first = np.searchsorted(self.owner, np.arange(self.blocks + 1))
+        self.time = np.atleast_1d(data["frame_time"].values)
+        self.title = str(data.attrs.get("title", "")).strip()
+        self.groups = input_values(data.attrs)
+        names = data["block"].values.tolist() if "block" in data else [""] * self.blocks
+        self.names = [str(name) or f"block {i + 1}" for i, name in enumerate(names)]
+        self.body = np.zeros(self.blocks, dtype=int)
+        self.welded = np.zeros(len(self.owner), dtype=bool)
+        if "block_body" in data:
+            self.body = data["block_body"].values.astype(int)
+            self.welded = data["edge_welded"].values.astype(bool)
+        self._set_materials()
+
+    @property
+    def bodies(self) -> int:
+        """Blocks that are no cells, and bodies."""
+        return int(np.sum(self.body == 0)) + len(np.unique(self.body[self.body > 0]))
+
+    @classmethod
+    def of(cls, source) -> Scene:
+        """The scene of an input or output file, a Run, a Dataset, a Simulation or its model."""
+        source = getattr(source, "history", source)
+        if isinstance(source, xr.Dataset):
+            return cls(source)
+        if isinstance(source, Simulation):
+            return cls._of_simulation(source)
+        if isinstance(source, str | os.PathLike):
+            source = Path(source)
+            if is_netcdf(source):
+                return cls.of(open_output(source))
+        with Simulation(source) as simulation:
+            return cls._of_simulation(simulation)
+
+    @classmethod
+    def _of_simulation(cls, simulation: Simulation) -> Scene:
+        return cls(_present_state(simulation), simulation.steps == 0)
+
+    def _set_materials(self) -> None:
+        """Number the materials; where the data do not tell, by density and shear modulus."""
+        self.material_names = [
+            str(group.get("name", "")) or f"material {i + 1}"
+            for i, group in enumerate(self.groups.get("material", []))
+        ] or ["material"]
+        self.joint_names = [
+            str(group.get("name", "")) or f"joint {i + 1}"
+            for i, group in enumerate(self.groups.get("joint", []))
+        ] or ["joint"]
+        self.joint = np.zeros(len(self.owner), dtype=int)
+        if "block_material" in self.data:
+            self.material = self.data["block_material"].values.astype(int)
+            self.joint = self.data["edge_joint"].values.astype(int)
+            return
+        if "block_density" not in self.data:
+            self.material = np.zeros(self.blocks, dtype=int)
+            return
+        stone = np.column_stack([self.data.block_density, self.data.block_shear_modulus])
+        kinds, self.material = np.unique(stone.round(6), axis=0, return_inverse=True)
+        self.material = self.material.ravel()
+        if len(kinds) != len(self.material_names):
+            self.material_names = [f"{density:.4g} kg/m³" for density, _ in kinds]
+
+    # --- frames ------------------------------------------------------------------------------
+
+    @property
+    def frames(self) -> int:
+        """How many there are."""
+        return len(self.time)
+
+    def frame_at(self, time: float | None, stage: str | None = None) -> int:
+        """The frame of a stage that is nearest to a time (s); the last one for None.
+
+        Raises
+        ------
+        InputError
+            If there is no frame of such a stage, or the time is not of the run.
+        """
+        begin, end = float(self.time[0]), float(self.time[-1])
+        slack = _SLACK * (end - begin)
+        if time is not None and not begin - slack <= time <= end + slack:
+            raise InputError(f"there is no frame at t = {time:g} s: from {begin:g} to {end:g} s")
+        among = np.arange(self.frames)
+        if stage is not None:
+            names = str(self.data.attrs.get("stages", "")).split("\n")
+            number = self.data["frame_stage"].values if "frame_stage" in self.data else among * 0
+            among = np.flatnonzero(number == (names.index(stage) + 1 if stage in names else -1))
+            if len(among) == 0:
+                raise InputError(f"there is no frame of a stage {stage!r}: {', '.join(names)}")
+        return int(among[-1] if time is None else among[np.argmin(abs(self.time[among] - time))])
+
+    def _read(self, name: str, frame: int) -> np.ndarray:
+        return read(self.data, name, frame)
+
+    def vertices(self, frame: int) -> np.ndarray:
+        """Places of all vertices, shape (vertices, 2), m."""
+        return self._read("vertices", frame)
+
+    def polygons(self, frame: int) -> list[np.ndarray]:
+        """Vertices of each block, shape (vertices, 2), m."""
+        return self.split(self.vertices(frame))
+
+    def split(self, vertices: np.ndarray) -> list[np.ndarray]:
+        """An array over all vertices as one for each block."""
+        return np.split(vertices, self.first[1:-1])
+
+    def coordinates(self, frame: int) -> np.ndarray:
+        """Block coordinates, shape (blocks, 6): m, rad, strains in axes of the block."""
+        return self._read("block_coordinates", frame)
+
+    def rates(self, frame: int) -> np.ndarray:
+        """Rates of the block coordinates, shape (blocks, 6), per second."""
+        return self._read("block_rates", frame)
+
+    def stress(self, frame: int) -> np.ndarray:
+        """Stresses, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa, tension positive."""
+        return self._read("block_stress", frame)
+
+    def displacement(self, frame: int) -> np.ndarray:
+        """Displacement of the centroids since the first frame, shape (blocks, 2), m."""
+        return self.coordinates(frame)[:, :2] - self.coordinates(0)[:, :2]
+
+    @cached_property
+    def _contact_starts(self) -> np.ndarray:
+        frame = read(self.data, "contact_frame")
+        return np.searchsorted(frame, np.arange(self.frames + 1))
+
+    def contacts(self, frame: int) -> dict[str, np.ndarray]:
+        """Contacts of a frame: vertex, edge, state, bonded, gap, normal_force, shear_force."""
+        names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
+        names += ("place",) * ("contact_place" in self.data.variables)
+        which = slice(*self._contact_starts[frame : frame + 2])
+        return {name: read(self.data, f"contact_{name}", which) for name in names}
+
+    # --- geometry ----------------------------------------------------------------------------
+
+    @cached_property
+    def next_vertex(self) -> np.ndarray:
+        """The vertex after each, counter-clockwise."""
+        after = np.arange(len(self.owner)) + 1
+        after[self.first[1:] - 1] = self.first[:-1]
+        return after
+
+    @cached_property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest place of the first frame, m."""
+        places = self.vertices(0)
+        return places.min(0), places.max(0)
+
+    @property
+    def size(self) -> float:
+        """Larger side of the first frame, m."""
+        low, high = self.box
+        return float((high - low).max())
+
+    def areas(self, frame: int = 0) -> np.ndarray:
+        """Areas of the blocks, shape (blocks,), m²."""
+        places = self.vertices(frame)
+        centre = places[self.first[:-1]][self.owner]
+        x, y = (places - centre).T
+        cross = x * y[self.next_vertex] - x[self.next_vertex] * y
+        return 0.5 * np.add.reduceat(cross, self.first[:-1])
+
+    def slivers(self) -> np.ndarray:
+        """Blocks whose area is tiny beside the others' or beside the square of their outline."""
+        places = self.vertices(0)
+        side = np.linalg.norm(places[self.next_vertex] - places, axis=1)
+        outline = np.add.reduceat(side, self.first[:-1])
+        area = self.areas()
+        thin = area < 0.001 * outline**2  # a rectangle of 1 : 250
+        return np.flatnonzero(thin | (area < 1e-3 * np.median(area)))
+
+    def lost(self, frame: int) -> np.ndarray:
+        """Blocks that are farther outside the first view than it is large."""
+        low, high = self.box
+        centre, reach = 0.5 * (low + high), (0.5 + _LOST) * self.size
+        return np.flatnonzero(np.any(abs(self.coordinates(frame)[:, :2] - centre) > reach, axis=1))
+
+    def contact_points(self, frame: int, contacts: dict) -> tuple[np.ndarray, np.ndarray]:
+        """Places and unit normals (from the edge's block outward) of contacts, (k, 2) each."""
+        places = self.vertices(frame)
+        begin, end = places[contacts["edge"]], places[self.next_vertex[contacts["edge"]]]
+        along = (end - begin) / np.linalg.norm(end - begin, axis=1, keepdims=True)
+        return self.touching(places, contacts), np.column_stack([along[:, 1], -along[:, 0]])
+
+    def touching(self, places: np.ndarray, contacts: dict) -> np.ndarray:
+        """Points that touch, (k, 2), where vertices are at places: vertices, or between them."""
+        first = contacts["vertex"]
+        if "place" not in contacts:
+            return places[first]
+        share = contacts["place"][:, None]
+        return places[first] + share * (places[self.next_vertex[first]] - places[first])
+
+    @cached_property
+    def interfaces(self) -> Interfaces:
+        """What the edges in contact share in the first frame."""
+        contacts, places = self.contacts(0), self.vertices(0)
+        mine = np.concatenate([contacts["vertex"], self.previous_vertex[contacts["vertex"]]])
+        other = np.concatenate([contacts["edge"]] * 2)
+        pairs = np.unique(np.sort(np.column_stack([mine, other]), axis=1), axis=0)
+        a, b = pairs.T
+        begin, along = places[a], places[self.next_vertex[a]] - places[a]
+        length = np.linalg.norm(along, axis=1)
+        back = places[self.next_vertex[b]] - places[b]
+        unit = along / length[:, None]
+        turn = np.sum(unit * back, axis=1) / np.linalg.norm(back, axis=1)
+        s = np.column_stack(
+            [np.sum((places[c] - begin) * unit, axis=1) for c in (self.next_vertex[b], b)]
+        )
+        low, high = np.maximum(s[:, 0], 0), np.minimum(s[:, 1], length)
+        apart = places[b] - begin
+        near = abs(unit[:, 0] * apart[:, 1] - unit[:, 1] * apart[:, 0]) < 1e-3 * length
+        good = (turn < -PARALLEL) & near & (high - low > 1e-6 * length)
+        a, b, low, high, unit, begin = (v[good] for v in (a, b, low, high, unit, begin))
+        return Interfaces(
+            self.owner[a],
+            self.owner[b],
+            a,
+            b,
+            begin + low[:, None] * unit,
+            begin + high[:, None] * unit,
+            np.column_stack([unit[:, 1], -unit[:, 0]]),
+        )
+
+    @cached_property
+    def interface_joints(self) -> np.ndarray:
+        """The joint of each interface: the weaker of its two edges', as contacts take it."""
+        weakness = [
+            (float(g.get("friction_angle", 0.0)), float(g.get("cohesion", 0.0) or 0.0))
+            for g in self.groups.get("joint", [])
+        ] or [(0.0, 0.0)]
+        rank = np.empty(len(weakness), dtype=int)
+        rank[sorted(range(len(weakness)), key=weakness.__getitem__)] = np.arange(len(weakness))
+        one, other = self.joint[self.interfaces.first_edge], self.joint[self.interfaces.second_edge]
+        return np.where(rank[other] < rank[one], other, one)
+
+    @cached_property
+    def previous_vertex(self) -> np.ndarray:
+        """The vertex before each."""
+        before = np.empty_like(self.next_vertex)
+        before[self.next_vertex] = np.arange(len(before))
+        return before
+
+    def carried(self, blocks: np.ndarray, places: np.ndarray, frame: int) -> np.ndarray:
+        """Where points of blocks, given in the first frame, are in another, shape (k, 2), m.
+
+        A point moves with its block: x = x0 + R(θ) (I + ε) ρ.
+        """
+        now = self.coordinates(frame)[blocks]
+        return now[:, :2] + (_gradient(now) @ self.offsets(blocks, places)[..., None])[..., 0]
+
+    def offsets(self, blocks: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Reference offsets ρ of points of blocks from the centroids, shape (k, 2), m."""
+        first = self.coordinates(0)[blocks]
+        return np.linalg.solve(_gradient(first), (places - first[:, :2])[..., None])[..., 0]
+
+    def joint_movement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
+        """Slip and opening of `interfaces` since the first frame, shape (k,) each, m.
+
+        The larger of both ends; opening is positive, slip has no sign.
+        """
+        faces, slip, gap = self.interfaces, [], []
+        turn = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
+        cos, sin = np.cos(turn), np.sin(turn)
+        x, y = faces.normal.T
+        normal = np.column_stack([cos * x - sin * y, sin * x + cos * y])
+        for places in (faces.start, faces.end):
+            apart = self.carried(faces.second, places, frame) - self.carried(
+                faces.first, places, frame
+            )
+            gap.append(np.sum(apart * normal, axis=1))
+            slip.append(abs(normal[:, 0] * apart[:, 1] - normal[:, 1] * apart[:, 0]))
+        stays = ~(self.removed(frame)[faces.first] | self.removed(frame)[faces.second])
+        return np.maximum(*slip) * stays, np.maximum(*gap) * stays
+
+    @cached_property
+    def _removal(self) -> np.ndarray:
+        """The stage that removes each block; 0: none does."""
+        if "block_removal" not in self.data:
+            return np.zeros(self.blocks, dtype=int)
+        return self.data["block_removal"].values.astype(int)
+
+    def removed(self, frame: int) -> np.ndarray:
+        """Which blocks stages have taken out before the end of a frame, shape (blocks,)."""
+        if not self._removal.any() or "frame_stage" not in self.data:
+            return np.zeros(self.blocks, dtype=bool)
+        return (self._removal > 0) & (self._removal <= int(self.data["frame_stage"][frame]))
+
+    def stage_starts(self) -> list[tuple[str, float]]:
+        """Names and first times (s) of the stages of a run that has more than one dynamic one."""
+        if "stage" not in self.data or "stages" not in self.data.attrs:
+            return []
+        names = str(self.data.attrs["stages"]).split("\n")
+        stage, time = self.data["stage"].values.astype(int), self.data["time"].values
+        at = np.flatnonzero(np.diff(stage, prepend=0))
+        # A sample at the end of a stage is not one of the next: that begins there.
+        starts = [(names[stage[i] - 1], float(time[max(i - 1, 0)])) for i in at]
+        return starts if len(starts) > 1 and len(names) >= stage.max() else []
+
+    # --- what the input adds -----------------------------------------------------------------
+
+    def supports(self) -> list[dict]:
+        """Fixed points: x, y (m), direction, moved (bool)."""
+        return [
+            {
+                "x": float(group.get("x", 0.0)),
+                "y": float(group.get("y", 0.0)),
+                "direction": str(group.get("direction", "xy")).strip() or "xy",
+                "moved": bool(group.get("motion_x") or group.get("motion_y")),
+            }
+            for group in self.groups.get("fixed_point", [])
+        ]
+
+    def boundaries(self, frame: int) -> list[dict]:
+        """Edges of the groups &boundary: kind, moved (bool), start and end (k, 2), m."""
+        if "boundary_edge" not in self.data:
+            return []
+        places = self.vertices(frame)
+        edge, group = (self.data[n].values for n in ("boundary_edge", "boundary_edge_group"))
+        begin, along = places[edge], places[self.next_vertex[edge]] - places[edge]
+        start, end = (
+            begin + self.data[f"boundary_edge_{name}"].values[:, None] * along
+            for name in ("from", "to")
+        )
+        return [
+            {
+                "kind": str(one["kind"]).strip(),
+                "moved": bool(one.get("motion_x") or one.get("motion_y")),
+                "start": start[group == i],
+                "end": end[group == i],
+            }
+            for i, one in enumerate(self.groups.get("boundary", []))
+        ]
+
+    def loads(self) -> list[dict]:
+        """Loads: x, y (m) and the largest force (N/m) as fx, fy."""
+        found = []
+        for group in self.groups.get("load", []):
+            fx, fy = (np.atleast_1d(group.get(f"force_{a}", 0.0)).astype(float) for a in "xy")
+            n = max(len(fx), len(fy))
+            fx, fy = (np.pad(f, (0, n - len(f))) for f in (fx, fy))
+            most = int(np.argmax(np.hypot(fx, fy)))
+            found.append({"x": group["x"], "y": group["y"], "fx": fx[most], "fy": fy[most]})
+        return found
+
+    def bolt_routes(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """Names of the bolts, blocks (k,) of the points on their way and first places (k, 2), m.
+
+        A cable runs through the points that it passes; a grouted bolt from its first end by the
+        joints that it crosses to the other one.  Before a run, when nothing moves, all blocks are
+        the first one.
+        """
+        routes = []
+        for group in self.groups.get("bolt", []):
+            name = str(group.get("name", ""))
+            between = np.ravel(group.get("through", []))
+            points = np.reshape([*group["from"], *between, *group["to"]], (-1, 2)).astype(float)
+            blocks = np.zeros(len(points), dtype=int)
+            if "bolt_force" in self.data:
+                blocks, points = self._bolt_points(name, points)
+            routes.append((name, blocks, points))
+        return routes
+
+    def _bolt_points(self, name: str, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks and first places of the points of a bolt that its group has."""
+        with FILES:
+            mine = np.flatnonzero(self._bolt_names == name)
+            if len(mine) == 0:
+                raise damaged(self.data, "bolt", f"there is no {name!r}, which the input has")
+            blocks = self.data["bolt_block"].values.astype(int)[mine]
+            places = self.data["bolt_place"].values.reshape(-1, 2, 2)[mine]
+            if len(points) > 2:
+                passed = self.data["bolt_through"].values == mine[0]
+                between = self.data["bolt_through_block"].values.astype(int)[passed]
+                return np.array([blocks[0, 0], *between, blocks[0, 1]]), points
+        blocks, places = blocks.ravel(), places.reshape(-1, 2)
+        if np.allclose(places[0], places[1]):  # at joints
+            blocks = np.array([blocks[0], *blocks, blocks[-1]])
+            places = np.vstack([points[:1], places, points[1:]])
+        return blocks, places
+
+    @cached_property
+    def _bolt_names(self) -> np.ndarray:
+        """Of the springs of bolts, shape (springs,)."""
+        return np.char.strip(self.data["bolt"].values.astype(str))
+
+    def bolts(self, frame: int) -> list[dict]:
+        """Bolts that are there: name, places (k, 2) (m), force (N/m, nan: unknown), state.
+
+        The force is that of axis and shear together, of a grouted bolt the largest of its joints.
+        """
+        known = "bolt_force" in self.data
+        if known:
+            with FILES:
+                at = self._sample_of(frame)
+                axial, shear = (self.data[f"bolt_{n}"][at].values for n in ("force", "shear_force"))
+                force, states = np.hypot(axial, shear), self.data["bolt_state"][at].values
+        found = []
+        for name, blocks, points in self.bolt_routes():
+            most, state = np.nan, 1
+            if known:
+                mine = self._bolt_names == name
+                most, state = force[mine].max(), states[mine].max()
+            if state:
+                one = {"name": name, "places": self.carried(blocks, points, frame)}
+                found.append(one | {"force": float(most), "state": int(state)})
+        return found
+
+    def _sample_of(self, frame: int) -> int:
+        """The sample of a frame; static stages have several of each at one time."""
+        time = self.data["time"].values
+        before = int(np.sum(self.time[:frame] == self.time[frame]))
+        at = int(np.searchsorted(time, self.time[frame])) + before
+        return min(at, int(np.searchsorted(time, self.time[frame], "right")) - 1)
+
+    def points(self) -> list[dict]:
+        """Measured points: name, x, y (m)."""
+        return [
+            {"name": str(group.get("name", "")), "x": float(group["x"]), "y": float(group["y"])}
+            for group in self.groups.get("measured_point", [])
+        ]
+
+
+def principal_stresses(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Larger and smaller principal stress of (…, 3) stresses, Pa, tension positive."""
+    mean = 0.5 * (stress[..., 0] + stress[..., 1])
+    radius = np.hypot(0.5 * (stress[..., 0] - stress[..., 1]), stress[..., 2])
+    return mean + radius, mean - radius
+
+
+def is_netcdf(file: Path) -> bool:
+    """Whether a file begins as an output does."""
+    check_readable(file)
+    with file.open("rb") as stream:
+        head = stream.read(8)
+    return head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF"))
+
+
+def _gradient(coordinates: np.ndarray) -> np.ndarray:
+    """R(θ) (I + ε), shape (k, 2, 2)."""
+    _, _, turn, ex, ey, gxy = coordinates.T
+    cos, sin = np.cos(turn), np.sin(turn)
+    axes = np.array([[cos, -sin], [sin, cos]])
+    strain = np.array([[1 + ex, 0.5 * gxy], [0.5 * gxy, 1 + ey]])
+    return np.einsum("ijk,jlk->kil", axes, strain)
+
+
+def _present_state(simulation: Simulation) -> xr.Dataset:
+    """The state of a simulation as a dataset of one frame."""
+    polygons, contacts = simulation.polygons, simulation.contacts
+    owner = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
+    frame = {
+        "vertices": (("frame", "vertex", "axis"), np.concatenate(polygons)[None]),
+        "block_coordinates": (("frame", "block", "coordinate"), simulation.coordinates[None]),
+        "block_rates": (("frame", "block", "coordinate"), simulation.rates[None]),
+        "block_stress": (("frame", "block", "component"), simulation.stresses[None]),
+        "frame_time": ("frame", [simulation.time]),
+        "vertex_block": ("vertex", owner),
+        "contact_frame": ("contact", np.zeros(len(contacts["vertex"]), dtype=int)),
+    } | {f"contact_{name}": ("contact", values) for name, values in contacts.items()}
+    frame |= {
+        "block": ("block", simulation.block_names),
+        "block_material": ("block", simulation.block_materials),
+        "edge_joint": ("vertex", simulation.edge_joints),
+        "block_body": ("block", simulation.block_bodies),
+        "edge_welded": ("vertex", simulation.welded_edges),
+    }
+    edges = simulation.boundary_edges
+    if len(edges["edge"]):
+        frame["boundary_edge"] = ("boundary_edge", edges.pop("edge"))
+        frame |= {f"boundary_edge_{n}": ("boundary_edge", v) for n, v in edges.items()}
+    names = {"title": simulation.title, "input_file": str(simulation.file)}
+    texts = {"input_text": simulation.input_text, "input_values": simulation.input_values}
+    return xr.Dataset(frame, attrs=names | texts)

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run says in words: what its output says itself, and what follows from its output."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+import xarray as xr
+
+from ..base.core import engine_names
+from ..engine.damping import damping_of
+from ..engine.maxima import lacking, warn_of
+from ..engine.scheme import Scheme, scheme_damping
+from ..engine.signals import spectral_acceleration
+from ..input.input_text import input_values
+from .response import amplifications
+from .scene import Scene
+
+PERIODS = np.geomspace(0.02, 5.0, 80)  # s, of response spectra
+SPECTRUM_DAMPING = 0.05
+LARGEST = tuple(f"largest_{name}" for name in engine_names("maxima numbers"))
+_OF_FRAMES = ("displacement", "tilt", "contacts")  # lines of outputs without maxima
+_LEAST_DRIFT = 1e-6  # below, none is said
+_MOST_FRAMES = 200  # that are looked at for the largest values
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What happened in a run.
+
+    Attributes
+    ----------
+    values : dict of float
+        By name with its unit, such as ``largest_displacement_m``; of measured points as
+        ``pga_m_s2[top]``.
+    lines : list of (str, str)
+        Topic and sentence, as they are printed.
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    lines: list[tuple[str, str]] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        """One line for each topic."""
+        width = max((len(topic) for topic, _ in self.lines), default=0)
+        return "\n".join(f"{topic:{width}s}  {words}" for topic, words in self.lines)
+
+    def say(self, topic: str, words: str, **values: float) -> None:
+        """Add a line and its values."""
+        self.lines.append((topic, words))
+        self.values.update({name: float(value) for name, value in values.items()})
+
+
+def verdict(source) -> Verdict:
+    """The verdict of a run: movement, contacts, lost blocks, measured points, damping, energies.
+
+    Parameters
+    ----------
+    source : path, Run, xarray.Dataset or Scene
+        An output.
+    """
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    found = Verdict()
+    lines = _engine_lines(found, scene.data)
+    add_drift(found, scene)
+    add_fallen(found, scene)
+    add_lost(found, scene)
+    add_sides(found, scene.data)
+    add_damping(found, scene.data)
+    audit = [line for line in lines if line[0] == "energy"]
+    found.lines[:] = [line for line in lines if line not in audit] + found.lines + audit
+    return found
+
+
+def acceleration_spectrum(acceleration, step: float) -> np.ndarray:
+    """Sa of a motion (m/s², every `step` s) at `PERIODS`, shape (periods,), m/s²."""
+    return _spectrum(np.ascontiguousarray(acceleration, dtype=float).tobytes(), step)
+
+
+@lru_cache(maxsize=32)
+def _spectrum(data: bytes, step: float) -> np.ndarray:
+    """The same for the bytes of the motion: words and pictures ask for the same ones."""
+    return spectral_acceleration(np.frombuffer(data), step, PERIODS, SPECTRUM_DAMPING)
+
+
+def main_axis(velocity: xr.DataArray) -> int:
+    """The axis (0 x, 1 y) along which a point moves fastest, as in the engine's verdict."""
+    return int(np.argmax(np.abs(velocity.values).max(axis=0)))
+
+
+def run_scheme(history: xr.Dataset) -> Scheme:
+    """The time integration of a run."""
+    groups = input_values(history.attrs)
+    return Scheme.of_control(next(iter(groups.get("control", [])), {}))
+
+
+def damping_words(history: xr.Dataset, *frequencies: float) -> str:
+    """Which damping a model has, at frequencies (Hz), in one line."""
+    steps = history.time_step.values[1:][
+        np.diff(history.time.values) > 0
+    ]  # static ones take no time
+    if len(steps) == 0:
+        return "static stages alone: damping does not count"
+    step = float(np.max(steps))
+    scheme = run_scheme(history)
+    ratios = [scheme_damping(f, step, scheme) if f < 0.5 / step else np.nan for f in frequencies]
+    at = ", ".join(
+        f"{100 * float(r):.2g} % at {f:.3g} Hz" for r, f in zip(ratios, frequencies, strict=True)
+    )
+    damped = any(map(damping_of, input_values(history.attrs).get("material", [])))
+    material = "as in the input" if damped else "none"
+    return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
+
+
+def _length(value: float) -> str:
+    """A length as one says it."""
+    size = abs(value)
+    for scale, unit in ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm")):
+        if size >= scale:
+            return f"{value / scale:.3g} {unit}"
+    return "0 m" if size == 0 else f"{value:.2e} m"
+
+
+def _looked_at(scene: Scene) -> np.ndarray:
+    """Frames from first to last, at most so many."""
+    return np.unique(np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int))
+
+
+def _engine_lines(found: Verdict, data: xr.Dataset) -> list[tuple[str, str]]:
+    """What the engine has written into the output: its lines; its values are added."""
+    for name, value in data.attrs.items():
+        if isinstance(value, float | np.floating):
+            found.values[name] = float(value)
+    lines = str(data.attrs.get("verdict", "")).splitlines()
+    said = [(topic, words) for topic, _, words in (line.partition(": ") for line in lines)]
+    if "largest" in data:
+        return said
+    # The words of versions before maxima were recorded are those of single frames.
+    warn_of(data.attrs)
+    found.values.update(dict.fromkeys(LARGEST, np.nan))
+    said = [line for line in said if line[0] not in _OF_FRAMES]
+    return [("maxima", lacking(data.attrs)), *said]
+
+
+def add_drift(found: Verdict, scene: Scene) -> None:
+    """Sideways movement of the highest block against the lowest, over their distance."""
+    start = scene.coordinates(0)
+    low, high = int(np.argmin(start[:, 1])), int(np.argmax(start[:, 1]))
+    height = start[high, 1] - start[low, 1]
+    if height <= 0:
+        return
+    shift = scene.displacement(scene.frames - 1)[:, 0]
+    drift = (shift[high] - shift[low]) / height
+    pair = f"{scene.names[high]} against {scene.names[low]}"
+    words = f"none at the end: {pair}"
+    if abs(drift) >= _LEAST_DRIFT:
+        words = (
+            f"{100 * drift:.2g} % at the end: {pair}, "
+            f"{_length(shift[high] - shift[low])} sideways over {height:.3g} m"
+        )
+    found.say("drift", words, residual_drift=drift)
+
+
+def add_fallen(found: Verdict, scene: Scene) -> None:
+    """Blocks that have moved by more than their own size, against the lowest one."""
+    low, size = int(np.argmin(scene.coordinates(0)[:, 1])), np.sqrt(scene.areas())
+
+    def away(frame: int) -> np.ndarray:
+        moved = scene.displacement(frame)
+        return np.linalg.norm(moved - moved[low], axis=1) > size
+
+    gone = np.flatnonzero(away(scene.frames - 1))
+    if len(gone) == 0:
+        return
+    first = next((f for f in _looked_at(scene) if away(f).any()), scene.frames - 1)
+    found.say(
+        "fallen",
+        f"{len(gone)} of {scene.blocks} blocks ended farther from their place than they are "
+        f"large, the first by {scene.time[first]:.3g} s: {_names(scene, gone)}",
+        blocks_fallen=len(gone),
+        first_block_fallen_s=scene.time[first],
+    )
+
+
+def _names(scene: Scene, blocks: np.ndarray) -> str:
+    return ", ".join(scene.names[b] for b in blocks[:5]) + (" …" if len(blocks) > 5 else "")
+
+
+def add_lost(found: Verdict, scene: Scene) -> None:
+    """Blocks that have left the model."""
+    gone = scene.lost(scene.frames - 1)
+    if len(gone) == 0:
+        return
+    first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
+    found.say(
+        "lost",
+        f"{len(gone)} block{'s' * (len(gone) > 1)} left the model, the first by "
+        f"{scene.time[first]:.3g} s: {_names(scene, gone)}",
+        blocks_lost=len(gone),
+        first_block_lost_s=scene.time[first],
+    )
+
+
+def add_sides(found: Verdict, data: xr.Dataset) -> None:
+    """How far free-field sides move otherwise than the free field, at their upper ends."""
+    for i, kind in enumerate(data["boundary_kind"].values if "boundary_kind" in data else ()):
+        if kind != "free_field":
+            continue
+        side = data.isel(boundary=i)
+        peak = np.linalg.norm(side.incoming_velocity.values, axis=1).max()
+        apart = np.linalg.norm((side.boundary_velocity - side.incoming_velocity).values, axis=1)
+        if not peak > 0:
+            continue
+        name, share = str(side.boundary.values), apart.max() / peak
+        found.say(
+            "side",
+            f"{name}: the model departs from it by {100 * share:.2g} % of its peak velocity",
+            **{f"side_departure[{name}]": share},
+        )
+
+
+def add_damping(found: Verdict, data: xr.Dataset) -> None:
+    """At the peak of the amplification, where one is asked for."""
+    try:
+        peaks = [result.peak for result in amplifications(data)]
+    except (KeyError, ValueError):
+        return
+    for peak in peaks:
+        found.say(
+            "peak",
+            f"amplified {peak.amplitude:.4g} times at {peak.frequency:.4g} Hz; "
+            + damping_words(data, peak.frequency),
+            amplification=peak.amplitude,
+            amplification_frequency_hz=peak.frequency,
+        )

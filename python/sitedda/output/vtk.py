@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Outputs for ParaView: blocks, contacts and bolts of every frame as .vtp, their times in a .pvd.
+
+VTK's XML PolyData with appended raw data, deflated, written with numpy alone.
+"""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from ..base.files import make_folder, write, written
+from .scene import Scene, principal_stresses
+
+_TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32"}
+_BLOCK = 1 << 20  # bytes that are deflated together
+
+
+class PolyData:
+    """A .vtp file in the making.
+
+    Parameters
+    ----------
+    points : ndarray, shape (k, 2)
+        m; z is 0.
+    kind : {'Polys', 'Lines', 'Verts'}
+    connectivity, offsets : ndarray of int
+        Points of the cells, one after the other, and where each cell ends.
+    """
+
+    def __init__(self, points, kind: str, connectivity, offsets):
+        self.points = np.column_stack([points, np.zeros(len(points))])
+        self.kind = kind
+        self.connectivity = np.asarray(connectivity, dtype="<i8")
+        self.offsets = np.asarray(offsets, dtype="<i8")
+        self.cells: dict[str, np.ndarray] = {}
+        self.field: dict[str, list[str]] = {}
+
+    def write(self, file: Path) -> None:
+        """Write the file."""
+        appended: list[bytes] = []
+        body = self._piece(appended)
+        head = (
+            '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" '
+            'byte_order="LittleEndian" header_type="UInt64" '
+            f'compressor="vtkZLibDataCompressor">\n<PolyData>\n{body}</PolyData>\n'
+            '<AppendedData encoding="raw">\n_'
+        )
+        with written(file, "a file of ParaView", sync=False) as beside, beside.open("wb") as stream:
+            stream.write(head.encode("utf-8"))
+            stream.writelines(appended)
+            stream.write(b"\n</AppendedData>\n</VTKFile>\n")
+
+    def _piece(self, appended: list[bytes]) -> str:
+        counts = {kind: 0 for kind in ("Verts", "Lines", "Strips", "Polys")}
+        counts[self.kind] = len(self.offsets)
+        numbers = " ".join(f'NumberOf{kind}="{count}"' for kind, count in counts.items())
+        cells = "".join(_array(name, v, appended) for name, v in self.cells.items())
+        topology = _array("connectivity", self.connectivity, appended) + _array(
+            "offsets", self.offsets, appended
+        )
+        points = _array("Points", self.points, appended)
+        fields = "".join(_texts(name, texts) for name, texts in self.field.items())
+        return (
+            f"<FieldData>\n{fields}</FieldData>\n"
+            f'<Piece NumberOfPoints="{len(self.points)}" {numbers}>\n'
+            f"<CellData>\n{cells}</CellData>\n<Points>\n{points}</Points>\n"
+            f"<{self.kind}>\n{topology}</{self.kind}>\n</Piece>\n"
+        )
+
+
+def _array(name: str, values, appended: list[bytes]) -> str:
+    """The element of an array whose numbers are appended."""
+    values = np.ascontiguousarray(values)
+    kind = values.dtype.newbyteorder("<").str[1:]
+    parts = 1 if values.ndim == 1 else values.shape[1]
+    offset = sum(map(len, appended))
+    appended.append(_compressed(values.astype(f"<{kind}").tobytes()))
+    return (
+        f'<DataArray type="{_TYPES[kind]}" Name={quoteattr(_legal(name))} '
+        f'NumberOfComponents="{parts}" format="appended" offset="{offset}"/>\n'
+    )
+
+
+def _compressed(data: bytes) -> bytes:
+    """Deflated blocks after their count, size, size of the last, and sizes when deflated."""
+    blocks = [zlib.compress(data[i : i + _BLOCK], 6) for i in range(0, len(data), _BLOCK)]
+    last = len(data) % _BLOCK
+    head = np.array([len(blocks), _BLOCK, last, *map(len, blocks)], dtype="<u8")
+    return head.tobytes() + b"".join(blocks)
+
+
+def _texts(name: str, texts: list[str]) -> str:
+    """Texts as an ASCII array: each character's code, each text ended by 0."""
+    codes = b"".join(text.encode("utf-8", "replace") + b"\0" for text in texts)
+    return (
+        f'<Array type="String" Name={quoteattr(name)} NumberOfTuples="{len(texts)}" '
+        f'format="ascii">{" ".join(map(str, codes))}</Array>\n'
+    )
+
+
+def _legal(text: str) -> str:
+    """A text without the characters that XML 1.0 forbids."""
+    return "".join(c for c in text if c in "\t\n\r" or ord(c) >= 32)
+
+
+def blocks_of(scene: Scene, frame: int) -> PolyData:
+    """Blocks as polygons with what is known of them."""
+    count = len(scene.owner)
+    data = PolyData(scene.vertices(frame), "Polys", np.arange(count), scene.first[1:])
+    stress, now = scene.stress(frame), scene.coordinates(frame)
+    moved = scene.displacement(frame)
+    largest, smallest = principal_stresses(stress)
+    data.cells = {
+        "block": np.arange(scene.blocks, dtype="<i4"),
+        "material": scene.material.astype("<i4"),
+        "removed": scene.removed(frame).astype("<i4"),
+        "displacement": np.column_stack([moved, np.zeros(scene.blocks)]),
+        "rotation": now[:, 2] - scene.coordinates(0)[:, 2],
+        "velocity": np.column_stack([scene.rates(frame)[:, :2], np.zeros(scene.blocks)]),
+        "stress": stress,
+        "largest principal stress": largest,
+        "smallest principal stress": smallest,
+        "strain": now[:, 3:6],
+    }
+    if frame == 0:
+        data.field = {"block names": scene.names, "material names": scene.material_names}
+    return data
+
+
+def contacts_of(scene: Scene, frame: int) -> PolyData:
+    """Closed contacts as lines along their force, from the block that touches."""
+    contacts = scene.contacts(frame)
+    closed = contacts["normal_force"] > 0
+    contacts = {name: values[closed] for name, values in contacts.items()}
+    places, normal = scene.contact_points(frame, contacts)
+    along = np.column_stack([-normal[:, 1], normal[:, 0]])
+    force = contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * along
+    size = np.linalg.norm(force, axis=1).max(initial=0.0) or 1.0
+    length = float(np.sqrt(np.median(scene.areas())))
+    half = 0.5 * length * force / size
+    k = len(places)
+    points = np.empty((2 * k, 2))
+    points[0::2], points[1::2] = places - half, places + half
+    data = PolyData(points, "Lines", np.arange(2 * k), 2 * np.arange(1, k + 1))
+    data.cells = {
+        "force": np.column_stack([force, np.zeros(k)]),
+        "normal force": contacts["normal_force"].astype("<f8"),
+        "shear force": contacts["shear_force"].astype("<f8"),
+        "gap": contacts["gap"].astype("<f8"),
+        "state": contacts["state"].astype("<i4"),
+        "bonded": contacts["bonded"].astype("<i4"),
+    }
+    return data
+
+
+def bolts_of(scene: Scene, frame: int) -> PolyData:
+    """Bolts that are there as lines through all their points."""
+    bolts = scene.bolts(frame)
+    points = np.vstack([np.empty((0, 2)), *(one["places"] for one in bolts)])
+    ends = np.cumsum([len(one["places"]) for one in bolts], dtype=int)
+    data = PolyData(points, "Lines", np.arange(len(points)), ends)
+    data.cells = {
+        "force": np.array([one["force"] for one in bolts], dtype="<f8"),
+        "state": np.array([one["state"] for one in bolts], dtype="<i4"),
+    }
+    data.field = {"bolt names": [one["name"] for one in bolts]}
+    return data
+
+
+def write_vtk(source, folder) -> Path:
+    """Write all frames for ParaView.
+
+    Parameters
+    ----------
+    source : path, Run, Simulation, xarray.Dataset or Scene
+    folder : path
+        Made if it is missing; gets ``blocks.pvd``, ``contacts.pvd``, of models with bolts
+        ``bolts.pvd``, and their frames.
+
+    Returns
+    -------
+    Path
+        ``blocks.pvd``.
+    """
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    folder = make_folder(folder)
+    digits = max(4, len(str(scene.frames - 1)))
+    kinds = {"blocks": blocks_of, "contacts": contacts_of}
+    if scene.bolt_routes():
+        kinds["bolts"] = bolts_of
+    for name, made in kinds.items():
+        entries = []
+        for frame in range(scene.frames):
+            file = f"{name}_{frame:0{digits}d}.vtp"
+            made(scene, frame).write(folder / file)
+            entries.append(_entry(float(scene.time[frame]), file))
+        _write_collection(folder / f"{name}.pvd", scene.title, entries)
+    return folder / "blocks.pvd"
+
+
+def _entry(time: float, file: str) -> str:
+    return f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>\n'
+
+
+def _write_collection(file: Path, title: str, entries: list[str]) -> None:
+    words = escape(_legal(title)).replace("--", "- -")
+    text = (
+        f'<?xml version="1.0"?>\n<!-- {words} -->\n<VTKFile type="Collection" version="0.1" '
+        f'byte_order="LittleEndian">\n<Collection>\n{"".join(entries)}</Collection>\n</VTKFile>\n'
+    )
+    write(file, text, "a file of ParaView")

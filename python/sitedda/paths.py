@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The short path of each module that callers use, as `sitedda.lattice` for `build.lattice`."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+PACKAGES = {
+    "base": "arguments errors files reading stop",
+    "build": "cutting importing lattice masonry meshing",
+    "commands": "command examples record_command site_command viewing",
+    "drawing": "boundary_marks movie pictures view",
+    "engine": "checking damping maxima records scheme signals simulation spectra",
+    "facade": "plot",
+    "input": "block_file building changes groups input_text model schema",
+    "output": "response scene verdict vtk",
+    "site": "column",
+}
+_PLACES = {name: package for package, names in PACKAGES.items() for name in names.split()}
+
+
+class _Finder:
+    """Finds a module by its short path: it is the same module, read once."""
+
+    def find_spec(self, name: str, path=None, target=None) -> ModuleSpec | None:
+        """See `importlib.abc.MetaPathFinder.find_spec`."""
+        top, _, inner = name.partition(".")
+        if top != __package__ or inner.partition(".")[0] not in _PLACES:
+            return None
+        return ModuleSpec(name, self)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """The module itself, whose own specification is kept."""
+        inner = spec.name.partition(".")[2]
+        place = _PLACES[inner.partition(".")[0]]
+        module = import_module(f"{__package__}.{place}.{inner}")
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Nothing: it has been executed."""
+        module.__spec__ = module.__spec__.loader_state
+
+
+def install() -> None:
+    """From here on modules are found by their short paths."""
+    sys.meta_path.insert(0, _Finder())
