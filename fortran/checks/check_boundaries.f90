@@ -12,6 +12,7 @@ module dda_check_boundaries
    use dda_side_departure, only: find_side_departure
    use dda_simulation, only: simulation_type
    use dda_text, only: short_text, to_text
+   use dda_weld, only: is_shifted
    implicit none
    private
    public :: check_boundaries
@@ -127,9 +128,11 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: width, arrival, duration
       integer :: i
-      logical :: late
+      logical :: late, tied
 
-      if (size(model%ties) > 0 .or. size(model%free_fields) == size(side_names)) return
+      tied = size(model%ties) > 0
+      if (.not. tied) tied = any(is_shifted(model%welds))
+      if (tied .or. size(model%free_fields) == size(side_names)) return
       if (all([(is_side_held(model, side_names(i)), i=1, size(side_names))])) return
       duration = 0.0_wp
       do i = 1, size(model%motions)

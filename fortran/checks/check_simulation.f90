@@ -5,8 +5,8 @@ module dda_check_simulation
    use dda_interrupts, only: fail_if_stopped
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type
+   use dda_check_bodies, only: separate_blocks, blocks_in_words, dispersion_in_words
    use dda_check_boundaries, only: check_boundaries
-   use dda_check_lattice, only: check_lattice
    use dda_contact, only: contact_open
    use dda_equilibrium, only: farthest_moved
    use dda_check_material, only: check_material
@@ -68,10 +68,9 @@ contains
       if (report%has_modes) call at_frequency(linear, report%modes%frequency(1))
       call check_penalty(simulation, stiff%modulus, linear, report)
       call check_penalty_bounds(simulation, linear, report)
-      call check_resolution(linear%time_step, report)
+      call check_resolution(simulation%blocks, linear%time_step, report)
       call check_damping(linear, report)
       call check_material(simulation, linear, report)
-      call check_lattice(simulation, report)
       call check_boundaries(simulation, linear, report)
       call fail_if_stopped(error)
       if (allocated(error)) return
@@ -104,7 +103,7 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: settled
       real(wp) :: way
-      integer :: b
+      integer :: b, separate
 
       settled = ''
       if (allocated(linear%equilibrium%words)) settled = '; '//linear%equilibrium%words
@@ -113,11 +112,12 @@ contains
          simulation%model%blocks%position, b, way)
       if (b > 0) settled = settled//'; from the model as drawn block '// &
          block_name(simulation, b)//' has moved by '//short_text(way)//' m'
-      if (linear%closed == 0 .and. linear%n > 1) then
+      separate = separate_blocks(simulation%model)
+      if (linear%closed == 0 .and. separate > 1) then
          call add_line(report, verdict_warn, 'contacts', 'no contact is closed'//settled, 'model', &
             'blocks touch only where edges meet; check the vertices')
       else
-         call add_line(report, verdict_ok, 'contacts', to_text(linear%n)//' blocks, '// &
+         call add_line(report, verdict_ok, 'contacts', blocks_in_words(simulation%model)//', '// &
             to_text(linear%closed)//' closed contacts'//settled, 'model', '')
       end if
    end subroutine check_contacts
@@ -320,7 +320,8 @@ contains
    end function shift_by_energy
 
    !> Blocks against wave lengths, Δt against crossing times.
-   subroutine check_resolution(time_step, report)
+   subroutine check_resolution(blocks, time_step, report)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
       real(wp), intent(in) :: time_step  !< s
       type(report_type), intent(inout) :: report  !< check report
       real(wp), parameter :: coarsest = 1.0_wp/12  ! of a wave length, and of a period
@@ -336,24 +337,14 @@ contains
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= coarsest), 'element size', 'eta = 1/'//short_text(1/eta)//' at '// &
          short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20; waves there are '// &
-         short_text(100*dispersion(eta))//' % too fast', 'paper eq. 12', &
-         advice_if(eta > coarsest, 'blocks no larger than '// &
+         dispersion_in_words(blocks, eta), 'paper eq. 12', advice_if(eta > coarsest, &
+         'blocks no larger than '// &
          short_text(coarsest*report%speed(1)/report%band%highest)//' m'))
       ! Blocks smaller than a wave asks for do not ask for a smaller time step.
       call add_line(report, merge(verdict_ok, verdict_warn, time_step < max(eta, &
          coarsest)*period), 'time resolution', short_text(time_step)//' s against T/12 = '// &
          short_text(coarsest*period)//' s, eta T = '//short_text(eta*period)//' s', &
          'paper eq. 15', advice_if(time_step >= max(eta, coarsest)*period, 'a smaller time_step'))
-
-   contains
-
-      !> Share by which S waves along a row of bonded blocks are too fast, (kΔx)²/24: displacements
-      !> are linear in a block and its mass is spread over it.
-      pure real(wp) function dispersion(eta)
-         real(wp), intent(in) :: eta  !< Δx/λ
-
-         dispersion = (2.0_wp*pi*eta)**2/24.0_wp
-      end function dispersion
    end subroutine check_resolution
 
    !> Damping ratio of the scheme at the first mode and over the band of the record.

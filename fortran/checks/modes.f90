@@ -246,7 +246,7 @@ contains
       type(modes_type), intent(inout) :: modes  !< lowest modes
 
       modes%words = to_text(linear%closed)//' contacts are closed'
-      if (linear%closed == 0) modes%words = 'no contact is closed: each block stands alone'
+      if (linear%closed == 0) modes%words = 'no contact is closed'
       if (linear%sliding > 0) modes%words = modes%words//', '//to_text(linear%sliding)// &
          ' of them slide'
       if (allocated(linear%equilibrium%words)) modes%words = modes%words//'; '// &

@@ -79,7 +79,7 @@ contains
                call move_alloc(more, welds)
             end if
             n = n + 1
-            welds(n) = new_weld(blocks, e, f, low, high)
+            welds(n) = new_weld(blocks, e, f, low, high, [0.0_wp, 0.0_wp])
          end do
       end do
    end subroutine add_faces

@@ -8,6 +8,8 @@ module dda_columns
    use dda_kinds, only: wp
    use dda_elements, only: face_forces, follow_free_field
    use dda_errors, only: error_type
+   use dda_free_field, only: free_field_type
+   use dda_material_damping, only: force_on_strains
    use dda_simulation, only: companions_type, simulation_type, next_step
    implicit none
    private
@@ -64,11 +66,29 @@ contains
          run => column_of(simulation, i)
          if (simulation%resting) run%system%d = 0.0_wp
          associate (field => simulation%model%free_fields(i))
-            call follow_free_field(simulation%elements, i, field%block, run%blocks, run%system%d, &
-               face_forces(run%elements, field%face, run%blocks, next_step(run), run%system%d))
+            call follow_free_field(simulation%elements, i, field%block, run%blocks, &
+               run%system%d, forces_at_side(run, field))
          end associate
       end do
    end subroutine follow_columns
+
+   !> Forces of the neighbours that the blocks at the side would have in level ground.  What a face
+   !> with a neighbour has of the area of a cell has the cell's own strain at the side of the model:
+   !> its forces are taken off.
+   function forces_at_side(run, field) result(force)
+      type(simulation_type), intent(in) :: run     !< of the column
+      type(free_field_type), intent(in) :: field   !< of the model
+      real(wp) :: force(6, run%blocks%n)           !< N/m …
+      integer :: i
+
+      force = face_forces(run%elements, field%face, run%blocks, next_step(run), run%system%d)
+      do i = 1, size(field%weld)
+         associate (b => field%weld(i)%block(field%face), area => field%weld(i)%area(field%face))
+            force(4:6, b) = force(4:6, b) - area/run%blocks%area(b) &
+               *force_on_strains(run%blocks, next_step(run), b, run%system%d(:, b))
+         end associate
+      end do
+   end function forces_at_side
 
    !> Say that it is a column that has failed.
    subroutine name_column(simulation, i, error)

@@ -17,7 +17,8 @@ module dda_material_damping
    use dda_scheme, only: step_type
    implicit none
    private
-   public :: add_damping_matrices, add_damping_loads, damping_losses, damping_energy, keep_memories
+   public :: add_damping_matrices, add_damping_loads, damping_losses, damping_energy, &
+      keep_memories, force_on_strains
 
 contains
 
@@ -101,7 +102,20 @@ contains
       type(step_type), intent(in) :: step      !< the one being taken
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(inout) :: matrix(6, 6)  !< of the block
-      real(wp) :: factor
+
+      matrix(4:6, 4:6) = matrix(4:6, 4:6) &
+         + damping_factor(blocks, step, b)*blocks%rest_share(b)*blocks%stiffness(:, :, b)
+      associate (damping => blocks%damping(blocks%material(b)))
+         if (damping%alpha > 0.0_wp) matrix = matrix + damping%alpha/step%time_step &
+            *mass_matrix(blocks%inertia(:, b))
+      end associate
+   end subroutine add_damping_matrix
+
+   !> Factor of the elastic matrix of block b in K̂ beyond θ.
+   pure real(wp) function damping_factor(blocks, step, b) result(factor)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      integer, intent(in) :: b                 !< number of the block
       integer :: l
 
       associate (damping => blocks%damping(blocks%material(b)))
@@ -110,12 +124,8 @@ contains
             factor = factor - damping%unrelaxed*following(damping, l, step%time_step)
          end do
          factor = step%scheme%theta*factor + damping%beta/step%time_step
-         matrix(4:6, 4:6) = matrix(4:6, 4:6) &
-            + factor*blocks%rest_share(b)*blocks%stiffness(:, :, b)
-         if (damping%alpha > 0.0_wp) matrix = matrix + damping%alpha/step%time_step &
-            *mass_matrix(blocks%inertia(:, b))
       end associate
-   end subroutine add_damping_matrix
+   end function damping_factor
 
    !> Forces on the strains of block b at d = 0, beyond those of elasticity.
    pure subroutine add_damping_load(blocks, step, b, load)
@@ -123,19 +133,45 @@ contains
       type(step_type), intent(in) :: step      !< the one being taken
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(inout) :: load(3)       !< f̂ of the strains
+
+      if (blocks%damping(blocks%material(b))%n == 0) return
+      load = load - blocks%rest_share(b)*matmul(blocks%stiffness(:, :, b), &
+         damping_strain(blocks, step, b))
+   end subroutine add_damping_load
+
+   !> The strain whose elastic stress is that of the memory at d = 0.
+   pure function damping_strain(blocks, step, b) result(strain)
+      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(step_type), intent(in) :: step      !< the one being taken
+      integer, intent(in) :: b                 !< number of the block
       real(wp) :: strain(3)
       integer :: l
 
+      strain = 0.0_wp
       associate (damping => blocks%damping(blocks%material(b)))
          if (damping%n == 0) return
-         strain = 0.0_wp
          do l = 1, damping%n
             strain = strain + relaxed(blocks, damping, b, l, step%time_step)
          end do
          strain = memory_strain(blocks, b) - step%scheme%theta*damping%unrelaxed*strain
-         load = load - blocks%rest_share(b)*matmul(blocks%stiffness(:, :, b), strain)
       end associate
-   end subroutine add_damping_load
+   end function damping_strain
+
+   !> What all of block b would exert on its strains if no face had a share of it, at t₀ + θΔt of a
+   !> step whose increment d is known.
+   pure function force_on_strains(blocks, step, b, d) result(force)
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step      !< the one being taken
+      integer, intent(in) :: b                 !< number of the block
+      real(wp), intent(in) :: d(6)             !< increments of its coordinates
+      real(wp) :: force(3), strain(3)
+
+      strain = blocks%position(4:6, b) + step%scheme%theta*d(4:6)
+      if (blocks%damps) strain = strain + damping_strain(blocks, step, b) &
+         + damping_factor(blocks, step, b)*d(4:6)
+      force = -matmul(blocks%stiffness(:, :, b), strain) &
+         - blocks%area(b)*blocks%initial_stress(:, b)
+   end function force_on_strains
 
    !> Losses of block b in a step, before it is taken.
    pure subroutine add_damping_loss(blocks, step, b, d, material, scheme)

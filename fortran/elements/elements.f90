@@ -187,10 +187,11 @@ contains
       end do
    end function bolt_states
 
-   !> What ties exert on the blocks of one face, at t₀ + θΔt of a step whose increment d is known.
+   !> What ties, and welds with images, exert on the blocks of one face, at t₀ + θΔt of a step whose
+   !> increment d is known.
    function face_forces(elements, face, blocks, step, d) result(force)
       type(elements_type), intent(in) :: elements  !< of the model
-      integer, intent(in) :: face                  !< of each tie, 1 or 2
+      integer, intent(in) :: face                  !< of each tie and weld, 1 or 2
       type(blocks_type), intent(in) :: blocks      !< at the start of the step
       type(step_type), intent(in) :: step          !< the one being taken
       real(wp), intent(in) :: d(:,:)               !< [6,blocks]
@@ -201,6 +202,8 @@ contains
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (ties_type)
+            call element%add_face_force(face, blocks, step, d, force)
+         type is (welds_type)
             call element%add_face_force(face, blocks, step, d, force)
          end select
       end do

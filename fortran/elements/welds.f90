@@ -18,7 +18,7 @@ module dda_welds
    use dda_material, only: material_type, elasticity
    use dda_motion, only: motion_type
    use dda_scheme, only: step_type
-   use dda_weld, only: weld_type
+   use dda_weld, only: weld_type, is_shifted
    use dda_weld_damping, only: shares_of, damping_factor, memory_stretch, relaxing_stretch, &
       damping_energy, add_damping_loss, change_memory
    use dda_weld_springs, only: weld_springs_type, springs_of, n_deformations, most_springs, &
@@ -46,6 +46,7 @@ module dda_welds
       procedure :: inherit
       procedure :: balance
       procedure :: serialise
+      procedure :: add_face_force
    end type welds_type
 
    !> A face and its cells in a configuration.
@@ -235,7 +236,7 @@ contains
                call set_axes(coordinates(:, k), placed%axes(:, :, k), placed%gradient(:, :, k))
             end associate
          end do
-         jump(:, 1) = coordinates(1:2, 1) - coordinates(1:2, 2) &
+         jump(:, 1) = coordinates(1:2, 1) - coordinates(1:2, 2) - weld%shift &
             + (matmul(placed%gradient(:, :, 1), weld%middle(:, 1)) &
             - matmul(placed%gradient(:, :, 2), weld%middle(:, 2)))
          jump(:, 2) = matmul(placed%gradient(:, :, 1) - placed%gradient(:, :, 2), half)
@@ -313,7 +314,7 @@ contains
       type(step_type), intent(in) :: step              !< the one being taken
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
-      real(wp) :: g(n_deformations, 6, 2), factor
+      real(wp) :: g(n_deformations, 6, 2), factor, damped(2)
       integer :: i, k
 
       term%kind = term_weld
@@ -323,6 +324,13 @@ contains
          term%source = i
          term%block_a = self%weld(i)%block(1)
          term%block_b = self%weld(i)%block(2)
+         term%damped_share = self%share(:, i)
+         if (term%block_a == term%block_b) then  ! its own image
+            term%block_b = 0
+            term%damped_share = [sum(self%share(:, i)), 0.0_wp]
+            g(:, :, 1) = g(:, :, 1) + g(:, :, 2)
+         end if
+         damped = term%damped_share
          term%place = place_of(blocks, term%block_a, self%weld(i)%middle(:, 1))
          associate (springs => self%springs(i))
             factor = 0.0_wp
@@ -333,7 +341,7 @@ contains
                term%coefficient = springs%stiffness(k)
                term%row_a = matmul(springs%weight(:, k), g(:, :, 1))
                term%row_b = -matmul(springs%weight(:, k), g(:, :, 2))
-               term%damped_share = self%share(:, i)
+               term%damped_share = damped
                call add_term(terms, term)
                if (.not. abs(factor) > 0.0_wp) cycle
                term%instant = at_damping
@@ -368,6 +376,37 @@ contains
          end do
       end do
    end subroutine add_force
+
+   !> Add what images exert on the cells of one side, at t₀ + θΔt of a step whose increment d is
+   !> known.
+   subroutine add_face_force(self, side, blocks, step, d, load)
+      class(welds_type), intent(in) :: self    !< elements of this kind
+      integer, intent(in) :: side              !< of each face, 1 or 2
+      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(step_type), intent(in) :: step      !< the one being taken
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
+      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] N/m …
+      real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
+      real(wp) :: force(n_deformations), none(n_deformations), factor
+      integer :: i, k
+
+      none = 0.0_wp
+      do i = 1, size(self%weld)
+         if (.not. is_shifted(self%weld(i))) cycle
+         g = derivatives_of(self%weld(i), blocks, step)
+         q = deformations_of(self%weld(i), blocks)
+         factor = step%scheme%theta
+         if (damps(self, i, blocks)) factor = factor + sum([(self%share(k, i)*damping_factor( &
+            blocks%damping(self%material(k, i)), step), k=1, 2)])
+         associate (block => self%weld(i)%block)
+            change = matmul(g(:, :, 1), d(:, block(1))) + matmul(g(:, :, 2), d(:, block(2)))
+            force = force_of(self%springs(i), self%force(:, i), q) &
+               + damping_force(self, i, blocks, q, step) &
+               + factor*force_of(self%springs(i), none, change)
+            load(:, block(side)) = load(:, block(side)) - matmul(force, g(:, :, side))
+         end associate
+      end do
+   end subroutine add_face_force
 
    !> ½ Σ c s² + f₀·q
    pure real(wp) function energy_of(springs, before, q) result(energy)

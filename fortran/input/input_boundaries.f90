@@ -14,13 +14,14 @@ module dda_input_boundaries
    use dda_input_edges, only: choose_edges
    use dda_input_group, only: group_type, input_error, get, get_text, given, require_name, &
       unset, is_set, name_length
-   use dda_input_free_field, only: find_column, check_plain
+   use dda_input_free_field, only: find_column, check_ties
    use dda_input_settings, only: require_analysis
    use dda_material, only: material_type, elasticity
    use dda_model, only: model_type
    use dda_support, only: fixed_point_type, point_type
    use dda_text, only: quoted, to_text
    use dda_tie, only: tie_faces
+   use dda_weld, only: weld_type, is_shifted, take_area
    implicit none
    private
    public :: read_boundaries, check_rest, kind_type, boundary_kinds, acts_as
@@ -191,6 +192,7 @@ contains
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(edge_piece_type), allocatable :: left(:), right(:)
+      type(weld_type), allocatable :: welds(:)
       real(wp) :: width
 
       if (given(group, 'side') .or. given(group, 'along') .or. given(group, 'blocks') .or. &
@@ -200,20 +202,30 @@ contains
       if (any(reading%motion /= '') .or. reading%motion_is /= '' .or. reading%direction /= '' &
          .or. any(is_set([reading%density, reading%speed]))) call input_error(error, group, &
          "kind = 'tied' has no direction, no motion and no half-space")
-      if (size(model%ties) > 0) call input_error(error, group, 'the sides are tied already')
+      if (are_tied(model)) call input_error(error, group, 'the sides are tied already')
       if (size(model%free_fields) > 0) call refuse_both(group, error)
       if (model%contact%original_rules) call input_error(error, group, &
          "ties act as bonded joints do: contact_rules = 'original' of &contact has none")
       call choose_edges(group, model%blocks, model%block_names, model%origin, left, error, 'left')
       call choose_edges(group, model%blocks, model%block_names, model%origin, right, error, 'right')
       if (allocated(error)) return
-      call check_plain(model, group, model%blocks%joint([left%edge, right%edge]), error)
       width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
-      call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties)
+      call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties, welds)
+      call check_ties(model, group, model%blocks, model%ties, error)
+      call take_area(model%blocks, welds)
+      model%welds = [model%welds, welds]
       pieces = [left, right]
-      if (size(model%ties) == 0) call input_error(error, group, &
+      if (.not. are_tied(model)) call input_error(error, group, &
          'the left and the right side are at different heights: nothing meets')
    end subroutine tie_sides
+
+   !> The left side is tied or welded to the right one.
+   pure logical function are_tied(model)
+      type(model_type), intent(in) :: model  !< with its blocks
+
+      are_tied = size(model%ties) > 0
+      if (.not. are_tied) are_tied = any(is_shifted(model%welds))
+   end function are_tied
 
    !> Sides are tied to each other, or have a free field.
    subroutine refuse_both(group, error)
@@ -241,7 +253,7 @@ contains
       if (any(reading%motion /= '') .or. reading%direction /= '' .or. reading%motion_is /= '') &
          call input_error(error, group, "kind = 'free_field' has no direction, and the motion "// &
          'of the ground from below: give it to the base')
-      if (size(model%ties) > 0) call refuse_both(group, error)
+      if (are_tied(model)) call refuse_both(group, error)
       if (any(model%free_fields%side == field%side)) call input_error(error, group, &
          'this side has a free field already')
       if (model%contact%original_rules) call input_error(error, group, 'the free field acts as '// &

@@ -4,7 +4,7 @@
 module dda_input_free_field
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_column_model, only: column_blocks
+   use dda_column_model, only: take_blocks
    use dda_edge_piece, only: edge_piece_type
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
@@ -12,10 +12,11 @@ module dda_input_free_field
    use dda_model, only: model_type
    use dda_outline, only: outline_of, pieces_on_side
    use dda_text, only: to_text, quoted
-   use dda_tie, only: tie_faces
+   use dda_tie, only: tie_faces, tie_type
+   use dda_weld, only: weld_type
    implicit none
    private
-   public :: find_column, check_columns, check_plain
+   public :: find_column, check_columns, check_ties
 
    real(wp), parameter :: touching = 1.0e-6_wp  !< of half the model size: no gap
 
@@ -29,6 +30,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       type(blocks_type) :: column
       type(edge_piece_type), allocatable :: left(:), right(:)
+      type(weld_type), allocatable :: within(:)
       real(wp) :: width
 
       call blocks_at_side(model%blocks, merge(-1.0_wp, 1.0_wp, field%side == 'left'), field%block)
@@ -37,7 +39,7 @@ contains
             'the '//trim(field%side)//' side, and no vertical line passes between the blocks')
          return
       end if
-      column = column_blocks(model, field%block)
+      call take_blocks(model, field%block, column, within)
       call outline_of(column, spread(.true., 1, column%n), left)
       right = pieces_on_side(column, left, 'right')
       left = pieces_on_side(column, left, 'left')
@@ -49,25 +51,30 @@ contains
             'right faces must be vertical, without gaps and at the same heights')
          return
       end if
-      call check_plain(model, group, [column%joint(left%edge), column%joint(right%edge)], error)
-      call tie_faces(column, right, left, [width, 0.0_wp], field%tie)
+      call tie_faces(column, right, left, [width, 0.0_wp], field%tie, field%weld)
+      call check_ties(model, group, column, field%tie, error)
    end subroutine find_column
 
    !> Ties have the springs of the contacts.
-   subroutine check_plain(model, group, joints, error)
+   subroutine check_ties(model, group, blocks, ties, error)
       type(model_type), intent(in) :: model  !< with its joints
-      type(group_type), intent(in) :: group  !< of the group
-      integer, intent(in) :: joints(:)       !< [any] of the faces that are tied
+      type(group_type), intent(in) :: group  !< of the input
+      type(blocks_type), intent(in) :: blocks  !< that are tied
+      type(tie_type), intent(in) :: ties(:)    !< all of them
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: i
+      integer :: i, k
 
-      do i = 1, size(joints)
-         if (.not. model%joints(joints(i))%is_plain()) call input_error(error, group, 'faces '// &
-            'are tied by the springs of &contact, and joint '// &
-            quoted(trim(model%joints(joints(i))%name))//' on them has a law, a stiffness per '// &
-            'area or contact_points: give the edges at the sides a plain joint')
+      do i = 1, size(ties)
+         do k = 1, 2
+            associate (joint => model%joints(blocks%joint(ties(i)%edge(k))))
+               if (.not. joint%is_plain()) call input_error(error, group, 'faces are tied by '// &
+                  'the springs of &contact, and joint '//quoted(trim(joint%name))//' on them '// &
+                  'has a law, a stiffness per area or contact_points: give the edges at the '// &
+                  'sides a plain joint')
+            end associate
+         end do
       end do
-   end subroutine check_plain
+   end subroutine check_ties
 
    !> Blocks between a side and the first vertical line from there that passes between blocks.
    pure subroutine blocks_at_side(blocks, outward, list)

@@ -115,11 +115,12 @@ contains
 
    !> Stages remove bodies, not cells of them: what stays would have faces that nothing welds, and
    !> lies open where edges are no sides.
-   subroutine check_removals(model, error)
+   subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< with its stages
       type(error_type), allocatable, intent(inout) :: error  !< the first one stays
       integer :: s, i
 
+      if (allocated(error)) return
       do s = 1, size(model%stages)
          do i = 1, size(model%welds)
             associate (removed => model%stages(s)%removed(model%welds(i)%block))
@@ -132,27 +133,6 @@ contains
             end associate
          end do
       end do
-   end subroutine check_removals
-
-   !> What bodies cannot have: removals of some of their cells, and yet free fields at their sides.
-   subroutine check_bodies(model, error)
-      type(model_type), intent(in) :: model  !< complete
-      type(error_type), allocatable, intent(inout) :: error  !< the first one stays
-      integer :: i
-
-      if (allocated(error)) return
-      call check_removals(model, error)
-      if (allocated(error)) return
-      associate (blocks => model%blocks)
-         do i = 1, size(model%free_fields)
-            associate (block => model%free_fields(i)%block)
-               if (any(blocks%body(block) > 0)) call fail(error, error_input, model%file// &
-                  ': the free field at the '//trim(model%free_fields(i)%side)//' side has '// &
-                  'blocks of a body, which its column cannot have yet: leave body out there')
-            end associate
-            if (allocated(error)) return
-         end do
-      end associate
    end subroutine check_bodies
 
    !> A block in a message: number and name.

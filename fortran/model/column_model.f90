@@ -11,9 +11,10 @@ module dda_column_model
    use dda_model, only: model_type
    use dda_stage, only: stage_type
    use dda_stop_settings, only: stop_settings_type
+   use dda_weld, only: set_welds, take_area, weld_type, welds_within
    implicit none
    private
-   public :: column_model, column_blocks
+   public :: column_model, take_blocks
 
 contains
 
@@ -37,33 +38,38 @@ contains
       column%joints = model%joints
       column%motions = model%motions
       column%block_names = model%block_names(field%block)
-      allocate (column%body_names(0))
-      column%blocks = column_blocks(model, field%block)
+      column%body_names = model%body_names
+      call take_blocks(model, field%block, column%blocks, column%welds)
+      call take_area(column%blocks, field%weld)
+      column%welds = [column%welds, field%weld]
       kept = number(model%fixed_points%block) > 0
       column%fixed_points = pack(model%fixed_points, kept)
       column%fixed_points%block = number(column%fixed_points%block)
       call take_boundaries(column, model%boundaries, number)
       column%ties = field%tie
-      allocate (column%welds(0), column%free_fields(0), column%loads(0), column%edge_loads(0), &
-         column%bolts(0), column%amplifications(0), column%boundary_edges(0), &
-         column%boundary_motions(0))
+      allocate (column%free_fields(0), column%loads(0), column%edge_loads(0), column%bolts(0), &
+         column%amplifications(0), column%boundary_edges(0), column%boundary_motions(0))
       column%points = [field%top]
       column%points%block = number(field%top%block)
       column%stages = [(column_stage(model%stages(i), field%block, kept), &
          i=1, size(model%stages))]
    end function column_model
 
-   !> Copies of some blocks of a model, at the start.
-   type(blocks_type) function column_blocks(model, list) result(blocks)
+   !> Copies of some blocks of a model, at the start, and their welds.
+   subroutine take_blocks(model, list, blocks, welds)
       type(model_type), intent(in) :: model  !< with its blocks and materials
       integer, intent(in) :: list(:)         !< [any] numbers of blocks, ascending
+      type(blocks_type), intent(out) :: blocks  !< in their first state
+      type(weld_type), allocatable, intent(out) :: welds(:)  !< between them
       integer, allocatable :: vertex(:)
-      logical :: wanted(model%blocks%n)
+      integer :: number(model%blocks%n), of_vertex(size(model%blocks%owner))
       integer :: first(size(list) + 1), i, v
 
-      wanted = .false.
-      wanted(list) = .true.
-      vertex = pack([(v, v=1, size(model%blocks%owner))], wanted(model%blocks%owner))
+      number = 0
+      number(list) = [(i, i=1, size(list))]
+      vertex = pack([(v, v=1, size(of_vertex))], number(model%blocks%owner) > 0)
+      of_vertex = 0
+      of_vertex(vertex) = [(v, v=1, size(vertex))]
       first(1) = 1
       do i = 1, size(list)
          first(i + 1) = first(i) + model%blocks%first(list(i) + 1) - model%blocks%first(list(i))
@@ -73,7 +79,32 @@ contains
       blocks%initial_stress = model%blocks%initial_stress(:, list)
       call set_damping(blocks, model%blocks%damping)
       blocks%half_size = model%blocks%half_size  ! distances of the search are the model's
-   end function column_blocks
+      blocks%body = model%blocks%body(list)
+      welds = welds_within(model%welds, number, of_vertex)
+      call set_welds(blocks, welds)
+      call take_joined(blocks, model%blocks, number)
+   end subroutine take_blocks
+
+   !> Which cells of the column do not touch each other as blocks do.
+   pure subroutine take_joined(blocks, before, number)
+      type(blocks_type), intent(inout) :: blocks  !< of the column
+      type(blocks_type), intent(in) :: before     !< of the model
+      integer, intent(in) :: number(:)            !< [blocks of the model] in the column, or 0
+      integer :: b, i
+
+      if (size(before%joined) == 0) return
+      deallocate (blocks%joined)
+      allocate (blocks%joined(0), blocks%joined_first(blocks%n + 1))
+      blocks%joined_first(1) = 1
+      do b = 1, before%n
+         if (number(b) == 0) cycle
+         associate (list => number([(before%joined(i), &
+            i=before%joined_first(b), before%joined_first(b + 1) - 1)]))
+            blocks%joined = [blocks%joined, pack(list, list > 0)]
+         end associate
+         blocks%joined_first(number(b) + 1) = size(blocks%joined) + 1
+      end do
+   end subroutine take_joined
 
    !> What absorbs waves below the column.
    pure subroutine take_boundaries(column, boundaries, number)

@@ -1,10 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Ties: two faces that meet through the springs of a joint that never breaks, each at the ends of
 !> their overlap.  The second face may stand a shift away, as the image of a periodic model does.
+!> Cells of the same body are welded instead: the body goes on.
 module dda_tie
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_edge_piece, only: edge_piece_type
+   use dda_weld, only: weld_type, new_weld
    implicit none
    private
    public :: tie_type, tie_faces
@@ -20,29 +22,41 @@ module dda_tie
 
 contains
 
-   !> Ties of the faces of two lists that meet once the second has been shifted.
-   pure subroutine tie_faces(blocks, first, second, shift, ties)
+   !> Ties and welds of the faces of two lists that meet once the second has been shifted.
+   pure subroutine tie_faces(blocks, first, second, shift, ties, welds)
       type(blocks_type), intent(in) :: blocks             !< at the start
       type(edge_piece_type), intent(in) :: first(:)       !< faces
       type(edge_piece_type), intent(in) :: second(:)      !< faces that look the other way
       real(wp), intent(in) :: shift(2)                    !< m, of the second ones
       type(tie_type), allocatable, intent(out) :: ties(:)  !< two for each pair that meets
+      type(weld_type), allocatable, intent(out) :: welds(:)  !< one for each pair of cells
       integer :: i, k
 
-      allocate (ties(0))
+      allocate (ties(0), welds(0))
       do i = 1, size(first)
          do k = 1, size(second)
-            call tie_pair(blocks, first(i)%edge, second(k)%edge, shift, ties)
+            call tie_pair(blocks, first(i)%edge, second(k)%edge, shift, ties, welds)
          end do
       end do
    end subroutine tie_faces
 
-   !> Append the ties of two faces: at both ends of their overlap.
-   pure subroutine tie_pair(blocks, e, f, shift, ties)
+   !> Two edges are of one body.
+   pure logical function are_welded(blocks, e, f)
+      type(blocks_type), intent(in) :: blocks  !< at the start
+      integer, intent(in) :: e, f              !< edges, by their first vertices
+
+      associate (body => blocks%body(blocks%owner([e, f])))
+         are_welded = body(1) > 0 .and. body(1) == body(2)
+      end associate
+   end function are_welded
+
+   !> Append the ties of two faces, at both ends of their overlap, or their weld.
+   pure subroutine tie_pair(blocks, e, f, shift, ties, welds)
       type(blocks_type), intent(in) :: blocks             !< at the start
       integer, intent(in) :: e, f                         !< faces, by their first vertices
       real(wp), intent(in) :: shift(2)                    !< m, of the second one
       type(tie_type), allocatable, intent(inout) :: ties(:)
+      type(weld_type), allocatable, intent(inout) :: welds(:)
       real(wp) :: low, high, length, small
 
       associate (along => blocks%along(:, e), next => blocks%next)
@@ -52,6 +66,10 @@ contains
          low = dot_product(along, blocks%vertex(:, next(f)) + shift - blocks%vertex(:, e))
          high = dot_product(along, blocks%vertex(:, f) + shift - blocks%vertex(:, e))
          if (min(high, length) - max(low, 0.0_wp) <= small) return
+         if (are_welded(blocks, e, f)) then
+            welds = [welds, new_weld(blocks, e, f, max(low, 0.0_wp), min(high, length), shift)]
+            return
+         end if
          ties = [ties, &
             tie_type([e, f], [merge(e, 0, low <= small), merge(next(f), 0, low >= -small)], &
             shift), &

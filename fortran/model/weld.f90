@@ -9,7 +9,7 @@ module dda_weld
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: weld_type, set_welds, new_weld
+   public :: weld_type, set_welds, new_weld, take_area, welds_within, is_shifted
 
    !> A welded face, from a to b as the first cell has it, in the reference shapes.
    type :: weld_type
@@ -19,15 +19,18 @@ module dda_weld
       real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
       real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its middle in both cells, m
       real(wp) :: area(2) = 0.0_wp       !< of its triangles, m²
+      !> m, added to places of the second cell, as those of its image in level ground; else 0
+      real(wp) :: shift(2) = 0.0_wp
    end type weld_type
 
 contains
 
    !> The face of two edges between two places along the first one, m from its first vertex.
-   pure type(weld_type) function new_weld(blocks, e, f, low, high) result(weld)
+   pure type(weld_type) function new_weld(blocks, e, f, low, high, shift) result(weld)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: e, f              !< edges, by their first vertices
       real(wp), intent(in) :: low, high        !< m
+      real(wp), intent(in) :: shift(2)         !< m, of the second edge
       real(wp) :: normal(2), middle(2)
       integer :: i
 
@@ -35,10 +38,12 @@ contains
       weld%edge = [e, f]
       weld%length = high - low
       weld%along = blocks%along(:, e)
+      weld%shift = shift
       middle = blocks%vertex(:, e) + 0.5_wp*(low + high)*weld%along
       normal = [weld%along(2), -weld%along(1)]
       do i = 1, 2
          weld%middle(:, i) = middle - blocks%position(1:2, weld%block(i))
+         if (i == 2) weld%middle(:, i) = weld%middle(:, i) - shift
          weld%area(i) = 0.5_wp*weld%length*abs(dot_product(normal, weld%middle(:, i)))
       end do
    end function new_weld
@@ -47,27 +52,58 @@ contains
    !> body.
    pure subroutine set_welds(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< with the bodies of blocks
-      type(weld_type), intent(in) :: welds(:)     !< all faces
-      real(wp), parameter :: nothing = 1.0e-9_wp  !< of the area of a cell: rounding
+      type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
       real(wp), parameter :: covered = 1.0e-6_wp  !< of an edge: what may be left free
       real(wp) :: free(size(blocks%owner))
-      integer :: i, k
+      integer :: i
 
-      blocks%rest_share = 1.0_wp
       free = blocks%length
       do i = 1, size(welds)
-         associate (weld => welds(i))
-            do k = 1, 2
-               blocks%rest_share(weld%block(k)) = blocks%rest_share(weld%block(k)) &
-                  - weld%area(k)/blocks%area(weld%block(k))
-               free(weld%edge(k)) = free(weld%edge(k)) - weld%length
-            end do
-         end associate
+         free(welds(i)%edge) = free(welds(i)%edge) - welds(i)%length
       end do
-      where (blocks%rest_share < nothing) blocks%rest_share = 0.0_wp
       blocks%inner = free < covered*blocks%length
       call find_outlines(blocks, welds)
+      call take_area(blocks, welds)
    end subroutine set_welds
+
+   !> The triangles of faces have the strains of the faces, and no longer those of their cells.
+   pure subroutine take_area(blocks, welds)
+      type(blocks_type), intent(inout) :: blocks  !< at the start
+      type(weld_type), intent(in) :: welds(:)     !< faces
+      real(wp), parameter :: nothing = 1.0e-9_wp  !< of the area of a cell: rounding
+      integer :: i, k
+
+      do i = 1, size(welds)
+         do k = 1, 2
+            associate (b => welds(i)%block(k))
+               blocks%rest_share(b) = blocks%rest_share(b) - welds(i)%area(k)/blocks%area(b)
+            end associate
+         end do
+      end do
+      where (blocks%rest_share < nothing) blocks%rest_share = 0.0_wp
+   end subroutine take_area
+
+   !> The second cell of a face is an image, which is elsewhere.
+   elemental logical function is_shifted(weld)
+      type(weld_type), intent(in) :: weld  !< a face
+
+      is_shifted = any(abs(weld%shift) > 0.0_wp)
+   end function is_shifted
+
+   !> Faces between some of the blocks, in their numbers.
+   pure function welds_within(welds, block, vertex) result(within)
+      type(weld_type), intent(in) :: welds(:)  !< of a model
+      integer, intent(in) :: block(:)          !< [blocks] number of each, or 0
+      integer, intent(in) :: vertex(:)         !< [vertices] number of each, or 0
+      type(weld_type), allocatable :: within(:)
+      integer :: i
+
+      within = pack(welds, [(all(block(welds(i)%block) > 0), i=1, size(welds))])
+      do i = 1, size(within)
+         within(i)%block = block(within(i)%block)
+         within(i)%edge = vertex(within(i)%edge)
+      end do
+   end function welds_within
 
    !> At each vertex of a body, the edges of its outline: round the vertex, from cell to cell.
    pure subroutine find_outlines(blocks, welds)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The short path of each module that callers use, as `sitedda.lattice` for `build.lattice`."""
+"""The short path of each module that callers use, as `sitedda.masonry` for `build.masonry`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from types import ModuleType
 
 PACKAGES = {
     "base": "arguments errors files reading stop",
-    "build": "cutting importing lattice masonry meshing",
+    "build": "cutting importing masonry meshing",
     "commands": "command examples record_command site_command viewing",
     "drawing": "boundary_marks movie pictures view",
     "engine": "checking damping maxima records scheme signals simulation spectra",

@@ -13,16 +13,19 @@ ROCK = {"density": 2200.0, "shear_velocity": 800.0, "pressure_velocity": 1500.0}
 
 
 def lattice(
-    sides: str, along="x", columns=10, rows=3, order=1, acceleration=1.0, hill=(), **control
-):
+    sides: str, along="x", columns=10, rows=3, order=1, acceleration=1.0, hill=(), body="",
+    damping=None, **control,
+):  # fmt: skip
     """Layers of square blocks of 1 m on a compliant base under a pulse, one more on a hill.
 
-    `sides` is 'free', 'tied', 'free_field' or 'viscous'; the lowest layer is the stiffest.
+    With the name of a `body` they are its cells, else glued.  `sides` is 'free', 'tied',
+    'free_field' or 'viscous'; the lowest layer is the stiffest.
     """
     control = {"time_step": 1e-3, "duration": 0.15, "analysis": "plane_strain"} | control
     model = sitedda.Model("lattice", **control)
     model.contact(normal_stiffness=40 * MODULUS, force_tolerance=1e-14)
     model.joint("glue", friction_angle=40.0, cohesion=1e12, tensile_strength=1e12)
+    cell = {"body": body} if body else {}
     for j in range(rows):
         name = f"layer_{j}"
         model.material(
@@ -30,11 +33,12 @@ def lattice(
             density=DENSITY + 100 * j,
             young_modulus=MODULUS * (2 - 0.5 * j),
             poisson_ratio=POISSON,
+            **(damping or {}),
         )
         for i in range(columns)[::order]:
-            model.block(_square(i, j), name=f"b_{i}_{j}", material=name)
+            model.block(_square(i, j), name=f"b_{i}_{j}", material=name, **cell)
     for i in hill:
-        model.block(_square(i, rows), name=f"hill_{i}", material=name)
+        model.block(_square(i, rows), name=f"hill_{i}", material=name, **cell)
     time = np.arange(0.0, 0.06, 1e-3)
     pulse = acceleration * np.sin(np.pi * time / 0.06) ** 2 * np.sin(2 * np.pi * time / 0.06)
     model.motion("rock", pulse, 1e-3, "acceleration", drift_order=0)

@@ -327,15 +327,6 @@ def test_a_meshed_input_built_into_a_block_file_runs_without_python(root, tmp_pa
         np.testing.assert_array_equal(built[name], whole[name])
 
 
-def test_free_fields_have_no_bodies():
-    ground = cells_of((0, 0, 4, 4), 1.0)
-    model = model_of([ground], analysis="plane_strain")
-    model.boundary(side="bottom", kind="viscous")
-    model.boundary(side="left", kind="free_field")
-    with pytest.raises(sitedda.InputError, match="left side has blocks of a body"):
-        model.run()
-
-
 def test_check_bounds_the_ringing_of_a_body_by_beta():
     """Steps to 1/e of its stiffest mode, of |1 − βω²Δt/2|/(1 + βω²Δt/2): from above, within 3."""
     step, beta, cells = 1e-3, 1e-4, cells_of((0, 0, 4, 1), 0.5)

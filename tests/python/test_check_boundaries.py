@@ -73,7 +73,7 @@ def departure_of_a_step(omega, depths, distances) -> float:
     u = u_free + A e^κx + B e^−κx in both parts, κ² = (iωZ − ρHω²)/(E'H); at the step u and E'H u'
     are continuous, at the ends E'H u' = ∓iωρV_p H (u − u_free).
     """
-    density, plate, base, side = 2400.0, 2.835e9 / (1.0 - 0.3125**2), 2400 * 600.0, 2400 * 1039.23
+    density, plate, base, side = 2400.0, 2.16e9 / (1.0 - 0.25**2), 2400 * 600.0, 2400 * 1039.23
     depths, ends = np.array(depths), np.array([-1.0, 1.0]) * distances
     free = 2.0 / (1.0 + 1j * omega * density * depths / base)
     wave = np.sqrt((1j * omega * base / depths - density * omega**2) / plate)
@@ -109,18 +109,3 @@ def test_how_far_sides_depart_from_their_free_fields(root, distances, verdict):
     expected = departure_of_a_step(2 * np.pi * frequency, (15.0, 45.0), distances)
     assert percent(found.words, "of their motion") == pytest.approx(100 * expected, rel=5e-3)
     assert found.verdict == verdict
-
-
-@pytest.mark.parametrize(("penalty", "verdict"), [(1.0, "ok"), (2000.0, "warn")])
-def test_waves_across_bonded_squares_are_said_to_be_too_fast(penalty, verdict):
-    """√(1 + (k_n + k_s)(kh)²/8G) − 1 of the softest squares; layers have no rows to cross."""
-    model = lattice("free_field", columns=3)
-    model.contact(normal_stiffness=penalty * MODULUS, shear_ratio=2.0)
-    found = line(model, "lattice")
-    assert found.verdict == verdict
-    frequency = float(re.search(r"at ([0-9.]+) Hz", found.words)[1])
-    shear = MODULUS / (2 * (1 + POISSON))  # of the top layer, of 2000 kg/m³
-    square = (2 * np.pi * frequency) ** 2 * (DENSITY + 200) / shear
-    excess = np.sqrt(1 + 1.5 * penalty * MODULUS * square / (8 * shear)) - 1
-    assert percent(found.words, "too fast") == pytest.approx(100 * excess, rel=2e-3)
-    assert line(lattice("tied", columns=1, rows=3), "lattice") is None
