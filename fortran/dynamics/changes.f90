@@ -9,6 +9,7 @@
 !> - Stored energy that comes or goes belongs to the term `changed`.
 module dda_changes
    use dda_kinds, only: wp, long, pi
+   use dda_added_stages, only: adopt_stages
    use dda_baseline, only: displacement_at
    use dda_blocks, only: place_of
    use dda_column_model, only: column_model
@@ -131,6 +132,7 @@ contains
          end do
          call adopt_loads(own, model, simulation%blocks%removed)
          call adopt_points(own, model, simulation%blocks%removed, simulation%stage)
+         call adopt_stages(own, model)
       end associate
       do i = 1, column_count(simulation)
          call adopt_values(column_of(simulation, i), column_model(model, model%free_fields(i)))

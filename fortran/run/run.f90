@@ -5,6 +5,7 @@
 !> run that ends before its duration leaves all three, and `resume_run` goes on from there.
 module dda_run
    use dda_kinds, only: wp, long
+   use dda_added_stages, only: has_more_stages, add_stages
    use dda_byte_file, only: cut_file, close_file, flush_stream
    use dda_changes, only: change_now
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
@@ -26,15 +27,15 @@ module dda_run
    use dda_simulation, only: simulation_type, finished, stage_finished
    use dda_start, only: start
    use dda_output_times, only: aim_type, aim_at_output, reach_output, is_output_time
-   use dda_stages, only: begin_simulation, begin_first_stage, begin_next_stage
+   use dda_stages, only: begin_first_stage, begin_next_stage
    use dda_stop_rule, only: apply_stop_rule
    use dda_team, only: begin_team
    use dda_time_step, only: advance
    use dda_text, only: to_text
    implicit none
    private
-   public :: run_type, begin_run, resume_run, change_run, continue_run, flush_run, save_run, &
-      end_run, is_done
+   public :: run_type, begin_run, open_drawn, resume_run, change_run, continue_run, flush_run, &
+      save_run, end_run, is_done
 
    !> A simulation and the files it writes.
    type :: run_type
@@ -47,6 +48,8 @@ module dda_run
       character(len=:), allocatable :: notice       !< where a resumed run goes on from
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.
+      logical :: waits = .false.                    !< its first stage has not begun
+      logical :: has_output = .false.               !< it will write one
       logical :: sound = .true.                     !< no step has failed
       logical :: was_complete = .false.             !< its output was, before it was resumed
    end type run_type
@@ -60,13 +63,36 @@ contains
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
+      call open_drawn(run, model, writes, error)
+      if (.not. allocated(error)) call begin_stages(run, error)
+   end subroutine begin_run
+
+   !> Set up the simulation of a model as drawn: its first stage begins when the run is continued.
+   subroutine open_drawn(run, model, writes, error)
+      type(run_type), intent(out) :: run  !< with the files it writes
+      type(model_type), intent(in) :: model  !< as read from the input
+      logical, intent(in) :: writes  !< the run has an output
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+
       call begin_team
-      call begin_simulation(run%simulation, model, error)
-      if (allocated(error) .or. .not. writes) return
+      run%waits = .true.
+      run%has_output = writes
+      call start(run%simulation, model, error)
+   end subroutine open_drawn
+
+   !> The first stages, and the output with the first state.
+   subroutine begin_stages(run, error)
+      type(run_type), intent(inout) :: run  !< as `open_drawn` leaves it
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+
+      run%waits = .false.
+      call begin_first_stage(run%simulation, error)
+      run%sound = .not. allocated(error)
+      if (allocated(error) .or. .not. run%has_output) return
       call open_files(run, .false., error)
       if (.not. allocated(error)) call begin_files(run, error)
       if (allocated(error)) call close_files(run)
-   end subroutine begin_run
+   end subroutine begin_stages
 
    !> Go on where the last checkpoint of the output was written; from the start if there is none;
    !> not at all if the output is complete.
@@ -165,6 +191,8 @@ contains
       type(aim_type) :: aim
       logical :: between
 
+      if (run%waits) call begin_stages(run, error)
+      if (allocated(error)) return
       last = run%simulation%step + steps
       do while (run%simulation%step < last .and. .not. is_done(run))
          between = stage_finished(run%simulation)
@@ -317,7 +345,12 @@ contains
       type(model_type) :: model
 
       call read_model(model, run%simulation%model%file, text, error)
-      if (.not. allocated(error)) call change_now(run%simulation, model, error)
+      if (allocated(error)) return
+      if (has_more_stages(run%simulation, model)) then
+         call add_stages(run%simulation, model, error)
+      else
+         call change_now(run%simulation, model, error)
+      end if
       if (allocated(error)) return
       associate (simulation => run%simulation)
          simulation%changed_text = text

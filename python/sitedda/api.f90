@@ -36,8 +36,8 @@ module api
    use dda_peak_check, only: peak_warning
    use dda_record, only: record_type, read_record
    use dda_response_spectrum, only: oscillator_peaks
-   use dda_run, only: run_type, begin_run, resume_run, change_run, continue_run, flush_run, &
-      save_run, end_run, is_done
+   use dda_run, only: run_type, begin_run, open_drawn, resume_run, change_run, continue_run, &
+      flush_run, save_run, end_run, is_done
    use dda_settings, only: name_output
    use dda_scheme, only: scheme_type, scheme_named, integration_names
    use dda_scheme_response, only: free_damping, period_elongation, forced_damping, steps_to_decay, &
@@ -164,12 +164,13 @@ contains
    end subroutine report
 
    !> Read an input text and begin a run of it.
-   subroutine open_run(file, text, output, writes, handle, status, message)
+   subroutine open_run(file, text, output, writes, drawn, handle, status, message)
       !> where the text is from; its folder holds the records
       character(len=*), intent(in) :: file
       character(len=*), intent(in) :: text
       character(len=*), intent(in) :: output    !< output file in place of the input's, or blank
       integer(c_int), intent(in) :: writes      !< 1: write the output file; 2: go on with one
+      integer(c_int), intent(in) :: drawn       !< 1: the first stage begins with the first advance
       integer(c_int), intent(out) :: handle, status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -189,6 +190,8 @@ contains
          slots(handle)%notes = model_notes(model)
          if (writes == 2) then
             call resume_run(slots(handle)%run, model, error)
+         else if (drawn == 1) then
+            call open_drawn(slots(handle)%run, model, writes == 1, error)
          else
             call begin_run(slots(handle)%run, model, writes == 1, error)
          end if
@@ -297,10 +300,11 @@ contains
    end subroutine run_sizes
 
    !> Time, duration, last time step (s), steps done, open-close iterations of the last step,
-   !> gravity (m/s2), and penalty stiffness (N/m).
+   !> gravity (m/s2), penalty stiffness (N/m); of the present stage: its number, the step and the
+   !> time (s) that it began after, its steps and their length (s).
    subroutine run_clock(handle, clock, status, message)
       integer(c_int), intent(in) :: handle
-      real(c_double), intent(out) :: clock(8)
+      real(c_double), intent(out) :: clock(13)
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -314,7 +318,9 @@ contains
                end_of_run(simulation), &
                simulation%last_time_step, real(simulation%step, c_double), &
                real(simulation%iteration%iterations, c_double), simulation%model%control%gravity, &
-               simulation%model%contact%normal_stiffness]
+               simulation%model%contact%normal_stiffness, real(simulation%stage, c_double), &
+               real(simulation%first_step, c_double), simulation%first_time, &
+               real(simulation%model%control%steps, c_double), simulation%model%control%time_step]
          end associate
       end if
       call report(error, status, message)
@@ -431,9 +437,11 @@ contains
    end subroutine block_states
 
    !> Present material of each block and joint of each edge, by the vertex where it begins, from 0.
-   subroutine block_properties(handle, n, vertices, material, joint, body, welded, status, message)
+   subroutine block_properties(handle, n, vertices, material, joint, body, welded, removed, &
+      status, message)
       integer(c_int), intent(in) :: handle, n, vertices
       integer(c_int), intent(out) :: material(n), joint(vertices), body(n), welded(vertices)
+      integer(c_int), intent(out) :: removed(n)  !< 1: a stage has taken the block out
       integer(c_int), intent(out) :: status
       character(len=2048), intent(out) :: message
       type(error_type), allocatable :: error
@@ -443,6 +451,7 @@ contains
       joint = 0
       body = 0
       welded = 0
+      removed = 0
       call find_run(handle, run, error)
       if (.not. allocated(error)) call check_size(n, run%simulation%blocks%n, error)
       if (.not. allocated(error)) call check_size(vertices, size(run%simulation%blocks%owner), &
@@ -453,6 +462,7 @@ contains
             joint = blocks%joint - 1
             body = blocks%body
             welded = merge(1, 0, blocks%inner)
+            removed = merge(1, 0, blocks%removed)
          end associate
       end if
       call report(error, status, message)

@@ -18,6 +18,7 @@ from ..base.arguments import Range
 from ..base.core import FILES, api, checked, engine_names
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.stop import Stop, program_hears
+from ..input.added_stage import PresentStage, with_stage
 from ..input.building import built_text, opened_input
 from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
 from ..input.groups import checked as checked_value
@@ -44,6 +45,9 @@ class Simulation:
     changes : mapping, optional
         Variables to change in the input, by ``group.variable`` or, where an input has several
         groups of a kind, ``group.name.variable``: ``{"material.clay.density": 1900.0}``.
+    drawn : bool
+        Leave the blocks as drawn: the first stage begins, and may take time to come to rest, with
+        the first `advance`, which may be of no steps.
     **more
         The same for variables that need no group, as ``time_step=5e-4``, or with a mapping,
         ``contact={"normal_stiffness": 1e12}``; see `sitedda.changes.changed_input`.
@@ -72,6 +76,7 @@ class Simulation:
         *,
         resume: bool = False,
         changes: Mapping | None = None,
+        drawn: bool = False,
         **more,
     ):
         if resume and output is None:
@@ -90,7 +95,11 @@ class Simulation:
             writes = self._writes + bool(resume)
             with FILES:
                 opened = api.open_run(
-                    os.fsencode(file), text.encode("utf-8", "surrogateescape"), target, writes
+                    os.fsencode(file),
+                    text.encode("utf-8", "surrogateescape"),
+                    target,
+                    writes,
+                    bool(drawn),
                 )
             self._handle = checked(*opened)
         self._free = weakref.finalize(self, api.close_run, self._handle)
@@ -174,7 +183,7 @@ class Simulation:
         """
         changes = dict(changes or {}) | more
         with self._one:
-            text = changed_input(self._changed_text(), changes, BETWEEN_STEPS, self.file)
+            text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
             self._change(text, in_words(changes))
 
     def add(self, kind: str, **values) -> None:
@@ -192,10 +201,48 @@ class Simulation:
             raise InputError(f"&{kind} cannot be added during a run, only &load and &fixed_point")
         group = group_text(kind, {k: checked_value(kind, k, v) for k, v in values.items()})
         with self._one:
-            self._change(f"{self._changed_text().rstrip()}\n{group}", group.strip())
+            self._change(f"{self.present_input.rstrip()}\n{group}", group.strip())
 
-    def _changed_text(self) -> str:
-        """The input with the changes so far."""
+    def begin_stage(self, name: str, kind: str = "dynamic", **values) -> None:
+        """End the last stage now, and begin another: excavate, let supports go, change joints.
+
+        With adaptive steps the stage begins at the next but one multiple of Δt.  `present_input`
+        then has the stage, and gives the same bits from its start on.
+
+        Parameters
+        ----------
+        name : str
+            Of the stage.
+        kind : {'dynamic', 'static'}
+            A static one brings the model to rest, and a dynamic one goes on with what is left.
+        **values
+            Variables of &stage: ``remove``, ``release``, ``drop``, ``change_joints``,
+            ``change_materials``, ``zero_displacements``, ``duration`` or ``steps``, ``time_step``,
+            ``integration``, ``theta``.  Without a duration it takes the time that is left.
+
+        Raises
+        ------
+        InputError
+            If it cannot follow; then nothing has changed.
+        """
+        with self._one:
+            text = with_stage(self.present_input, self.present_stage, self.file, name, kind, values)
+            self._change(text, f"stage {name}")
+
+    @property
+    def present_stage(self) -> PresentStage:
+        """Where the present stage stands."""
+        clock = self._clock()
+        return PresentStage(
+            steps=int(clock[3] - clock[9]),
+            time=float(clock[0] - clock[10]),
+            planned=int(clock[11]),
+            time_step=float(clock[12]),
+        )
+
+    @property
+    def present_input(self) -> str:
+        """The text of the input with the changes so far."""
         return self._long_text("changed", 4) or self.input_text
 
     @property
@@ -398,6 +445,16 @@ class Simulation:
     def coordinates(self) -> np.ndarray:
         """Block coordinates, shape (blocks, 6): x, y (m), rotation (rad), strains ex, ey, gxy."""
         return self._ask_all("block_states", 0)[0].T
+
+    @property
+    def removed_blocks(self) -> np.ndarray:
+        """Which blocks stages have taken out, shape (blocks,), bool."""
+        return self._ask("block_properties", *self._sizes()[:2])[4].astype(bool)
+
+    @property
+    def block_states(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`coordinates`, `rates` and `stresses` of one moment."""
+        return tuple(values.T for values in self._ask_all("block_states", 0))
 
     @property
     def rates(self) -> np.ndarray:

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An input with a stage that is added while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..base.errors import InputError
+from .changes import Typed, changed_input
+from .groups import checked, group_text
+from .input_text import find_groups
+
+ADDED = ("remove", "release", "drop", "change_joints", "change_materials", "zero_displacements",
+         "duration", "steps", "time_step", "integration", "theta")  # fmt: skip
+_ROUNDING = 1e-9  # of Δt, as in the engine
+
+
+@dataclass(frozen=True)
+class PresentStage:
+    """Where a stage stands.
+
+    Attributes
+    ----------
+    steps, time : int, float
+        Taken since it began; s.
+    planned, time_step : int, float
+        Its steps Δt; s.
+    """
+
+    steps: int
+    time: float
+    planned: int
+    time_step: float
+
+    def last(self, adaptive: bool) -> int:
+        """Steps Δt after which it ends if another one is to follow, as the engine has them."""
+        steps = max(self.steps, 1)
+        if adaptive:
+            steps = int(self.time / self.time_step + _ROUNDING) + 2
+        return min(self.planned, steps)
+
+
+def with_stage(
+    text: str, present: PresentStage, file, name: str, kind: str, values: Mapping
+) -> str:
+    """The text of an input whose last stage ends at the present time, and another follows.
+
+    Parameters
+    ----------
+    text : str
+    present : PresentStage
+        The last stage of the text.
+    file : path
+        Where the text is from.
+    name, kind : str
+        Of the new stage.
+    values : mapping
+        Its other variables, as values or as `Typed`.
+
+    Raises
+    ------
+    InputError
+        If a variable cannot stand in a stage that is added.
+    """
+    for one in values:
+        if one not in ADDED:
+            raise InputError(f"a stage that is added has no {one}; it has {', '.join(ADDED)}")
+    groups = find_groups(text, file, ("block",))
+    control = next((one.values for one in groups if one.name == "control"), {})
+    stages = [one for one in groups if one.name == "stage"]
+    end = present.last(control.get("time_step_control") == "adaptive")
+    left = present.planned - end
+    if stages:
+        last = f"stage[{len(stages)}]"
+        text = changed_input(text, {f"{last}.duration": None, f"{last}.steps": end}, file=file)
+    else:
+        text = _with_stages_of_control(text, control, end, file)
+    new = [group_text("stage", {"name": name, "kind": kind})]
+    timed = "duration" in values or "steps" in values
+    if kind == "static" and left > 0:
+        new.append(group_text("stage", {"name": f"{name}, after", "steps": left}))
+    elif kind != "static" and not timed:
+        values = dict(values) | {"steps": max(left, 1)}
+    text = f"{text.rstrip()}\n{''.join(new)}"
+    at = f"stage[{max(len(stages), 1 + bool(control.get('settle'))) + 1}]"
+    return changed_input(text, {f"{at}.{k}": _value(k, v) for k, v in values.items()}, file=file)
+
+
+def _value(name: str, value):
+    return value if isinstance(value, Typed) else checked("stage", name, value)
+
+
+def _with_stages_of_control(text: str, control: Mapping, end: int, file) -> str:
+    """The stages that an input without &stage has, as groups."""
+    settles = bool(control.get("settle"))
+    stages = group_text("stage", {"name": "rest", "kind": "static"}) if settles else ""
+    values = {"name": "run", "steps": end, "zero_displacements": settles or None}
+    moved = {f"control.{name}": None for name in ("settle", "duration", "steps") if name in control}
+    text = changed_input(text, moved, file=file)
+    return f"{text.rstrip()}\n{stages}{group_text('stage', values)}"
