@@ -54,6 +54,17 @@ export class Model {
     }
   }
 
+  /** Closed contacts of a frame: vertex, edge, hundredths of the vertex's edge, forces (N/m). */
+  * contactForces(frame) {
+    const n = this.meta.pairs, {normal, shear} = this.force;
+    for (let k = 0; k < n; k++) {
+      const push = value(normal, frame * n + k);
+      if (push <= 0) continue;
+      const [vertex, edge, place] = this.pairs.subarray(3 * k, 3 * k + 3);
+      yield [vertex, edge, place, push, value(shear, frame * n + k)];
+    }
+  }
+
   /** The bolts that are there in a frame: x, y of the points on their way, force, state. */
   bolts(frame, factor) {
     const n = this.meta.bolts.length, pose = new Float64Array(6), found = [];

@@ -7,9 +7,9 @@ import {element} from "./words.js";
 window.blockViews = [];
 for (const root of document.querySelectorAll(".block-view")) {
   const meta = JSON.parse(document.getElementById(`${root.id}-meta`).textContent);
-  const view = new View(root, meta, new PageStreams(root.id));
+  const view = new View(root);
   window.blockViews.push(view);
-  view.begin().catch((trouble) => {
+  view.begin(meta, new PageStreams(root.id)).catch((trouble) => {
     element("p", root, `The view cannot be shown: ${trouble.message}`, "trouble");
     view.state.trouble = String(trouble);
   });

@@ -38,14 +38,21 @@ export class GlPainter {
     for (const name of ["view", "dark", "alpha"]) {
       this.uniform[name] = gl.getUniformLocation(this.program, name);
     }
-    this.triangles = model.triangles();
-    this.edges = model.edges();
     this.places = gl.createBuffer();
     this.tints = gl.createBuffer();
-    this.faces = this.indices(this.triangles);
-    this.lines = this.indices(this.edges);
+    this.faces = gl.createBuffer();
+    this.lines = gl.createBuffer();
     this.extra = gl.createBuffer();
     this.extraTints = gl.createBuffer();
+    this.load(model);
+  }
+
+  /** Take the shapes of a model, in place of those of another one. */
+  load(model) {
+    this.triangles = model.triangles();
+    this.edges = model.edges();
+    this.indices(this.faces, this.triangles);
+    this.indices(this.lines, this.edges);
   }
 
   link() {
@@ -65,11 +72,10 @@ export class GlPainter {
     return program;
   }
 
-  indices(values) {
-    const gl = this.gl, buffer = gl.createBuffer();
+  indices(buffer, values) {
+    const gl = this.gl;
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, values, gl.STATIC_DRAW);
-    return buffer;
   }
 
   attribute(index, buffer, values, size, type, normal) {
@@ -118,6 +124,11 @@ export class FlatPainter {
   constructor(canvas, model) {
     this.context = canvas.getContext("2d");
     this.kind = "Canvas 2D";
+    this.load(model);
+  }
+
+  /** Take the shapes of a model, in place of those of another one. */
+  load(model) {
     this.chosen = Array.from({length: model.n}, (_, b) => b);
     this.note = "This browser refuses WebGL 2, so Canvas 2D draws";
     if (model.n > FALLBACK_BLOCKS) {

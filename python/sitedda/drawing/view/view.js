@@ -10,17 +10,12 @@ const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
 const DASHES = 12;  // of each leg of a broken bolt
 
 export class View {
-  /** The element that holds it, what is plain and the streams of the rest: see `encode.py`. */
-  constructor(root, meta, streams) {
+  constructor(root) {
     this.root = root;
-    this.meta = meta;
-    this.streams = streams;
-    this.model = new Model(meta, streams);
     this.frame = 0;
     this.picked = -1;
     this.playing = false;
     this.factor = 1;
-    this.color = this.meta.color;
     this.contacts = "none";
     this.camera = {x: 0, y: 0, scale: 1, width: 1, height: 1};
     this.lines = new Lines();
@@ -38,7 +33,7 @@ export class View {
     this.canvas = element("canvas", this.stage, "", "blocks");
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "Blocks; arrow keys step, space plays");
+    this.canvas.setAttribute("aria-label", "Blocks; arrow keys step, space plays, + and - zoom, [ and ] pick");
     this.overlay = element("canvas", this.stage, "", "overlay");
     this.aside = element("div", root, "", "side");
     this.buildBar();
@@ -78,8 +73,6 @@ export class View {
     this.slider = element("input", bar, "", "time");
     this.slider.type = "range";
     this.slider.min = 0;
-    this.slider.max = this.model.frames - 1;
-    this.slider.value = 0;
     this.slider.setAttribute("aria-label", "frame");
     this.slider.addEventListener("input", () => this.show(+this.slider.value));
     this.clock = element("output", bar, "", "clock");
@@ -95,18 +88,13 @@ export class View {
       node.addEventListener("change", () => act(node.value));
       return node;
     };
-    const last = this.meta.time[this.meta.time.length - 1] - this.meta.time[0];
-    this.speed = SPEEDS.reduce((a, b) => Math.abs(Math.log(last / b / 10))
-      < Math.abs(Math.log(last / a / 10)) ? b : a);
-    if (last > 4 && last < 40) this.speed = 1;
-    select("speed", SPEEDS.map((s) => [s, `× ${s}`]), this.speed, (v) => { this.speed = +v; });
+    this.speedSelect = select("speed", SPEEDS.map((s) => [s, `× ${s}`]), 1,
+      (v) => { this.speed = +v; });
     this.colorSelect = select("color", [["material", "material"],
       ["displacement", "displacement"], ["velocity", "velocity"], ["rotation", "rotation"],
-      ["stress", "compression"]], this.color, (v) => this.setColor(v));
-    const kinds = [["none", "none"]];
-    if (this.meta.faces) kinds.push(["slip", "slip"], ["open", "opening"]);
-    if (this.meta.pairs) kinds.splice(1, 0, ["force", "forces"]);
-    this.contactSelect = select("contacts", kinds, "none", (v) => this.setContacts(v));
+      ["stress", "compression"]], "material", (v) => this.setColor(v));
+    this.contactSelect = select("contacts", [["none", "none"], ["force", "forces"],
+      ["slip", "slip"], ["open", "opening"]], "none", (v) => this.setContacts(v));
     select("scale", [["all", "all frames"], ["own", "this frame"]], "all", (v) => {
       this.ownScale = v === "own";
       this.refresh();
@@ -117,14 +105,67 @@ export class View {
       this.refresh();
     });
     button("fit", "show the whole model", () => this.fit()).classList.add("fit");
-    this.root.classList.toggle("still", this.model.frames === 1);
+  }
+
+  /** Choices that depend on what is shown. */
+  offer() {
+    const {meta} = this, frames = this.model.frames;
+    this.slider.max = frames - 1;
+    this.slider.value = this.frame;
+    const last = meta.time[frames - 1] - meta.time[0];
+    this.speed = SPEEDS.reduce((a, b) => Math.abs(Math.log(last / b / 10))
+      < Math.abs(Math.log(last / a / 10)) ? b : a);
+    if (last > 4 && last < 40) this.speed = 1;
+    this.speedSelect.value = this.speed;
+    const there = {none: true, force: meta.pairs > 0, slip: meta.faces > 0, open: meta.faces > 0};
+    for (const option of this.contactSelect.options) {
+      option.hidden = option.disabled = !there[option.value];
+    }
+    this.colorSelect.value = this.color;
+    this.root.classList.toggle("still", frames === 1);
   }
 
   // Start
 
-  async begin() {
+  /** The model that a view shows. */
+  modelOf(meta, streams) {
+    return new Model(meta, streams);
+  }
+
+  /** Show what is plain and the streams of the rest (`encode.py`), in place of what was shown. */
+  async begin(meta, streams) {
     const begun = performance.now();
-    await this.model.readShapes();
+    const model = this.modelOf(meta, streams);
+    await model.readShapes();
+    Object.assign(this, {meta, streams, model, color: this.color || meta.color});
+    this.legendKey = this.overlaid = "";
+    this.owner = this.most = this.commonForce = this.boltForce = undefined;
+    this.offer();
+    this.prepare();
+    this.state.ready = true;
+    this.state.firstFrameMs = performance.now() - begun;
+    await new Promise((done) => setTimeout(done, 0));
+    await model.readMotion();
+    model.restPoses = model.poses(-1);
+    await this.buildCharts();
+    this.state.decoded = true;
+    this.state.decodedMs = performance.now() - begun;
+    this.tell();
+    this.show(meta.frame ?? model.frames - 1);
+  }
+
+  /** The painter with the shapes of the model, and the camera. */
+  prepare() {
+    if (this.painter) this.painter.load(this.model); else this.choosePainter();
+    this.tints = new Uint8Array(4 * this.model.vertices);
+    const areas = Array.from({length: this.model.n}, (_, b) => this.model.area(b));
+    areas.sort((a, b) => a - b);
+    this.side = Math.sqrt(Math.max(areas[areas.length >> 1], 0));
+    this.resize();
+    if (this.moved) this.refresh(); else this.fit();
+  }
+
+  choosePainter() {
     try {
       this.painter = new GlPainter(this.canvas, this.model);
     } catch {
@@ -135,23 +176,6 @@ export class View {
       this.painter = new FlatPainter(this.canvas, this.model);
     }
     this.state.renderer = this.painter.kind;
-    this.tints = new Uint8Array(4 * this.model.vertices);
-    this.side = Math.sqrt(this.model.area(0));
-    const areas = Array.from({length: this.model.n}, (_, b) => this.model.area(b));
-    areas.sort((a, b) => a - b);
-    this.side = Math.sqrt(Math.max(areas[areas.length >> 1], 0));
-    this.resize();
-    this.fit();
-    this.state.ready = true;
-    this.state.firstFrameMs = performance.now() - begun;
-    await new Promise((done) => setTimeout(done, 0));
-    await this.model.readMotion();
-    this.model.restPoses = this.model.poses(-1);
-    await this.buildCharts();
-    this.state.decoded = true;
-    this.state.decodedMs = performance.now() - begun;
-    this.tell();
-    this.show(this.meta.frame ?? this.model.frames - 1);
   }
 
   tell() {
@@ -169,6 +193,7 @@ export class View {
 
   async buildCharts() {
     this.plots = [];
+    this.charts.replaceChildren();
     for (const chart of this.meta.charts) {
       const lines = [];
       for (const line of chart.lines) {
@@ -267,7 +292,11 @@ export class View {
   key(event) {
     const acts = {" ": () => this.play(!this.playing), ArrowLeft: () => this.show(this.frame - 1),
       ArrowRight: () => this.show(this.frame + 1), Home: () => this.show(0),
-      End: () => this.show(this.model.frames - 1)};
+      End: () => this.show(this.model.frames - 1),
+      "+": () => this.zoom(1.25, this.camera.x, this.camera.y),
+      "-": () => this.zoom(0.8, this.camera.x, this.camera.y),
+      "]": () => this.pick((this.picked + 1) % this.model.n),
+      "[": () => this.pick((Math.max(this.picked, 0) + this.model.n - 1) % this.model.n)};
     if (!acts[event.key]) return;
     event.preventDefault();
     acts[event.key]();
@@ -373,14 +402,10 @@ export class View {
 
   /** Resultants between neighbours, longer and thicker with their size. */
   layForces() {
-    const {model, frame} = this, n = this.meta.pairs, p = model.places;
-    const {normal, shear} = model.force, sums = new Map();
+    const {model, frame} = this, p = model.places, sums = new Map();
     const owner = this.owner ||= this.ownerOf();
-    for (let k = 0; k < n; k++) {
-      const push = value(normal, frame * n + k);
-      if (push <= 0) continue;
-      const drag = value(shear, frame * n + k);
-      const [v, e, place] = model.pairs.subarray(3 * k, 3 * k + 3), a = owner[v], b = owner[e];
+    for (const [v, e, place, push, drag] of model.contactForces(frame)) {
+      const a = owner[v], b = owner[e];
       const after = (i) => i + 1 < model.first[owner[i] + 1] ? i + 1 : model.first[owner[i]];
       const w = after(e), u = after(v), share = place / 100;
       const dx = p[2 * w] - p[2 * e], dy = p[2 * w + 1] - p[2 * e + 1];
@@ -532,7 +557,11 @@ export class View {
     c.fillStyle = ink;
     c.textBaseline = "bottom";
     c.fillText(withUnit(length, "m"), x + 5 * ratio, y - 3 * ratio);
+    this.drawMarks(c, X, Y, ratio);
   }
+
+  /** What else stands over the blocks. */
+  drawMarks() {}
 
   // Words
 
